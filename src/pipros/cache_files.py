@@ -1,7 +1,7 @@
 """Cache files, in a folder to which only this user can write.
 
-Their content decides which programs run and is in part code, so a file that another user
-could have written is not used. This module imports little, because every first import of a message needs it.
+Their content decides which programs run, and part of it is code, so a file that another user could have
+written is not used. This module imports little, because every first import of a message needs it.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ class CacheFolder:
 
     The folder and its parent must belong to this user, must not be writable for others, and must not be
     symbolic links. The same holds for a file that is read; it must also have only one name. Folders further
-    up may be links and belong to anybody: who can replace them cannot make folders that belong to this user.
-    Otherwise the cache is not used, and a warning is printed once. A cache that is missing, full or
-    read-only is ignored.
+    up may be links and may belong to other users, who could replace them but cannot create folders that
+    belong to this user. If a check fails, the cache is not used, and a warning is printed once. A missing,
+    full or read-only cache is ignored.
 
     Files are replaced atomically, so any number of processes may share the folder.
     """
@@ -40,7 +40,7 @@ class CacheFolder:
         self._path = path
 
     def read(self, name: str) -> bytes | None:
-        """The content of a file; None when it is missing or not trusted."""
+        """Return the content of a file; None if it is missing or not trusted."""
         try:
             if not HAS_OWNERS:
                 return _read_plain(os.path.join(self._path, name))
@@ -56,7 +56,7 @@ class CacheFolder:
         return None
 
     def write(self, name: str, content: bytes) -> None:
-        """Makes or replaces a file that only this user can read, if possible."""
+        """Create or replace a file that only this user can read, if possible."""
         unfinished = f".{name}.{os.urandom(6).hex()}"
         try:
             self._make()
@@ -74,10 +74,10 @@ class CacheFolder:
             pass
 
     def _open(self) -> int:
-        """A descriptor of the folder.
+        """Return a descriptor of the folder.
 
         Raises:
-            Untrusted: another user could have made it or its parent.
+            Untrusted: another user could have created it or its parent.
             OSError: it does not exist.
         """
         above_path, name = os.path.split(self._path)
@@ -93,7 +93,7 @@ class CacheFolder:
         while not os.path.lexists(folder):
             missing.append(folder)
             folder = os.path.dirname(folder)
-        # Nothing is made in another user's folder: root would leave files there that its owner cannot use.
+        # Create nothing in another user's folder: root would leave files there that its owner cannot use.
         if missing and HAS_OWNERS and os.stat(folder).st_uid != user_id():
             raise PermissionError(f"{folder} belongs to another user")
         for path in reversed(missing):
@@ -141,7 +141,7 @@ def _read_own(name: str, folder: int, folder_path: str) -> bytes:
 
 
 def check_owner(status: os.stat_result, path: str) -> None:
-    """Raises `Untrusted` unless a file or folder belongs to this user, and no other user may write to it."""
+    """Raise `Untrusted` unless a file or folder belongs to this user and is writable for no other user."""
     if status.st_uid != user_id():
         raise Untrusted(f"{path} belongs to another user (uid {status.st_uid})")
     if status.st_mode & _OTHERS_MAY_WRITE:

@@ -26,7 +26,7 @@ class InvalidName(PiprosError, ValueError):
 
 
 class NotFound(PiprosError, LookupError):
-    """A package, node, file, type, topic or parameter that was asked for does not exist."""
+    """A package, node, file, type, topic or parameter that was requested does not exist."""
 
 
 class ProtocolError(PiprosError):
@@ -44,7 +44,7 @@ class LimitExceeded(ProtocolError):
 
 
 class Unreachable(PiprosError, ConnectionError):
-    """A connection to a peer failed, or was lost before the answer came.
+    """A connection to a peer failed, or was lost before the reply arrived.
 
     It is also a ConnectionError, which scripts for genuine rospy catch.
 

@@ -1,6 +1,6 @@
 """The two variables that every tool reads: `ROS_MASTER_URI` and `ROS_NAMESPACE`. `env.py` has them all.
 
-A tool that lists something is done in the time that the imports of `env.py` take.
+Importing `env.py` takes as long as a whole run of a tool that only lists something.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ def master_uri_of(variables: Mapping[str, str]) -> str:
 
 
 def namespace_of(variables: Mapping[str, str]) -> str:
-    """`ROS_NAMESPACE` with a leading and trailing slash; `/` when unset."""
+    """Return `ROS_NAMESPACE` with a leading and trailing slash; `/` if unset."""
     namespace = (variables.get("ROS_NAMESPACE") or "").strip("/")
     return f"/{namespace}/" if namespace else "/"
 
 
 def split_master_uri(uri: str) -> tuple[str, int]:
-    """Host and port of a master URI.
+    """Return the host and port of a master URI.
 
     Raises:
-        InvalidEnvironment: for another scheme than http, or without a host or a port.
+        InvalidEnvironment: the scheme is not http, or the host or port is missing.
     """
     try:
         host, port, _ = split_uri(uri)

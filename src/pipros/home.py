@@ -1,6 +1,6 @@
 """The home folder of this user, with a fallback for users without one, such as a bare user id in a container.
 
-Genuine ROS makes a folder named `~` in the working folder in that case.
+In that case genuine ROS creates a folder named `~` in the working folder.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pipros.posix import HAS_OWNERS, user_id
 
 
 def expanded(path: str) -> str:
-    """The path with a leading `~` or `~name` replaced by the home folder of that user.
+    """Return the path with a leading `~` or `~name` replaced by the home folder of that user.
 
     Never raises, unlike `Path.expanduser`.
     """
@@ -26,9 +26,9 @@ def expanded(path: str) -> str:
 
 @cache
 def fallback_home() -> str:
-    """A private folder for this user in the temporary folder, the same in every process if possible.
+    """Return a private folder for this user in the temporary folder, the same in every process if possible.
 
-    Never raises: if the folder cannot be made, using files in it will fail.
+    Never raises: if the folder cannot be created, using files in it will fail.
     """
     import tempfile
 

@@ -10,7 +10,7 @@ from pipros.posix import READ
 
 
 def read_file(path: str | os.PathLike[str], limit_bytes: int | None = None) -> bytes:
-    """The content of a regular file.
+    """Return the content of a regular file.
 
     Args:
         limit_bytes: by default `file_bytes` of the limits of this process.
@@ -33,7 +33,7 @@ def read_file(path: str | os.PathLike[str], limit_bytes: int | None = None) -> b
 
 
 def read_text(path: str | os.PathLike[str], limit_bytes: int | None = None, *, errors: str = "strict") -> str:
-    """The content of a regular file as UTF-8, with `\\n` line endings.
+    """Return the content of a regular file as UTF-8, with `\\n` line endings.
 
     Args:
         errors: how invalid bytes are handled, as in `bytes.decode`.

@@ -1,11 +1,11 @@
-"""Waits that every signal interrupts.
+"""Waits that any signal interrupts.
 
 Python runs signal handlers between two byte codes of the main thread. A signal that arrives just
 before that thread begins to wait is handled only after the wait: an endless wait would lose
 Ctrl-C. So every wait of a main thread consists of short slices.
 
 A handler may also raise KeyboardInterrupt between any two byte codes. `threading.Event` is written in Python:
-an exception in the middle of its `wait` may leave its lock taken, and then `set` blocks for ever. `set` also
+an exception in the middle of its `wait` may leave its lock taken, and then `set` blocks forever. `set` also
 blocks when it is called by a handler that interrupts `wait`. `OnceEvent` has neither problem.
 """
 
@@ -24,7 +24,7 @@ _Item = TypeVar("_Item")
 
 
 class OnceEvent:
-    """An event that is set once, whatever interrupts those who wait for it.
+    """An event that is set once, and stays usable if a signal handler raises in a waiting thread.
 
     `set` never blocks: signal handlers may call it. An exception that a handler raises in `wait` is harmless.
     """
@@ -40,12 +40,12 @@ class OnceEvent:
         return self._is_set
 
     def set(self) -> None:
-        """Ends all waits. May be repeated."""
+        """End all waits. May be called repeatedly."""
         self._is_set = True
         self._release()
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Waits in slices until the event is set; False when the time is up first."""
+        """Wait in slices until the event is set; return False if the timeout expires first."""
         return self._is_set or wait_in_slices(self._wait_once, timeout_s)
 
     def _wait_once(self, timeout_s: float) -> bool:
@@ -59,7 +59,7 @@ class OnceEvent:
 
 
 def wait_in_slices(wait_for: Callable[[float], bool], timeout_s: float | None = None) -> bool:
-    """Waits with `wait_for`, such as `event.wait`; False when the time is up."""
+    """Wait in slices with `wait_for`, such as `event.wait`; return False if the timeout expires first."""
     if timeout_s is not None and timeout_s <= SLICE_S:
         return wait_for(max(timeout_s, 0))
     end = None if timeout_s is None else time.monotonic() + timeout_s
@@ -72,7 +72,7 @@ def wait_in_slices(wait_for: Callable[[float], bool], timeout_s: float | None = 
 
 
 def get_within_slice(queue: SimpleQueue[_Item], timeout_s: float = SLICE_S) -> _Item | None:
-    """The next item of a queue, or None after the timeout, which is limited to one slice."""
+    """Return the next item of a queue, or None after the timeout, which is limited to one slice."""
     try:
         return queue.get(timeout=max(0.0, min(SLICE_S, timeout_s)))
     except Empty:

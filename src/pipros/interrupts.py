@@ -1,4 +1,4 @@
-"""Signals that end a command: repeats a Ctrl-C that Python would ignore, and lets SIGTERM clean up.
+"""Signals that end a command: Ctrl-C even where Python would ignore it, and SIGTERM with clean-up.
 
 Python raises KeyboardInterrupt wherever the main thread is. In a `__del__` or a
 callback of the garbage collector, which runs in every import, Python can only report the exception as
@@ -26,16 +26,16 @@ _AGAIN_S = 0.02
 
 
 def install() -> None:
-    """Makes every Ctrl-C of this process effective, also one that Python only reports. May be repeated."""
+    """Make every Ctrl-C effective, including one that Python only reports. May be called repeatedly."""
     if not isinstance(sys.unraisablehook, _InterruptKeeper):
         sys.unraisablehook = _InterruptKeeper(sys.unraisablehook)
 
 
 def accept_ctrl_c() -> None:
-    """Makes SIGINT raise KeyboardInterrupt, even if the process was started with SIGINT ignored.
+    """Make SIGINT raise KeyboardInterrupt, even if the process was started with SIGINT ignored.
 
-    Shells start background jobs of scripts (`command &`) that way. Noetic's commands that are ROS nodes
-    end on SIGINT nevertheless; other commands keep ignoring it. Does nothing outside the main thread.
+    Shells start background jobs of scripts (`command &`) that way. Those of Noetic's commands that are ROS
+    nodes end on SIGINT nevertheless; the others keep ignoring it. Does nothing outside the main thread.
     """
     if threading.current_thread() is not threading.main_thread():
         return
@@ -67,7 +67,7 @@ def exits_after_ctrl_c(code: int = 0) -> Callable[[Callable[_Arguments, int]], C
 
 @contextmanager
 def ended_by_termination() -> Iterator[None]:
-    """Lets SIGTERM, and SIGHUP of a closed terminal, end the block by SystemExit, so that it can clean up.
+    """Let SIGTERM, and SIGHUP of a closed terminal, end the block by SystemExit, so that it can clean up.
 
     The exit code is the one that shells report for the signal. A signal that is ignored, as under nohup,
     stays ignored. Does nothing outside the main thread.
@@ -90,7 +90,7 @@ def _exit_by_signal(number: int, _: FrameType | None) -> None:
 
 
 class _InterruptKeeper:
-    """An `unraisablehook` that repeats a KeyboardInterrupt, and passes all else to the previous hook."""
+    """An `unraisablehook` that repeats KeyboardInterrupt; other exceptions go to the previous hook."""
 
     def __init__(self, report: Callable[[Any], object]) -> None:
         self._report = report
@@ -108,7 +108,7 @@ def _interrupt_again() -> None:
 
 
 def interrupt_main_thread() -> None:
-    """Has the handler of SIGINT called in the main thread, also when that waits for a lock or for input."""
+    """Run the SIGINT handler in the main thread, even if that thread waits for a lock or for input."""
     main = threading.main_thread().ident
     if sys.platform != "win32" and main is not None and hasattr(signal, "pthread_kill"):
         signal.pthread_kill(main, signal.SIGINT)  # it also ends a wait of the system

@@ -1,4 +1,4 @@
-"""Names of a module that are imported when they are asked for, so that start-up does not pay for them."""
+"""Module attributes that are imported at their first use, which keeps start-up fast."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ TYPING = ("__future__", "collections.abc", "pathlib", "typing")
 
 
 def lazy_names(module: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """`__getattr__` and `__dir__` of a module, some of whose names live in other modules.
+    """Return `__getattr__` and `__dir__` for a module some of whose names live in other modules.
 
     Args:
         module: the module's own name.
-        homes: for each name the module that has it, or `module:name` when it is called otherwise there.
+        homes: for each name the module that defines it, or `module:name` if it has another name there.
     """
 
     def get(name: str) -> Any:

@@ -20,40 +20,41 @@ class InvalidLimits(PiprosError, ValueError):
     """`PIPROS_LIMITS` names an unknown limit, or has an invalid value for one."""
 
 
-# Every command imports this: dataclasses would take longer than a call of the master, and so would
-# annotations that are kept as texts, which a NamedTuple compiles one by one.
+# Every command imports this: dataclasses would take longer than a call of the master, and so would string
+# annotations, which a NamedTuple compiles one by one.
 class Limits(NamedTuple):
     """The limits of one process, one node or one master. `limits._replace(stall_s=1.0)` changes some.
 
     Attributes:
-        header_bytes: a TCPROS connection header.
+        header_bytes: size of a TCPROS connection header.
         frame_bytes: a message, a service request, a service reply.
         handshakes: TCPROS connections that have not sent their header yet, at a time.
         handshake_s: the time for a connection header, in either direction.
         body_bytes: an XML-RPC request.
-        answer_bytes: an XML-RPC answer of a server that the user chose: the master, a node that a tool asks.
-        bodies_bytes: XML-RPC requests of one server that are not complete, together; the same for the service
-            replies of a node that clients do not read.
-        request_s: the time for an XML-RPC request to arrive, and for its sender to read the answer; the same
+        answer_bytes: an XML-RPC response of a server that the user chose: the master, or a node that a tool
+            queries.
+        bodies_bytes: all incomplete XML-RPC requests of one server together; also all service replies of a
+            node that clients have not read.
+        request_s: the time for an XML-RPC request to arrive, and for its sender to read the response; also
             for service calls, where it starts over with every MiB.
         login_s: the time for a client of the page to send its request, and again to send the token.
-        login_bytes: what it may send before that.
+        login_bytes: the bytes that it may send before that.
         idle_s: how long an XML-RPC connection may stay open without a request.
         file_bytes: a file that is read whole: a launch file, a manifest, a definition, a `CMakeLists.txt`.
-        cmake_steps: commands and rounds of loops that one package's `CMakeLists.txt` carries out.
-        cmake_rounds: rounds of one of its loops.
-        cmake_depth: its files and functions within each other.
+        cmake_steps: commands and loop iterations that one package's `CMakeLists.txt` executes.
+        cmake_rounds: iterations of one of its loops.
+        cmake_depth: nesting of its files and functions.
         cmake_value_characters: one variable, and the arguments of one command.
         cmake_characters: all its variables together.
         log_bytes: the log file of a node or launcher, `rosout.log` and `master.log`.
-        log_files: such a file and the older ones that are kept, `x.log.1` the youngest of them.
+        log_files: such a file and its rotated predecessors, of which `x.log.1` is the youngest.
         goals: goals of an action server, with those that ended lately and those cancelled in advance; the ids
             of goals have `name_characters`.
-        launch_bytes: the files and command outputs that one launch reads, and what substitutions insert.
+        launch_bytes: files and command outputs that one launch reads, and the text that substitutions insert.
         launch_includes: `<include>`s of one launch.
-        launch_insert_characters: what the substitutions of one attribute or text of a launch file insert.
+        launch_insert_characters: the text that the substitutions of one attribute or text insert.
         loggers: loggers that callers of `~set_logger_level` create in a node.
-        multicall_answer_bytes: the answers of one `system.multicall` together.
+        multicall_answer_bytes: all responses of one `system.multicall` together.
         rpc_connections: XML-RPC connections of one server; 0 is half of the process's descriptors, for a node
             an eighth.
         rpc_connections_per_peer: how many of them from one address.
@@ -62,7 +63,7 @@ class Limits(NamedTuple):
         registration_bytes: the names, types and URIs of all registrations of a master together.
         topic_types: types that a master keeps for topics without publishers and subscribers.
         topic_type_bytes: the names of those topics and their types together.
-        notices: calls of a master that wait for one node.
+        notices: calls of a master that are queued for one node.
         notice_s: the time for a node to answer such a call.
         tcpros_connections: TCPROS connections of a node, in either direction; 0 is three quarters of the
             process's descriptors.
@@ -70,20 +71,20 @@ class Limits(NamedTuple):
         incoming_links: publishers that a node receives from; each takes a thread.
         connection_attempts: publishers that a node connects to at a time.
         publishers_per_topic: publishers of one topic that a node connects to.
-        service_threads: service calls that a node handles at a time; the others wait.
+        service_threads: service calls that a node handles at a time; others wait.
         statistics_links: links that topic statistics are kept for.
         lookup_s: how long a configured host name is looked up to see whether it means this machine.
-        recheck_s: how often, at most, a node asks its master because of callers that it does not know.
-        stall_s: how long one `publish` waits, in all, for subscribers that do not keep up.
-        queue_bytes: the messages that wait for one subscriber, whatever the `queue_size`.
-        lookups: look-ups of host names under way.
-        subscriber_bytes: what a subscriber may send on a topic link after its header.
-        definition_bytes: the text of a message definition that a peer or a bag brings.
+        recheck_s: the shortest interval at which a node queries its master because of unknown callers.
+        stall_s: how long one `publish` waits, in total, for subscribers that do not keep up.
+        queue_bytes: the messages queued for one subscriber, whatever the `queue_size`.
+        lookups: concurrent look-ups of host names.
+        subscriber_bytes: the bytes that a subscriber may send on a topic link after its header.
+        definition_bytes: the text of a message definition from a peer or a bag.
         definition_cache_bytes: such texts whose classes are kept for the next message.
         definition_types: types in such a text.
         definition_fields: fields and constants of all types in such a text, or of one type in a file; those
             of embedded types count each time.
-        definition_copies_bytes: the definitions of all types in such a text, each with what it embeds.
+        definition_copies_bytes: the definitions of all types in such a text, each with its embedded types.
         bag_header_bytes: the header of one record of a bag.
         bag_connection_bytes: a connection header, or the list of a chunk's connections, in a bag.
         bag_chunk_bytes: one chunk of a bag, uncompressed.
@@ -104,8 +105,8 @@ class Limits(NamedTuple):
         xml_bytes: an XML file.
         xml_depth: nesting of elements in an XML file.
         expression_characters: the text of one `$(eval ...)` or message filter.
-        expression_size: characters of a text, or elements of a list and of what is in it, that it makes.
-        expression_work: the sizes of all that it makes, and the steps that take more time than that.
+        expression_size: characters of a string, or elements of a nested list, that it builds.
+        expression_work: the sizes of all values that it builds, plus the steps that take more time than that.
     """
 
     header_bytes: int = 1 * _MIB
@@ -184,7 +185,7 @@ class Limits(NamedTuple):
 
     @classmethod
     def parse(cls, text: str) -> "Limits":
-        """Reads `name=value` pairs, separated by commas; all other limits keep their defaults.
+        """Read `name=value` pairs, separated by commas; all other limits keep their defaults.
 
         Raises:
             InvalidLimits: an unknown name, or a value that is not a number greater than zero. 0 is allowed
@@ -214,7 +215,7 @@ class Limits(NamedTuple):
 
 
 def limit_text(name: str, value: float) -> str:
-    """The words of errors about a limit, which say how to change it.
+    """Return the part of an error text that names a limit and how to change it.
 
     Examples:
         >>> limit_text("body_bytes", 1000)
@@ -225,7 +226,7 @@ def limit_text(name: str, value: float) -> str:
 
 @cache
 def process_limits() -> Limits:
-    """The limits of this process: `PIPROS_LIMITS`, read once, at the first use.
+    """Return the limits of this process: `PIPROS_LIMITS`, read once, at the first use.
 
     Raises:
         InvalidLimits: see `Limits.parse`.

@@ -1,7 +1,7 @@
 """Log files: opened so that another user cannot redirect them, and tolerant of a full disk.
 
-Log folders may be shared. Another user who can write there could replace a log file by a link, and
-lines, which peers choose in part, would be appended to any file of the node's user.
+Log folders may be shared. Another user who can write there could replace a log file by a link; lines, whose
+text peers choose in part, would then be appended to any file of the node's user.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ _LINKS_FOLLOWED = 10
 
 
 class Planted(PermissionError):
-    """Another user could have put a file or link at the path that is to be written."""
+    """Another user could have put a file or link at the path of a file to write."""
 
 
 def open_to_write(path: str | os.PathLike[str], *, append: bool = True) -> int:
-    """Opens a file for writing; a new one gets the usual permissions (umask). Returns the descriptor.
+    """Open a file for writing; a new one gets the usual permissions (umask). Return the descriptor.
 
-    Links that belong to this user or to root are followed, those of others are not. The file must be a
-    regular file without a second name, or a device such as `/dev/null`. It may belong to another user,
-    so that users can share a log file.
+    Links that belong to this user or to root are followed; those of other users are not. The file must be a
+    regular file without a second name, or a device such as `/dev/null`. It may belong to another user, so
+    that users can share a log file.
 
     Args:
         append: whether to keep the content of the file.
@@ -79,7 +79,7 @@ def _check(descriptor: int, path: str) -> None:
 
 
 def refuse_planted_link(path: str | os.PathLike[str]) -> None:
-    """Raises `Planted` when a path is a link that another user made."""
+    """Raise `Planted` if a path is a link that another user created."""
     if HAS_OWNERS:
         _check_link(os.lstat(path), os.fspath(path))
 
@@ -90,7 +90,7 @@ def _check_link(status: os.stat_result, path: str) -> None:
 
 
 def _target(path: str) -> str:
-    """The target of a link; raises `Planted` when another user made it."""
+    """Return the target of a link; raise `Planted` if another user created it."""
     if sys.platform != "linux":
         refuse_planted_link(path)
         return os.readlink(path)
@@ -107,12 +107,12 @@ class LogFile:
     """Appends lines to a file, which is rotated when it grows too large. Thread-safe.
 
     When a line cannot be written, for example because the disk is full, a warning is printed once. Further
-    lines are lost silently until one can be written again; before it comes a line with the
-    number of lost lines.
+    lines are lost silently until writing succeeds again; a line with the number of lost lines then precedes
+    the next one.
     """
 
     def __init__(self, path: str | os.PathLike[str], limits: Limits | None = None) -> None:
-        """Opens the file in an existing folder.
+        """Open the file in an existing folder.
 
         Raises:
             OSError: it cannot be opened.
@@ -127,7 +127,7 @@ class LogFile:
         self._size = os.fstat(self._descriptor).st_size
 
     def write(self, text: str) -> None:
-        """Appends a text of whole lines. Never raises, and does nothing after `close`."""
+        """Append text that consists of whole lines. Never raises, and does nothing after `close`."""
         data = text.encode("utf-8", "backslashreplace")
         with self._lock:
             if self._is_closed:
@@ -149,7 +149,7 @@ class LogFile:
                 )
 
     def close(self) -> None:
-        """Closes the file. May be repeated."""
+        """Close the file. May be called repeatedly."""
         with self._lock:
             self._is_closed = True
             self._close()

@@ -1,4 +1,4 @@
-"""Where log files are, how much space they take, and which are the oldest."""
+"""Log folders: their paths, their sizes, and their oldest files."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ _BLOCK_BYTES = 512  # the unit of st_blocks, on every system that has it
 
 
 def log_folders(environment: Environment | None = None) -> list[tuple[Path, str]]:
-    """The folders with logs that exist, each with what Noetic calls it."""
+    """Return the existing log folders, each with Noetic's description of it."""
     environment = environment or Environment.from_os()
     known = [(environment.log_dir, "ROS node logs"), (environment.ros_home / "rosmake", "rosmake logs")]
     return [(folder, label) for folder, label in known if folder.is_dir()]
 
 
 def size_of(folder: Path) -> int:
-    """The bytes in all files and folders below, as counted by `du -b`. Links are not followed."""
+    """Return the total bytes of the entries below a folder, as counted by `du -b`. Links are not followed."""
     return sum(entry.st_size for entry in _entries(folder))
 
 
 def disk_usage(folder: Path) -> int:
-    """The space that they take on the disk, as counted by `du`."""
+    """Return the disk usage of a folder in bytes, as counted by `du`."""
     return sum(getattr(entry, "st_blocks", 0) * _BLOCK_BYTES for entry in _entries(folder)) or size_of(folder)
 
 
@@ -39,7 +39,7 @@ def _entries(folder: Path) -> Iterator[os.stat_result]:
 
 
 def readable(size: int) -> str:
-    """A size as `du -h` writes it, rounded up: `544K`, `8.7M`.
+    """Return a size as `du -h` writes it, rounded up: `544K`, `8.7M`.
 
     >>> readable(0), readable(4096), readable(9_000_000), readable(15_000_000)
     ('0', '4.0K', '8.6M', '15M')
@@ -54,6 +54,6 @@ def readable(size: int) -> str:
 
 
 def oldest_first(folder: Path) -> list[Path]:
-    """The entries of a folder, except links, sorted by the time of their last change."""
+    """Return the entries of a folder, except links, sorted by the time of their last change."""
     entries = [(entry.lstat().st_mtime, entry) for entry in folder.iterdir() if not entry.is_symlink()]
     return [entry for _, entry in sorted(entries)]

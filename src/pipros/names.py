@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from pipros.errors import InvalidName
 
-# Texts, which `re` compiles at the first use and keeps: a tool that lists something needs none of them.
+# Not compiled yet: `re` compiles them at the first use and caches them, and many tools need none.
 _LEGAL = r"[~/A-Za-z][A-Za-z0-9_/]*"
 _LEGAL_KEY = r"[~/A-Za-z_][A-Za-z0-9_/]*"
 _LEGAL_BASE = r"[A-Za-z][A-Za-z0-9_]*"
@@ -23,7 +23,7 @@ _ILLEGAL_IN_ANONYMOUS = r"[.\-:]"
 
 
 def is_legal(name: str) -> bool:
-    """True for a legal graph name: `a`, `/a/b`, `~a`, and the empty name."""
+    """Return True for a legal graph name: `a`, `/a/b`, `~a`, and the empty name."""
     return not name or (re.fullmatch(_LEGAL, name) is not None and "//" not in name)
 
 
@@ -37,7 +37,7 @@ def is_legal_topic(name: str) -> bool:
 
 
 def is_legal_base(name: str) -> bool:
-    """True for a legal name without a namespace, as a node name must be: `talker`."""
+    """Return True for a legal name without a namespace, as a node name must be: `talker`."""
     return re.fullmatch(_LEGAL_BASE, name) is not None
 
 
@@ -50,7 +50,7 @@ def is_private(name: str) -> bool:
 
 
 def canonicalize(name: str) -> str:
-    """The name without doubled and trailing slashes: `//a//b/` is `/a/b`.
+    """Return the name without doubled and trailing slashes: `//a//b/` is `/a/b`.
 
     >>> canonicalize("//a//b/")
     '/a/b'
@@ -62,7 +62,7 @@ def canonicalize(name: str) -> str:
 
 
 def namespace(name: str) -> str:
-    """The namespace of a name, always with a trailing slash: `/a/b/` is in `/a/`.
+    """Return the namespace of a name, always with a trailing slash: `/a/b/` is in `/a/`.
 
     >>> namespace("/a/b/")
     '/a/'
@@ -71,7 +71,7 @@ def namespace(name: str) -> str:
 
 
 def as_namespace(name: str) -> str:
-    """The name with a trailing slash: the prefix of every name below it.
+    """Return the name with a trailing slash: the prefix of every name below it.
 
     >>> as_namespace("/a/b"), as_namespace("/")
     ('/a/b/', '/')
@@ -80,7 +80,7 @@ def as_namespace(name: str) -> str:
 
 
 def join(ns: str, name: str) -> str:
-    """`name` in the namespace `ns`; a global or private name is returned unchanged.
+    """Return `name` in the namespace `ns`; a global or private name is returned unchanged.
 
     >>> join("/robot", "battery"), join("/robot/", "/battery"), join("~", "rate")
     ('/robot/battery', '/battery', '~rate')
@@ -93,10 +93,10 @@ def join(ns: str, name: str) -> str:
 
 
 def make_global_namespace(ns: str) -> str:
-    """The namespace with a leading and a trailing slash.
+    """Return the namespace with a leading and a trailing slash.
 
     Raises:
-        InvalidName: for a private name, which cannot be a namespace.
+        InvalidName: the name is private, and so cannot be a namespace.
     """
     if is_private(ns):
         raise InvalidName(f"cannot turn [{ns}] into a global name")
@@ -106,7 +106,7 @@ def make_global_namespace(ns: str) -> str:
 
 
 def resolve(name: str, node_name: str, remappings: Mapping[str, str] | None = None) -> str:
-    """The global name of `name` inside the node `node_name`, with remappings applied.
+    """Return the global name of `name` inside the node `node_name`, with remappings applied.
 
     `node_name` is the node's full name (`/ns/node`). The keys and values of `remappings` must be
     global names (see `resolve_remappings`).
@@ -141,10 +141,10 @@ class InvalidKey(ValueError):
 def leaves_below(
     name: str, value: Any, combine: Callable[[str, str], str] = join
 ) -> Iterator[tuple[str, Any]]:
-    """The single parameters in a value at `name`; dictionaries are namespaces, and empty ones are left out.
+    """Yield the single parameters in a value at `name`. Dictionaries are namespaces; empty ones are left out.
 
     Args:
-        combine: puts a key below a namespace.
+        combine: joins a namespace and a key.
 
     Raises:
         InvalidKey: a key is not a string.
@@ -162,7 +162,7 @@ def leaves_below(
 
 
 def anonymous(base: str) -> str:
-    """`base` made unique as in rospy: `base_<process id>_<milliseconds>`."""
+    """Return `base` made unique as in rospy: `base_<process id>_<milliseconds>`."""
     return re.sub(_ILLEGAL_IN_ANONYMOUS, "_", f"{base}_{os.getpid()}_{int(time.time() * 1000)}")
 
 
@@ -170,7 +170,7 @@ _NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
 class Arguments(NamedTuple):
-    """The arguments of a command line, sorted by the ROS rules.
+    """The arguments of a command line, classified by the ROS rules.
 
     Attributes:
         remappings: `from:=to`, both as written.
@@ -178,7 +178,7 @@ class Arguments(NamedTuple):
         special: `__name:=value`, keys with both underscores: `__name`, `__ns`, `__log`,
             `__ip`, `__hostname`, `__master`, ….
         rest: all other arguments in order.
-        malformed: arguments with a key and more than one `:=`, which have no effect.
+        malformed: arguments with a key and more than one `:=`; they have no effect.
     """
 
     remappings: Mapping[str, str] = _NOTHING
@@ -189,12 +189,12 @@ class Arguments(NamedTuple):
 
 
 def is_remapping_argument(argument: str) -> bool:
-    """True for `key:=...`, also with an empty value; `:=` and `:=b` do not have a key."""
+    """Return True for `key:=...`, also with an empty value; `:=` and `:=b` have no key."""
     return ":=" in argument and not argument.startswith(":=")
 
 
 def is_legal_remapping(argument: str) -> bool:
-    """True for a `key:=...` that programs do not get as an argument: the key is a name, or begins with `_`.
+    """Return True for a `key:=...` that programs do not receive: the key is a name or begins with `_`.
 
     >>> [is_legal_remapping(argument) for argument in ("a:=b", "_rate:=5", "-a:=b", "a b:=c", ":=b")]
     [True, True, False, False, False]
@@ -204,7 +204,7 @@ def is_legal_remapping(argument: str) -> bool:
 
 
 def parse_arguments(argv: Iterable[str]) -> Arguments:
-    """Sorts a command line by http://wiki.ros.org/Remapping%20Arguments.
+    """Classify a command line by http://wiki.ros.org/Remapping%20Arguments.
 
     >>> parsed = parse_arguments(["prog", "a:=b", "_rate:=3", "__name:=t", "file"])
     >>> parsed.remappings, parsed.params, parsed.special, parsed.rest
@@ -234,5 +234,5 @@ def parse_arguments(argv: Iterable[str]) -> Arguments:
 
 
 def resolve_remappings(remappings: Mapping[str, str], node_name: str) -> dict[str, str]:
-    """Remappings as written, turned into global names for the node `node_name`."""
+    """Return the remappings with both sides resolved to global names for the node `node_name`."""
     return {resolve(key, node_name): resolve(value, node_name) for key, value in remappings.items()}

@@ -17,7 +17,7 @@ QUOTE_LIMIT = 200
 
 
 def printable(value: object, limit: int = QUOTE_LIMIT) -> str:
-    """One line without control characters: escape sequences, line breaks and the like become `\\x1b`, `\\n`.
+    """Return `value` as one line without control characters: they become escapes such as `\\x1b` and `\\n`.
 
     A text longer than `limit` characters is cut, and ends in `...`. Other values are shown as `str` does.
 
@@ -36,12 +36,12 @@ def printable(value: object, limit: int = QUOTE_LIMIT) -> str:
 
 
 def listed(value: object) -> str:
-    """As `printable` without a limit: for listings, in which names may be long."""
+    """Return `printable` text without a limit, for listings, in which names may be long."""
     return printable(value, sys.maxsize)
 
 
 def printable_lines(text: str) -> str:
-    """A text of several lines without control characters other than line breaks and tabs.
+    """Return text of several lines without control characters other than line breaks and tabs.
 
     >>> printable_lines("a\\tb\\r\\nc")
     'a\\tb\\\\r\\nc'
@@ -50,7 +50,7 @@ def printable_lines(text: str) -> str:
 
 
 def write_line(stream: IO[str], line: str, end: str = "\n") -> None:
-    """Writes a line and flushes it. Characters that the stream's encoding lacks become `\\xe9` and the like.
+    """Write a line and flush it. Characters that the stream's encoding lacks become `\\xe9` and the like.
 
     Raises:
         OSError, ValueError: the stream cannot be written, or is closed.

@@ -1,4 +1,4 @@
-"""Names of a module that stand for attributes of an object: other packages read and set them."""
+"""Module attributes that give access to the attributes of an object, which other packages read and set."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from types import ModuleType
 
 
 def share_names(module: str, owner: object, attributes: Mapping[str, str]) -> None:
-    """Has names of a module be attributes of an object: read there, and set there.
+    """Forward module attributes to `owner`, for reads and writes.
 
     Args:
         module: the module's own name.
-        attributes: for each name that of the attribute.
+        attributes: the attribute of `owner` for each name.
     """
 
     def shared(attribute: str) -> property:

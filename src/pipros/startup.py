@@ -1,4 +1,4 @@
-"""Makes the messages of ROS packages importable, and tells rospkg and pkg_resources about those of pipros.
+"""Makes the messages of ROS packages importable, and makes rospkg and pkg_resources find those of pipros.
 
 `pipros.pth` imports this module whenever a Python interpreter of the environment starts, unless
 `PIPROS_NO_IMPORT_HOOK` is set. It adds finders to `sys.meta_path` and imports nothing else: the search for
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class _DistributionFinder:
-    """Answers `importlib.metadata` about the packages that come with pipros. Finds no modules."""
+    """Provides `importlib.metadata` with the packages shipped with pipros. Finds no modules."""
 
     def find_spec(
         self, _name: str, _path: Sequence[str] | None = None, _target: ModuleType | None = None
@@ -28,7 +28,7 @@ class _DistributionFinder:
         return None
 
     def find_distributions(self, context: DistributionFinder.Context) -> Iterable[Distribution]:
-        # Lists of all distributions, or of those in given folders, are about what pip has installed.
+        # Lists of all distributions, or of those in given folders, contain only what pip has installed.
         if context.name is None or "path" in vars(context):
             return ()
         from pipros.packages.distributions import shipped_distribution

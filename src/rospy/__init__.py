@@ -1,14 +1,14 @@
-"""The ROS 1 client library for Python, as Noetic has it, on pipros.
+"""Drop-in replacement for Noetic's rospy, the ROS 1 client library for Python.
 
-Scripts that were written for genuine rospy run unchanged. The work is done in `pipros.node`;
-here are the names, arguments and exceptions that ROS users know.
+Scripts for genuine rospy run unchanged. `pipros.node` does the work; this package has the names, arguments
+and exceptions that ROS users know.
 """
 
 from pipros import interrupts as _interrupts
 
-_interrupts.install()  # before the other imports: they are where Python drops a Ctrl-C most often
+_interrupts.install()  # before the other imports, during which Python drops a Ctrl-C most often
 
-import pipros.startup as _startup  # noqa: F401 # the import hook, where pipros.pth did not run
+import pipros.startup as _startup  # noqa: F401 # the import hook, if pipros.pth did not run
 from pipros.lazy_names import lazy_names as _lazy_names
 from pipros.lazy_names import star_names as _star_names
 from rospy import brought_along as _brought_along

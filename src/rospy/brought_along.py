@@ -1,7 +1,7 @@
-"""Modules that scripts use without importing them, because `import rospy` of Noetic has imported them.
+"""Modules that scripts use without importing them, because Noetic's `import rospy` imports them.
 
-`import xml, rospy` is enough there for `xml.etree.ElementTree`. Here such a module is imported when it is
-first asked for, so that no start-up pays for it.
+With Noetic, `import xml, rospy` is enough for `xml.etree.ElementTree`. Here such a module is imported at its
+first use, which keeps start-up fast.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ MODULES = {
     "xml.parsers": ("expat",),
     "xmlrpc": ("client", "server"),
 }
-"""The modules that are brought along, by the package that they are in. Each package is an empty file, or is
-imported anyway."""
+"""The modules that are imported implicitly, by package. Each package is an empty file, or is imported anyway.
+"""
 
 
 def bring_along() -> None:
-    """Makes the packages of `MODULES` import these modules when they are asked for. May be repeated."""
+    """Make the packages of `MODULES` import these modules at their first use. May be called repeatedly."""
     for package, names in MODULES.items():
         module = import_module(package)
         if "__getattr__" not in vars(module):

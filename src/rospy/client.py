@@ -54,7 +54,7 @@ T = TypeVar("T")
 
 
 def _interruptible(function: Callable[P, T]) -> Callable[P, T]:
-    """Has a call of the master that the end of the node interrupts raise what rospy users catch."""
+    """Translate the interruption of a master call by the node's shutdown into rospy's exception."""
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> T:
@@ -79,23 +79,23 @@ def init_node(
     xmlrpc_port: int = 0,
     tcpros_port: int = 0,
 ) -> None:
-    """Makes this process a ROS node, and waits until the master answers.
+    """Make this process a ROS node, and wait until the master answers.
 
     Args:
-        name: the name without a namespace; `__name:=` on the command line wins over it.
-        argv: arguments to take remappings from; by default `sys.argv`.
+        name: the name without a namespace; `__name:=` on the command line overrides it.
+        argv: the arguments with remappings; by default `sys.argv`.
         anonymous: makes the name unique.
         log_level: `rospy.DEBUG`, `INFO`, `WARN`, `ERROR` or `FATAL`; INFO by default.
         disable_rostime: keeps wall time, whatever `/use_sim_time` says.
-        disable_rosout: does not publish what is logged.
+        disable_rosout: does not publish log messages.
         disable_signals: leaves SIGINT and SIGTERM to the caller.
-        xmlrpc_port: the port of the node's slave API; 0 takes a free one.
-        tcpros_port: the port of its topics and services; 0 takes a free one.
+        xmlrpc_port: the port of the node's slave API; 0 selects a free one.
+        tcpros_port: the port of its topics and services; 0 selects a free one.
 
     Raises:
         ValueError: the name is empty, or has a namespace.
-        ROSException: it was called before, with other arguments.
-        ROSInitException: it was interrupted, or called outside the main thread with signals enabled.
+        ROSException: init_node was called before, with different arguments.
+        ROSInitException: init_node was interrupted, or called outside the main thread with signals enabled.
     """
     session.start(
         name,
@@ -111,7 +111,7 @@ def init_node(
 
 
 def spin() -> None:
-    """Waits until the node is shut down.
+    """Wait until the node is shut down.
 
     Raises:
         ROSInitException: before init_node.
@@ -122,21 +122,21 @@ def spin() -> None:
 
 
 def on_shutdown(h: Callable[[], object]) -> None:
-    """Has `h` called when the node shuts down, while publishing still works.
+    """Call `h` when the node shuts down, while publishing still works.
 
     Raises:
-        TypeError: `h` cannot be called.
+        TypeError: `h` is not callable.
     """
     add_client_shutdown_hook(h)
 
 
 def myargv(argv: Sequence[str] | None = None) -> list[str]:
-    """The command line without remapping arguments."""
+    """Return the command line without remapping arguments."""
     return [item for item in (sys.argv if argv is None else argv) if not is_legal_remapping(item)]
 
 
 def load_command_line_node_params(argv: Sequence[str]) -> dict[str, Any]:
-    """The private parameters that a command line sets by `_name:=value`, the values read as YAML."""
+    """Return the private parameters that a command line sets with `_name:=value`; values are YAML."""
     from pipros.safe import yaml
 
     return {name: yaml.load(text) for name, text in parse_arguments(argv).params.items()}
@@ -144,12 +144,12 @@ def load_command_line_node_params(argv: Sequence[str]) -> dict[str, Any]:
 
 @_interruptible
 def get_published_topics(namespace: str = "/") -> list[list[str]]:
-    """`[topic, type]` of every published topic below the namespace."""
+    """Return `[topic, type]` of every published topic below the namespace."""
     return session.master.get_published_topics(namespace)
 
 
 def get_master(env: Mapping[str, str] | None = None) -> MasterProxy:
-    """The master, for direct calls of its API."""
+    """Return the master, for direct calls of its API."""
     uri = session.master.uri if env is None else Environment.from_os(env).master_uri
     return MasterProxy(uri)
 
@@ -157,10 +157,10 @@ def get_master(env: Mapping[str, str] | None = None) -> MasterProxy:
 def wait_for_message(
     topic: str, topic_type: type[AnyMessage], timeout: float | msg_time.Duration | None = None
 ) -> AnyMessage:
-    """Subscribes to a topic, and returns the first message.
+    """Subscribe to a topic, and return the first message. Blocks.
 
     Raises:
-        ROSException: none came within `timeout` seconds.
+        ROSException: no message arrived within `timeout` seconds.
         ROSInterruptException: the node was shut down meanwhile.
     """
     arrived: list[AnyMessage] = []
@@ -187,10 +187,10 @@ def wait_for_message(
 
 @_interruptible
 def get_param(param_name: str, default: Any = _unspecified) -> Any:
-    """A parameter's value; that of a namespace is a dictionary.
+    """Return a parameter's value; a namespace is a dictionary.
 
     Raises:
-        KeyError: it is not set, and no default was given.
+        KeyError: it is not set, and there is no default.
     """
     try:
         return session.params.get(param_name)
@@ -200,7 +200,7 @@ def get_param(param_name: str, default: Any = _unspecified) -> Any:
 
 @_interruptible
 def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
-    """As `get_param`, but asks the master only once: later changes come by themselves."""
+    """Return a parameter as `get_param` does, but query the master only once: it announces later changes."""
     try:
         return session.params.get_cached(param_name)
     except NotFound:
@@ -215,14 +215,14 @@ def _default(param_name: str, default: Any) -> Any:
 
 @_interruptible
 def set_param(param_name: str, param_value: Any) -> None:
-    """Sets a parameter; a dictionary replaces a whole namespace.
+    """Set a parameter; a dictionary replaces a whole namespace.
 
-    Nothing happens to the root, `/`, when the value is not a dictionary.
+    Setting the root, `/`, to another type has no effect.
 
     Raises:
-        TypeError: a value that XML-RPC cannot carry: None, a set, a key that is not a string.
-        OverflowError: an integer of more than 32 bits.
-        ROSException: the master refused it.
+        TypeError: XML-RPC has no form for a value: None, a set, a key that is not a string.
+        OverflowError: an integer has more than 32 bits.
+        ROSException: the master refused.
     """
     if session.resolve(param_name) == "/" and not isinstance(param_value, (dict, type(None))):
         return
@@ -234,13 +234,13 @@ def set_param(param_name: str, param_value: Any) -> None:
 
 @_interruptible
 def has_param(param_name: str) -> bool:
-    """True for a parameter that is set, and for a namespace with any."""
+    """Return True for a parameter that is set, and for a namespace with parameters."""
     return session.params.has(param_name)
 
 
 @_interruptible
 def delete_param(param_name: str) -> None:
-    """Deletes a parameter or a namespace.
+    """Delete a parameter or a namespace.
 
     Raises:
         KeyError: it is not set.
@@ -253,13 +253,13 @@ def delete_param(param_name: str) -> None:
 
 @_interruptible
 def search_param(param_name: str) -> str | None:
-    """The full name of the closest parameter of that name, from the node's namespace upwards."""
+    """Return the full name of the closest parameter, from the node's namespace upwards; None if not found."""
     return session.params.search(param_name)
 
 
 @_interruptible
 def get_param_names() -> list[str]:
-    """The names of all parameters."""
+    """Return the names of all parameters."""
     return session.params.names()
 
 

@@ -1,4 +1,4 @@
-"""Life of the node, and names that older code imports from here."""
+"""Life cycle of the node, and names that older code imports from here."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from rospy.logs import logwarn as logwarn
 from rospy.logs import logwarn_once as logwarn_once
 from rospy.logs import logwarn_throttle as logwarn_throttle
 from rospy.logs import logwarn_throttle_identical as logwarn_throttle_identical
-from rospy.names import *  # noqa: F403  # what others import from here
+from rospy.names import *  # noqa: F403  # imported from here by other code
 from rospy.names import ParameterInvalid, ROSException, ROSInitException
 from rospy.session import THREAD_END_S, session
 
@@ -55,7 +55,7 @@ T = TypeVar("T")
 
 _rospy_logger = logging.getLogger("rospy.internal")
 
-# What the client library itself says: for log files, not for `/rosout`.
+# Log messages of the client library itself: for log files, not for `/rosout`.
 rospydebug = _rospy_logger.debug
 rospyinfo = _rospy_logger.info
 rospywarn = _rospy_logger.warning
@@ -63,7 +63,7 @@ rospyerr = _rospy_logger.error
 
 
 def deprecated(func: Callable[P, T]) -> Callable[P, T]:
-    """Has each call of the function warn that it is deprecated."""
+    """Return the function wrapped so that each call warns that it is deprecated."""
 
     @functools.wraps(func)
     def call(*args: P.args, **kwargs: P.kwargs) -> T:
@@ -76,72 +76,72 @@ def deprecated(func: Callable[P, T]) -> Callable[P, T]:
 
 
 def is_initialized() -> bool:
-    """True once init_node has returned."""
+    """Return True once init_node has returned."""
     return session.is_initialized
 
 
 def set_initialized(initialized: bool) -> None:
-    """Has `is_initialized` answer that from now on. `init_node` sees to it for others."""
+    """Set the result of `is_initialized`. Ordinary programs call `init_node`, which does this."""
     session.is_initialized = initialized
 
 
 def is_shutdown() -> bool:
-    """True from the moment the node began to shut down; its shutdown hooks still see False."""
+    """Return True once the node has begun to shut down; its shutdown hooks still see False."""
     return session.is_shutdown
 
 
 def is_shutdown_requested() -> bool:
-    """True as soon as the node has been told to shut down, also inside shutdown hooks."""
+    """Return True as soon as shutdown was requested, also inside shutdown hooks."""
     return session.is_ending
 
 
 def signal_shutdown(reason: str) -> None:
-    """Shuts the node down: hooks first, then its entries at the master, then its links.
+    """Shut the node down: run the hooks, unregister at the master, then close all links.
 
-    Returns when it is done. May be repeated.
+    Blocks until done. May be called repeatedly.
     """
     session.end(reason)
 
 
 def check_hook(hook: object) -> None:
-    """Raises TypeError for what cannot be called."""
+    """Raise TypeError if the hook is not callable."""
     if not callable(hook):
         raise TypeError(f"shutdown hook [{hook}] must be a function or callable object: {type(hook)}")
 
 
 def add_client_shutdown_hook(h: Callable[[], object]) -> None:
-    """Has `h` called when the node shuts down, while publishing still works; at once if it has already.
+    """Call `h` when the node shuts down, while publishing still works; at once if it has already.
 
     Raises:
-        TypeError: it cannot be called.
+        TypeError: it is not callable.
     """
     check_hook(h)
     session.add_client_hook(h)
 
 
 def add_preshutdown_hook(h: Callable[[str], object]) -> None:
-    """Has `h` called with the reason after the client's hooks; raises as `add_client_shutdown_hook`."""
+    """Call `h` with the reason after the client's hooks; raise as `add_client_shutdown_hook`."""
     check_hook(h)
     session.add_preshutdown_hook(h)
 
 
 def add_shutdown_hook(h: Callable[[str], object]) -> None:
-    """Has `h` called with the reason once the node has left the graph; raises as the others."""
+    """Call `h` with the reason once the node has unregistered; raise as `add_client_shutdown_hook`."""
     check_hook(h)
     session.add_shutdown_hook(h)
 
 
 def register_signals() -> None:
-    """Has SIGINT and SIGTERM end the node, as `init_node` does unless told not to.
+    """Let SIGINT and SIGTERM end the node, as `init_node` does by default.
 
     Raises:
-        ROSInitException: not in the main thread.
+        ROSInitException: called outside the main thread.
     """
     session.install_signals()
 
 
 def configure_logging(node_name: str, level: int = logging.INFO) -> None:
-    """Opens the log file of a node, as `init_node` does; see `rosgraph.roslogging.configure_logging`.
+    """Open the log file of a node, as `init_node` does; see `rosgraph.roslogging.configure_logging`.
 
     Raises:
         ROSInitException: the name is empty, or not a base name.
@@ -155,17 +155,17 @@ def configure_logging(node_name: str, level: int = logging.INFO) -> None:
 
 
 def get_node_uri() -> str | None:
-    """The URI of the node's slave API; None before init_node."""
+    """Return the URI of the node's slave API; None before init_node."""
     return session.node_uri
 
 
 def set_node_uri(uri: str) -> None:
-    """Has `get_node_uri` answer that from now on."""
+    """Set the result of `get_node_uri`."""
     session.node_uri = uri
 
 
 def get_ros_root(required: bool = False, env: dict[str, str] | None = None) -> str | None:
-    """`ROS_ROOT`, which ROS 1 has not needed for long."""
+    """Return `ROS_ROOT`, which current ROS 1 does not need."""
     import os
 
     root = (os.environ if env is None else env).get("ROS_ROOT")
@@ -175,10 +175,10 @@ def get_ros_root(required: bool = False, env: dict[str, str] | None = None) -> s
 
 
 def parse_rosrpc_uri(uri: str) -> tuple[str, int]:
-    """Host and port of a service's URI.
+    """Return the host and port of a service's URI.
 
     Raises:
-        ParameterInvalid: it is not `rosrpc://host:port`.
+        ParameterInvalid: the URI is not `rosrpc://host:port`.
     """
     if not uri.startswith(ROSRPC):
         raise ParameterInvalid(f"Invalid protocol for ROS service URL: {uri}")
@@ -192,9 +192,9 @@ def parse_rosrpc_uri(uri: str) -> tuple[str, int]:
 
 
 def xmlrpcapi(uri: str | None, cache: bool = True) -> object | None:
-    """An XML-RPC proxy of a node or master; None when `uri` has no host."""
-    del cache  # connections are the proxy's own affair
-    from urllib.parse import urlsplit  # takes what has no port as well, as `ServerProxy` does
+    """Return an XML-RPC proxy of a node or master; None if `uri` has no host."""
+    del cache  # the proxy manages its connections itself
+    from urllib.parse import urlsplit  # also accepts a URI without a port, as `ServerProxy` does
 
     if uri is None or not urlsplit(uri).netloc:
         return None
@@ -204,14 +204,14 @@ def xmlrpcapi(uri: str | None, cache: bool = True) -> object | None:
 
 
 class NullHandler(logging.NullHandler):
-    """Takes what is logged, and does nothing with it."""
+    """Discards log records."""
 
     def emit(self, record: object) -> None:
-        """Does nothing."""
+        """Do nothing."""
 
 
 def _add_shutdown_thread(t: threading.Thread) -> None:
-    """Has the end of the node wait for a thread that runs, for some seconds at most."""
+    """Let the shutdown of the node wait for a running thread, for some seconds at most."""
     session.join_at_the_end(t)
 
 

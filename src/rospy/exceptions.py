@@ -8,11 +8,11 @@ class ROSException(Exception):
 
 
 class ROSSerializationException(ROSException):
-    """A message holds what its type cannot carry."""
+    """A value in a message does not fit the type of its field."""
 
 
 class ROSInternalException(Exception):
-    """Something went wrong inside the client library."""
+    """An internal error of the client library."""
 
 
 class ROSInitException(ROSException):
@@ -27,7 +27,7 @@ class ROSTimeMovedBackwardsException(ROSInterruptException):
     """Simulated time went back during a wait.
 
     Attributes:
-        time: the jump in seconds, negative.
+        time: the jump in seconds; negative.
     """
 
     def __init__(self, time: float) -> None:
@@ -44,4 +44,4 @@ class TransportTerminated(TransportException):
 
 
 class TransportInitError(TransportException):
-    """A connection could not be made, or its peer refused it."""
+    """A connection could not be opened, or the peer refused it."""

@@ -1,4 +1,4 @@
-"""Who hears of what the node registers, as `rospy.impl.registration` has it."""
+"""Listeners for registrations of the node, as in `rospy.impl.registration`."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ class Registration:
 
 
 class RegistrationListener:
-    """Hears of what the node registers. Derive from it."""
+    """Base class of objects that are notified of the node's registrations."""
 
     def reg_added(self, resolved_name: str, data_type_or_uri: str, reg_type: str) -> None:
-        """The node offers or wants a topic or service: its type, or for a service its URI."""
+        """Handle the registration of a topic with its type, or of a service with its URI."""
 
     def reg_removed(self, resolved_name: str, data_type_or_uri: str, reg_type: str) -> None:
-        """It does no longer."""
+        """Handle the end of a registration."""
 
 
 class RegistrationListeners:
     """The listeners of a process.
 
     Attributes:
-        listeners: those that were added.
+        listeners: the added listeners.
     """
 
     def __init__(self) -> None:
@@ -37,12 +37,12 @@ class RegistrationListeners:
         self.lock = threading.Lock()
 
     def add_listener(self, l: RegistrationListener) -> None:  # noqa: E741  # rospy's name for it
-        """Has a listener hear of registrations from now on."""
+        """Notify a listener of further registrations."""
         with self.lock:
             self.listeners.append(l)
 
     def notify_added(self, resolved_name: str, data_type: str, reg_type: str) -> None:
-        """Tells the listeners that something was registered. One that fails does not stop the others."""
+        """Notify the listeners of a registration. Errors of one are logged and do not affect the others."""
         for listener in list(self.listeners):
             try:
                 listener.reg_added(resolved_name, data_type, reg_type)
@@ -50,7 +50,7 @@ class RegistrationListeners:
                 logerr("error notifying listener of registration: %s", error)
 
     def notify_removed(self, resolved_name: str, data_type_or_uri: str, reg_type: str) -> None:
-        """As `notify_added`, for what was taken back."""
+        """Notify the listeners of the end of a registration, as `notify_added` does."""
         for listener in list(self.listeners):
             try:
                 listener.reg_removed(resolved_name, data_type_or_uri, reg_type)
@@ -58,6 +58,6 @@ class RegistrationListeners:
                 logerr("error notifying listener of unregistration: %s", error)
 
     def clear(self) -> None:
-        """Forgets all listeners."""
+        """Remove all listeners."""
         with self.lock:
             self.listeners.clear()

@@ -16,34 +16,34 @@ _star_names(__name__, "rosgraph rosnode rospy rosservice")
 
 
 class ROSConsoleException(Exception):
-    """A node does not exist, or does not tell its loggers."""
+    """A node does not exist, or does not support queries of its loggers."""
 
 
 class LoggerLevelServiceCaller:
-    """Asks nodes for their loggers and sets levels."""
+    """Queries the loggers of nodes, and sets their levels."""
 
     def __init__(self) -> None:
         self._current_levels: dict[str, str] = {}
 
     def get_levels(self) -> list[str]:
-        """The names of the levels, the lowest first."""
+        """Return the names of the levels, the lowest first."""
         return list(_loggers.LEVELS)
 
     def get_loggers(self, node: str) -> list[str]:
-        """The names of a node's loggers. Raises ROSConsoleException."""
+        """Return the names of a node's loggers. Raises ROSConsoleException."""
         with _graph(node) as graph:
             self._current_levels = _loggers.levels_of(graph.master, graph.resolve(node))
         return list(self._current_levels)
 
     def get_node_names(self) -> list[str]:
-        """The nodes whose levels can be set, sorted."""
+        """Return the nodes whose levels can be set, sorted."""
         with GraphClient("rosconsole") as graph:
             return _loggers.nodes_with_loggers(graph.master)
 
     def send_logger_change_message(self, node: str, logger: str, level: str) -> bool:
-        """Sets a level. False when the logger has it already.
+        """Set a level; return False if the logger has it already. Call `get_loggers` for the node first.
 
-        `get_loggers` of the node has to be called first: KeyError for a logger that it did not list.
+        Raises KeyError for a logger that it did not list.
         """
         if self._current_levels[logger].lower() == level.lower():
             return False

@@ -1,7 +1,7 @@
 """`rospy.loginfo` and its family.
 
-Everything goes to Python's logger `rosout` (or `rosout.<logger_name>`), whose handlers write to
-the console, the log file and the topic `/rosout`; each line carries the caller's own place.
+Everything goes to Python's logger `rosout` (or `rosout.<logger_name>`), whose handlers write to the console,
+the log file and the topic `/rosout`; each line has the caller's source location.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from rospy.rostime import get_time, in_seconds
 from rospy.session import session
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
-"""The levels as `/rosout` and `init_node(log_level=)` number them."""
+"""The level numbers of `/rosout` and `init_node(log_level=)`."""
 
 
 class Log(Protocol):
-    """Says a line: `msg % args` when there are args. `logger_name` names a logger below `rosout`."""
+    """Logs `msg % args`, or `msg` without args. `logger_name` names a logger below `rosout`."""
 
     def __call__(self, msg: object, *args: Any, **kwargs: Any) -> None: ...
 
 
 class LogThrottled(Protocol):
-    """Says a line unless this place in the code said one less than `period` seconds ago."""
+    """Logs a line unless this place in the code logged one less than `period` seconds ago."""
 
     def __call__(self, period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None: ...
 
@@ -46,14 +46,14 @@ class LoggingThrottle:
     """Passes one line of each caller per period.
 
     Attributes:
-        last_logging_time_table: when each caller was let through last, in seconds of the node's clock.
+        last_logging_time_table: when each caller last passed, in seconds of the node's clock.
     """
 
     def __init__(self) -> None:
         self.last_logging_time_table: dict[Hashable, float] = {}
 
     def __call__(self, caller_id: Hashable, period: float | msg_time.Duration) -> bool:
-        """True when this caller was not let through for `period`; for everybody after a clock went back."""
+        """Return True if this caller has not passed for `period`, or the clock went back."""
         now = get_time() if session.has_time else time.time()
         last = self.last_logging_time_table.get(caller_id)
         if last is not None and last <= now <= last + in_seconds(period):
@@ -65,7 +65,7 @@ class LoggingThrottle:
 
 
 class LoggingIdentical:
-    """Lets a line of a caller through when it differs from its last one.
+    """Passes a line of a caller if it differs from the caller's last one.
 
     Attributes:
         last_logging_msg_table: the last line of each caller.
@@ -75,30 +75,30 @@ class LoggingIdentical:
         self.last_logging_msg_table: dict[Hashable, str] = {}
 
     def __call__(self, caller_id: Hashable, msg: str) -> bool:
-        """True when the caller's last line was another one."""
+        """Return True if the caller's last line was different."""
         is_new = self.last_logging_msg_table.get(caller_id) != msg
         self.last_logging_msg_table[caller_id] = msg
         return is_new
 
 
 class LoggingOnce:
-    """Lets one line of each caller through.
+    """Passes one line of each caller.
 
     Attributes:
-        called_caller_ids: the callers that were let through.
+        called_caller_ids: the callers that have passed.
     """
 
     def __init__(self) -> None:
         self.called_caller_ids: set[Hashable] = set()
 
     def __call__(self, caller_id: Hashable) -> bool:
-        """True the first time."""
+        """Return True the first time."""
         is_new = caller_id not in self.called_caller_ids
         self.called_caller_ids.add(caller_id)
         return is_new
 
 
-# A call of one kind, on the same line as one of another, does not disturb it.
+# Separate tables: calls of different kinds on the same line do not affect each other.
 _logging_once, _logging_throttle, _logging_identical, _logging_identical_throttle = (
     LoggingOnce(),
     LoggingThrottle(),
@@ -108,7 +108,7 @@ _logging_once, _logging_throttle, _logging_identical, _logging_identical_throttl
 
 
 def _caller() -> tuple[str, int, int]:
-    """The file and line that call the function of the family, and the place of the call within the line."""
+    """Return the file and line of the call of a log function, and the position of the call in the line."""
     frame = sys._getframe(2)
     return frame.f_code.co_filename, frame.f_lineno, frame.f_lasti
 
@@ -120,17 +120,17 @@ def _logger(kwargs: dict[str, Any]) -> logging.Logger:
 
 def _family(level: int) -> Family:
     def log(msg: object, *args: Any, **kwargs: Any) -> None:
-        """Logs `msg % args` at the level of its name. `logger_name` names a logger below `rosout`."""
+        """Log `msg % args` at the function's level. `logger_name` names a logger below `rosout`."""
         _logger(kwargs).log(level, msg, *args, stacklevel=2, **kwargs)
 
     def throttle(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None:
-        """Logs unless this place in the code logged less than `period` seconds ago, by the node's clock."""
+        """Log unless this place in the code logged less than `period` seconds ago, by the node's clock."""
         logger = _logger(kwargs)
         if _logging_throttle(_caller(), period):
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
     def throttle_identical(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None:
-        """As the throttled function, but another text than the last one of this place is logged at once."""
+        """Log as `throttle` does, but log a text that differs from this place's last one at once."""
         logger = _logger(kwargs)
         caller = _caller()
         is_due = _logging_identical_throttle(caller, period)
@@ -138,7 +138,7 @@ def _family(level: int) -> Family:
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
     def once(msg: object, *args: Any, **kwargs: Any) -> None:
-        """Logs the first time that this place in the code is reached."""
+        """Log the first time that this place in the code is reached."""
         logger = _logger(kwargs)
         if _logging_once(_caller()):
             logger.log(level, msg, *args, stacklevel=2, **kwargs)

@@ -1,4 +1,4 @@
-"""The topics and services of the node, as `rospy.impl.registration` hands them out."""
+"""The topic and service managers of the node, as in `rospy.impl.registration`."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from rospy.service import Service
     from rospy.topic_impl import PublisherImpl, SubscriberImpl, TopicImpl
 
-Told = Callable[[str, str, str], object]
+RegistrationCallback = Callable[[str, str, str], object]
 
 
 class TopicManager:
-    """What the node publishes and subscribes to.
+    """The publications and subscriptions of the node.
 
     Attributes:
-        lock: for those who change several things at once; the node has its own.
+        lock: for callers that make several changes at once; the node has its own.
     """
 
     def __init__(self) -> None:
@@ -33,7 +33,7 @@ class TopicManager:
 
     @property
     def closed(self) -> bool:
-        """True once the node is shut down."""
+        """Whether the node is shut down."""
         return session.is_shutdown
 
     @property
@@ -60,26 +60,26 @@ class TopicManager:
         return {*self.pubs, *self.subs}
 
     def get_topics(self) -> set[str]:
-        """The names of all topics."""
+        """Return the names of all topics."""
         return self.topics
 
     def get_pub_sub_info(self) -> list[list[Any]]:
-        """The connections, as `getBusInfo` of the slave API describes them."""
+        """Return the connections, as `getBusInfo` of the slave API describes them."""
         return list(_slave(session.node).get_bus_info("")[2]) if session.node is not None else []
 
     def get_pub_sub_stats(self) -> tuple[list[Any], list[Any]]:
-        """What went over the connections, as `getBusStats` of the slave API has it."""
+        """Return the traffic of the connections, as `getBusStats` of the slave API describes it."""
         if session.node is None:
             return [], []
         published, subscribed, _ = _slave(session.node).get_bus_stats("")[2]
         return published, subscribed
 
     def get_publications(self) -> list[list[str]]:
-        """`[topic, type]` of each topic that the node publishes."""
+        """Return `[topic, type]` of each topic that the node publishes."""
         return [[topic, one.type] for topic, one in self.pubs.items()]
 
     def get_subscriptions(self) -> list[list[str]]:
-        """`[topic, type]` of each topic that the node subscribes to."""
+        """Return `[topic, type]` of each topic that the node subscribes to."""
         return [[topic, one.type] for topic, one in self.subs.items()]
 
     def has_publication(self, resolved_name: str) -> bool:
@@ -95,10 +95,10 @@ class TopicManager:
         return self.subs.get(resolved_name)
 
     def get_impl(self, reg_type: str, resolved_name: str) -> TopicImpl | None:
-        """The publishing side (`pub`) or the receiving side (`sub`) of a topic; None when there is none.
+        """Return the publishing side (`pub`) or receiving side (`sub`) of a topic; None if there is none.
 
         Raises:
-            TypeError: `reg_type` is neither.
+            TypeError: `reg_type` is neither `pub` nor `sub`.
         """
         if reg_type == "pub":
             return self.get_publisher_impl(resolved_name)
@@ -107,7 +107,7 @@ class TopicManager:
         raise TypeError(f"invalid reg_type: {reg_type}")
 
     def acquire_impl(self, reg_type: str, resolved_name: str, data_class: type[Message]) -> TopicImpl | None:
-        """As `get_impl`, for a topic that is published or subscribed to from now on, until `release_impl`."""
+        """Publish or subscribe to a topic until `release_impl`; return its side as `get_impl` does."""
         if session.node is not None and not session.is_shutdown:
             endpoints = session.node.endpoints
             handle: Any
@@ -121,7 +121,7 @@ class TopicManager:
         return self.get_impl(reg_type, resolved_name)
 
     def release_impl(self, reg_type: str, resolved_name: str) -> None:
-        """Takes back one `acquire_impl`. Does nothing when there was none."""
+        """Undo one `acquire_impl`. Does nothing if there was none."""
         for held in self._held:
             if held[:2] == (reg_type, resolved_name):
                 self._held.remove(held)
@@ -129,10 +129,10 @@ class TopicManager:
                 return
 
     def check_all(self) -> None:
-        """Does nothing: links of pipros notice by themselves when a peer is gone."""
+        """Do nothing, because links of pipros detect lost peers themselves."""
 
     def close_all(self) -> None:
-        """Takes back what was acquired here; the rest ends with the node."""
+        """Release all that `acquire_impl` acquired; other topics end with the node."""
         while self._held:
             self._held.pop()[2].unregister()
 
@@ -142,7 +142,7 @@ class ServiceManager:
 
     Attributes:
         map: each service by its name.
-        registration_listeners: those that hear of services that are registered here.
+        registration_listeners: notified of the services that are registered here.
     """
 
     def __init__(self, registration_listeners: RegistrationListeners | None = None) -> None:
@@ -155,17 +155,17 @@ class ServiceManager:
         return {**session.services, **self._own}
 
     def get_services(self) -> list[tuple[str, Any]]:
-        """`(name, class)` of each service."""
+        """Return `(name, class)` of each service."""
         return [(name, service.service_class) for name, service in self.map.items()]
 
     def get_service(self, resolved_service_name: str) -> Service | None:
         return self.map.get(resolved_service_name)
 
     def register(self, resolved_service_name: str, service: Service) -> None:
-        """Lists a service here, which serves by itself.
+        """Add a running service to the list.
 
         Raises:
-            ServiceException: there is one of that name.
+            ServiceException: the name is registered already.
         """
         from rospy.service import ServiceException
 
@@ -176,7 +176,7 @@ class ServiceManager:
         self.registration_listeners.notify_added(resolved_service_name, str(service.uri), "srv")
 
     def unregister(self, resolved_service_name: str, service: Service) -> None:
-        """Takes a service off the list, if it is that one."""
+        """Remove a service from the list, unless another one has its name."""
         with self.lock:
             if self._own.get(resolved_service_name) is not service:
                 return
@@ -184,7 +184,7 @@ class ServiceManager:
         self.registration_listeners.notify_removed(resolved_service_name, str(service.uri), "srv")
 
     def unregister_all(self, reason: str = "") -> None:
-        """Shuts all services down."""
+        """Shut all services down."""
         for service in list(self.map.values()):
             service.shutdown(reason)
         self._own.clear()
@@ -198,18 +198,18 @@ class Managers:
         self.services: Any = ServiceManager()
         self._is_watching = False
 
-    def watch(self, added: Told, removed: Told) -> None:
-        """Has the functions called with name, type (URI of a service) and kind of each registration."""
+    def watch(self, added: RegistrationCallback, removed: RegistrationCallback) -> None:
+        """Call the functions with the name, type (a service's URI) and kind of each registration."""
         if self._is_watching:
             return
         self._is_watching = True
 
-        def tell(entry: Entry, is_added: bool) -> None:
+        def notify(entry: Entry, is_added: bool) -> None:
             described = _described(entry)
             if described is not None:
                 (added if is_added else removed)(*described)
 
-        session.when_started(lambda node: node.registrations.observe(tell))
+        session.when_started(lambda node: node.registrations.observe(notify))
 
 
 def _described(entry: Entry) -> tuple[str, str, str] | None:

@@ -1,4 +1,4 @@
-"""`AnyMsg`, and making messages from what `publish` was called with."""
+"""`AnyMsg`, and conversion of the arguments of `publish` into messages."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MessageClass = TypeVar("MessageClass", bound=Message)
 
 
 class AnyMsg(Message):
-    """A message of any type, its body left as bytes in `_buff`. For subscribing only, or to relay."""
+    """A message of any type with the serialized body in `_buff`; for subscribing and relaying."""
 
     _md5sum: ClassVar[str] = "*"
     _type: ClassVar[str] = "*"
@@ -28,10 +28,10 @@ class AnyMsg(Message):
     _slot_types: ClassVar[list[str]] = []
 
     def __init__(self, *args: Any) -> None:
-        """Takes no fields.
+        """Create an empty message.
 
         Raises:
-            ROSException: for any argument.
+            ROSException: arguments were passed.
         """
         if args:
             raise ROSException("AnyMsg does not accept arguments")
@@ -44,17 +44,17 @@ class AnyMsg(Message):
         return message
 
     def serialize(self, buff: Any) -> None:
-        """Writes the bytes that were received.
+        """Write the received bytes.
 
         Raises:
-            ROSException: there are none.
+            ROSException: the message holds no bytes.
         """
         if self._buff is None:
             raise ROSException("AnyMsg is not initialized")
         buff.write(self._buff)
 
     def deserialize(self, str: Any) -> AnyMsg:  # noqa: A002  # genpy's name for it
-        """Keeps what it is given, as it is."""
+        """Store the bytes unchanged."""
         self._buff = str
         return self
 
@@ -65,10 +65,10 @@ class AnyMsg(Message):
 
 
 def serialize_message(b: BinaryIO, seq: int, msg: Message) -> None:
-    """Writes a message as it goes over a connection, its length in front; a header gets the number `seq`.
+    """Write a message in wire format, after its length; a header gets the number `seq`.
 
     Raises:
-        SerializationError: a field's value does not fit its type. Nothing was written.
+        SerializationError: a value does not fit the type of its field. Nothing was written.
     """
     number(msg, seq)
     body = io.BytesIO()
@@ -84,13 +84,13 @@ def deserialize_messages(
     max_msgs: int | None = None,
     start: int = 0,
 ) -> None:
-    """Moves the complete messages of a buffer to a list; what is left of one stays at the buffer's start.
+    """Move the complete messages of a buffer to a list; an incomplete one stays at the buffer's start.
 
     Args:
-        b: messages as `serialize_message` writes them; written up to its position.
-        queue_size: how many of the newest messages are kept.
-        max_msgs: no more than that are taken.
-        start: where in the buffer to begin.
+        b: messages in the format of `serialize_message`, up to the buffer's position.
+        queue_size: how many of the newest messages to keep.
+        max_msgs: the maximum number of messages to read.
+        start: the offset at which to begin.
 
     Raises:
         genpy.DeserializationError: the bytes are not such a message.
@@ -116,11 +116,11 @@ def deserialize_messages(
 def args_kwds_to_message(
     data_class: type[MessageClass], args: Sequence[Any], kwds: Mapping[str, Any]
 ) -> MessageClass:
-    """The message that `publish(*args, **kwds)` or a service call means: itself, or its fields.
+    """Return the message for `publish(*args, **kwds)` or a service call, given itself or its fields.
 
     Raises:
         TypeError: a message of another type, too few or too many fields, or both kinds of arguments.
-        AttributeError: a keyword that is not a field.
+        AttributeError: a keyword is not a field.
     """
     if args and kwds:
         raise TypeError("publish() can be called with arguments or keywords, but not both.")
@@ -132,7 +132,7 @@ def args_kwds_to_message(
 
 
 def _message_for(data_class: type[MessageClass], one: Any) -> MessageClass:
-    """A message given as the only argument: the message itself, or the value of its only field."""
+    """Return a message given as the only argument: the message itself, or the value of its only field."""
     if isinstance(one, data_class):
         return one
     if one._type == data_class._type and one._md5sum == data_class._md5sum:

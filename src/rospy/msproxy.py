@@ -1,4 +1,4 @@
-"""The master as an object whose methods are those of its XML-RPC API."""
+"""A proxy of the master with the methods of its XML-RPC API."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _star_names(__name__, "threading:Lock rospy")
 
 
 class MasterProxy:
-    """Calls any method of the Master and Parameter API; the caller_id goes first by itself.
+    """Calls any method of the Master and Parameter API, with the caller_id as implicit first argument.
 
-    `target` names the master; `proxy.getPid()` returns `[code, text, value]`. Parameters may be
-    used like entries of a dictionary: `proxy['~rate'] = 5`.
+    `target` names the master; `proxy.getPid()` returns `[code, text, value]`. Parameters can be used like
+    entries of a dictionary: `proxy['~rate'] = 5`.
 
     Raises:
         OSError: the master cannot be reached.
@@ -41,11 +41,11 @@ class MasterProxy:
         return call
 
     def search_param(self, key: str) -> str | None:
-        """The full name of the closest parameter of that name, from the node's namespace upwards."""
+        """Return the full name of the closest parameter of that name, from the node's namespace upwards."""
         return session.params.search(key)
 
     def get_param_cached(self, key: str) -> Any:
-        """A parameter's value, of which the master tells when it changes.
+        """Return a parameter's value, cached until the master announces a change.
 
         Raises:
             KeyError: it is not set.

@@ -61,7 +61,7 @@ __all__ = [
 
 
 def get_name() -> str:
-    """The full name of the node; `/unnamed` before init_node."""
+    """Return the full name of the node; `/unnamed` before init_node."""
     return session.name
 
 
@@ -69,34 +69,34 @@ get_caller_id = get_name
 
 
 def get_namespace() -> str:
-    """The namespace of the node, with a trailing slash."""
+    """Return the namespace of the node, with a trailing slash."""
     return session.namespace
 
 
 def resolve_name(name: str, caller_id: str | None = None) -> str:
-    """The global name that `name` means in the node `caller_id`, by default this one; remapped."""
+    """Return the global name of `name` in the node `caller_id`, by default this one, with remappings."""
     identity = session.identity
     return identity.resolve_for(caller_id or identity.name, name or "")
 
 
 def resolve_name_without_node_name(name: str) -> str:
-    """As `resolve_name`, for topics that are made before the node has its name; remapped all the same.
+    """Resolve and remap a topic that is created before the node has its name.
 
     Raises:
-        ValueError: for a private name, which needs the node's.
+        ValueError: the name is private, and so needs the node's.
     """
     return session.identity.resolve_topic_without_name(name or "")
 
 
 def remap_name(name: str, caller_id: str | None = None, resolved: bool = True) -> str:
-    """What a remapping argument that reads just like `name` makes of it; unchanged without one."""
-    del resolved  # makes no difference in Noetic either
+    """Return the target of the remapping argument whose source is literally `name`, else `name`."""
+    del resolved  # has no effect in Noetic either
     identity = session.identity
     return identity.remap(name, caller_id or identity.name)
 
 
 def scoped_name(caller_id: str, name: str) -> str:
-    """`name` as it reads from within the namespace of `caller_id`.
+    """Return `name` relative to the namespace of `caller_id`.
 
     Raises:
         ROSException: `caller_id` is not a global name.
@@ -111,69 +111,69 @@ def scoped_name(caller_id: str, name: str) -> str:
 
 
 def get_mappings() -> dict[str, str]:
-    """The remapping arguments of the process as they were written, `__log` and its kind included."""
+    """Return the remapping arguments of the process as written, including special ones such as `__log`."""
     arguments = session.identity.arguments
     return {**arguments.special, **arguments.remappings}
 
 
 def get_resolved_mappings() -> dict[str, str]:
-    """The remapping arguments of the node as global names, `__log` and its kind as they were written.
+    """Return the remapping arguments of the node as global names; special ones (`__log`) as written.
 
-    Empty before init_node, unless `initialize_mappings` was called.
+    The result is empty before init_node, unless `initialize_mappings` was called.
     """
-    if session.node is None and not session.has_settled_remappings:
+    if session.node is None and not session.has_resolved_remappings:
         return {}
     identity = session.identity
     return {**identity.arguments.special, **identity.remappings}
 
 
 def reload_mappings(argv: Sequence[str]) -> None:
-    """Takes the remappings of another command line; they count for names from `initialize_mappings` on."""
+    """Replace the remappings by those of another command line, effective at `initialize_mappings`."""
     session.read_arguments(argv)
 
 
 def initialize_mappings(node_name: str) -> None:
-    """Has names be remapped as those of a node of that full name. `init_node` sees to it for others."""
-    session.settle_remappings(node_name)
+    """Resolve the remappings relative to `node_name`, a full name. `init_node` does this itself."""
+    session.resolve_remappings_for(node_name)
 
 
 def make_global_ns(name: str) -> str:
-    """The namespace as a global one, with a slash at its end.
+    """Return the namespace as a global one, with a trailing slash.
 
     Raises:
-        ValueError: for a private name.
+        ValueError: the name is private.
     """
     return names.make_global_namespace(name)
 
 
 def isstring(s: object) -> bool:
-    """Whether it is a text."""
+    """Return whether an object is a string."""
     return isinstance(s, str)
 
 
 def get_ros_namespace(env: Mapping[str, str] | None = None, argv: Sequence[str] | None = None) -> str:
-    """The namespace of the process; see `rosgraph.names.get_ros_namespace`."""
-    from rosgraph import names as graph_names  # with the rest of rosgraph, which few programs need
+    """Return the namespace of the process; see `rosgraph.names.get_ros_namespace`."""
+    from rosgraph import names as graph_names  # late, because few programs need rosgraph
 
     return graph_names.get_ros_namespace(env, argv)
 
 
 def load_mappings(argv: Sequence[str]) -> dict[str, str]:
-    """The remappings of a command line; see `rosgraph.names.load_mappings`."""
+    """Return the remappings of a command line; see `rosgraph.names.load_mappings`."""
     from rosgraph import names as graph_names
 
     return graph_names.load_mappings(argv)
 
 
 def namespace(name: str | None) -> str:
-    """The namespace of a name; see `rosgraph.names.namespace`."""
+    """Return the namespace of a name; see `rosgraph.names.namespace`."""
     from rosgraph import names as graph_names
 
     return graph_names.namespace(name)
 
 
 def __getattr__(name: str) -> Any:
-    """The state of names as some packages look at it."""
+    """Return module state that some packages read."""
     if name == "_mappings":
         return get_mappings()
     if name == "_resolved_mappings":

@@ -1,4 +1,4 @@
-"""`numpy_msg`: message classes whose arrays of numbers arrive as numpy arrays."""
+"""`numpy_msg`: message classes that receive arrays of numbers as numpy arrays."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _star_names(__name__, "numpy")
 
 @cache
 def numpy_msg(msg_type: type[AnyMessage]) -> type[AnyMessage]:
-    """The class to publish or subscribe with instead of `msg_type`; always the same one.
+    """Return the class to publish or subscribe with instead of `msg_type`; the same one for each call.
 
     Numpy arrays can be published with either class; this one also receives them.
 

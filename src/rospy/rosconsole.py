@@ -22,13 +22,13 @@ NAME = "rosconsole"
 
 
 def error(status: int, msg: str) -> NoReturn:
-    """Prints an error of the command and ends the process with `status`."""
+    """Print an error of the command and end the process with `status`."""
     print(f"{NAME}: error: {msg}", file=sys.stderr)
     sys.exit(status)
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """The command; `argv` begins with its name. Ends with SystemExit when something went wrong."""
+    """Run the command; `argv` begins with its name. Raises SystemExit on errors."""
     code = _main(list(sys.argv if argv is None else argv)[1:])
     if code:
         sys.exit(code)

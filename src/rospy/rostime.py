@@ -1,4 +1,4 @@
-"""`rospy.Time` and `rospy.Duration`: genpy's, with a clock."""
+"""`rospy.Time` and `rospy.Duration`: genpy's classes, plus the node's clock."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _star_names(__name__, "genpy rospy sys traceback")
 
 
 def clock() -> Clock:
-    """The clock of the default node.
+    """Return the clock of the default node.
 
     Raises:
         ROSInitException: before init_node, unless `set_rostime_initialized(True)` was called.
@@ -46,7 +46,7 @@ class Time(msg_time.Time):
 
     @staticmethod
     def now() -> Time:
-        """The time of the node's clock: zero while a simulated clock has not started.
+        """Return the time of the node's clock; zero while a simulated clock has not started.
 
         Raises:
             ROSInitException: before init_node.
@@ -55,17 +55,17 @@ class Time(msg_time.Time):
 
     @classmethod
     def from_seconds(cls, float_secs: float) -> Time:
-        """The same as `from_sec`, which new code should use."""
+        """Return the same as `from_sec`, which new code should use."""
         return cls.from_sec(float_secs)
 
 
 def get_rostime() -> Time:
-    """The same as `Time.now`."""
+    """Return the same as `Time.now`."""
     return Time(*divmod(clock().now_ns(), NS_PER_S))
 
 
 def get_time() -> float:
-    """The time of the node's clock in seconds.
+    """Return the time of the node's clock in seconds.
 
     Raises:
         ROSInitException: before init_node.
@@ -77,7 +77,7 @@ _condition = threading.Condition()
 
 
 def get_rostime_cond() -> threading.Condition:
-    """A condition that is notified when simulated time changes; nothing notifies it in wall time."""
+    """Return a condition that is notified when simulated time changes; it is never notified in wall time."""
     clock = session.clock
     return clock.changed if isinstance(clock, SimulatedClock) else _condition
 
@@ -87,32 +87,32 @@ def is_rostime_initialized() -> bool:
 
 
 def is_wallclock() -> bool:
-    """True unless the node runs on simulated time."""
+    """Return True unless the node uses simulated time."""
     return not session.clock.is_simulated
 
 
 def set_rostime_initialized(val: bool) -> None:
-    """Whether there is a time to ask for. For tests without a node: `init_node` sees to it for others."""
+    """Set whether time is available. For tests without a node; `init_node` does this itself."""
     session.has_time = val
 
 
 def _set_rostime(t: msg_time.Time) -> None:
-    """Sets what `Time.now` answers; from then on time is simulated."""
-    session.simulate_time(t.to_nsec())
+    """Set the result of `Time.now`, and switch to simulated time."""
+    session.set_sim_time(t.to_nsec())
 
 
 def switch_to_wallclock() -> None:
-    """Goes back to the clock of the machine."""
+    """Switch to the clock of the machine."""
     session.use_wall_clock()
 
 
 def wallsleep(duration: float | msg_time.Duration) -> None:
-    """Sleeps in wall time, even if the node uses simulated time."""
+    """Sleep in wall time, even if the node uses simulated time."""
     time.sleep(max(0.0, in_seconds(duration)))
 
 
 def in_seconds(duration: float | msg_time.Duration) -> float:
-    """A duration or a number of seconds as the latter."""
+    """Return a duration, or a number of seconds, in seconds."""
     return duration.to_sec() if isinstance(duration, msg_time.Duration) else duration
 
 

@@ -16,7 +16,7 @@ from pipros.node import Node
 from pipros.node.endpoints import NameInUse
 from pipros.node.service_client import ServiceClient, ServiceFailed
 from pipros.node.service_server import HandlerError, ServiceServer
-from rospy.core import *  # noqa: F403  # what others import from here
+from rospy.core import *  # noqa: F403  # imported from here by other code
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.msg import args_kwds_to_message
 from rospy.rostime import in_seconds
@@ -25,7 +25,7 @@ from rospy.topics import DEFAULT_BUFF_SIZE
 
 _LOOK_INTERVAL_S = 0.3
 _LOOK_LIMIT_S = 10.0
-"""How often wait_for_service looks again, and how long one look may take."""
+"""How often wait_for_service probes the service, and how long one probe may take."""
 
 logger = logging.getLogger("rospy.service")
 
@@ -33,12 +33,12 @@ ErrorHandler = Callable[[BaseException, type[BaseException], BaseException, Any]
 
 
 class ServiceException(Exception):
-    """A service call brought no response."""
+    """A service call failed."""
 
 
 @dataclass(frozen=True, slots=True)
 class ServiceProtocol:
-    """What a connection of a service is made of."""
+    """The parts of a service connection."""
 
     resolved_name: str
     service_class: Any
@@ -48,8 +48,8 @@ class ServiceProtocol:
 class Service:
     """Offers a service: calls `handler(request)` for each call, in a thread of the connection.
 
-    The handler may return the response, its only field, its fields as a list, tuple or
-    dictionary, and `[]` or `{}` where it has none.
+    The handler may return the response, its only field, its fields as a list, tuple or dictionary, or `[]` or
+    `{}` if it has none.
     """
 
     def __init__(
@@ -60,10 +60,10 @@ class Service:
         buff_size: int = DEFAULT_BUFF_SIZE,
         error_handler: ErrorHandler | None = None,
     ) -> None:
-        """Registers the service, or does so in init_node.
+        """Register the service, or do so in init_node.
 
-        `error_handler(exception, type, value, traceback)` is called when the handler raises; the
-        client gets an error all the same. `buff_size` is accepted for Noetic's sake.
+        `error_handler(exception, type, value, traceback)` is called if the handler raises; the client gets an
+        error in any case. `buff_size` is accepted for compatibility and has no effect.
 
         Raises:
             ServiceException: this node offers a service of that name already.
@@ -109,11 +109,11 @@ class Service:
 
     @property
     def done(self) -> bool:
-        """True once the service was shut down."""
+        """Whether the service was shut down."""
         return self._is_shut_down or session.is_shutdown
 
     def handle(self, transport: object, header: object) -> None:
-        """Answered a connection in genuine rospy; the node of pipros does so itself.
+        """Refuse to handle a connection, which the node of pipros does itself, unlike genuine rospy.
 
         Raises:
             NotImplementedError: always.
@@ -122,7 +122,7 @@ class Service:
         raise NotImplementedError(f"the node of pipros answers {transport} itself")
 
     def shutdown(self, reason: str = "") -> None:
-        """Takes the service back. May be repeated."""
+        """Unregister the service. May be called repeatedly."""
         del reason
         self._is_shut_down = True
         session.release_service(self.resolved_name)
@@ -132,7 +132,7 @@ class Service:
             self._node.endpoints.stop_serving(self._server)
 
     def spin(self) -> None:
-        """Waits until the node is shut down.
+        """Wait until the node is shut down.
 
         Raises:
             ROSInitException: before init_node.
@@ -152,7 +152,7 @@ class Service:
 def _log_handler_error(
     error: BaseException, kind: type[BaseException], value: BaseException, trace: Any
 ) -> None:
-    """What a handler's exception leads to unless `error_handler` says otherwise."""
+    """Log an exception of a handler; the default `error_handler`."""
     del value, kind
     session.logger.error("Error processing request: %s", error, exc_info=(type(error), error, trace))
 
@@ -162,10 +162,10 @@ def _adapt(error_handler: ErrorHandler) -> Callable[[BaseException], object]:
 
 
 def convert_return_to_response(response: Any, response_class: type[Message]) -> Message:
-    """The response that a handler's return value means.
+    """Convert a handler's return value into the response.
 
     Raises:
-        HandlerError: it means none.
+        HandlerError: the value does not fit the response.
     """
     if isinstance(response, Message) and response._type == response_class._type:
         return response
@@ -195,14 +195,14 @@ class ServiceProxy:
         *,
         timeout: float | msg_time.Duration | None = None,
     ) -> None:
-        """Does not connect yet; works before init_node too.
+        """Store the settings; the first call connects. Works before init_node, too.
 
         Args:
             name: the service.
             service_class: its class, `std_srvs.srv.Empty` for example.
             persistent: keeps one connection for all calls.
-            headers: reach the handler in `request._connection_header`.
-            timeout: seconds that a call may take; None is for ever. (Not in Noetic.)
+            headers: passed to the handler in `request._connection_header`.
+            timeout: the timeout of a call in seconds; None means no limit. (Not in Noetic.)
         """
         self.resolved_name = session.resolve(name)
         self.service_class = service_class
@@ -223,17 +223,17 @@ class ServiceProxy:
         )
 
     def __call__(self, *args: Any, **kwds: Any) -> Any:
-        """The same as `call`."""
+        """Call the service, as `call` does."""
         return self.call(*args, **kwds)
 
     def call(self, *args: Any, **kwds: Any) -> Any:
-        """Calls the service and returns its response.
+        """Call the service and return its response.
 
-        Takes the request, or its fields: all in order, or any by name. `timeout=` limits this
+        The arguments are the request, or its fields: all in order, or some by name. `timeout=` limits this
         call, unless the request has a field of that name.
 
         Raises:
-            ServiceException: nobody offers it, it answered with an error, or took too long.
+            ServiceException: no node offers it, it replied with an error, or the timeout expired.
             ROSInterruptException: the node was shut down meanwhile.
             TypeError, AttributeError: the arguments do not fit the request.
         """
@@ -250,30 +250,30 @@ class ServiceProxy:
             raise ServiceException(str(error)) from None
 
     def wait_for_service(self, timeout: float | msg_time.Duration | None = None) -> None:
-        """See `rospy.wait_for_service`."""
+        """Wait for the service; see `rospy.wait_for_service`."""
         wait_for_service(self.resolved_name, timeout=timeout)
 
     @property
     def uri(self) -> str | None:
-        """Where the server was at the last call, `rosrpc://host:port`; None before the first."""
+        """The server's URI at the last call, `rosrpc://host:port`; None before the first."""
         return self._client.uri
 
     @property
     def transport(self) -> object | None:
-        """The connection that a persistent proxy keeps; None before its first call."""
+        """The open connection of a persistent proxy; None before its first call."""
         return self._client.kept
 
     def close(self) -> None:
-        """Closes the connection of a persistent proxy."""
+        """Close the connection of a persistent proxy."""
         self._client.close()
 
 
 def wait_for_service(service: str, timeout: float | msg_time.Duration | None = None) -> None:
-    """Waits until a service is offered and its server really answers.
+    """Wait until a service is offered and its server really answers.
 
     Raises:
         ValueError: `timeout` is 0.
-        ROSException: it was not within `timeout` seconds.
+        ROSException: the service was not available within `timeout` seconds.
         ROSInterruptException: the node was shut down meanwhile.
     """
     client = ServiceClient(
@@ -301,7 +301,7 @@ def wait_for_service(service: str, timeout: float | msg_time.Duration | None = N
 
 
 class _AnyService:
-    """Stands for a service class where a probe needs none."""
+    """A placeholder for the service class, which a probe does not need."""
 
     _type = _md5sum = "*"
     _request_class = _response_class = Message

@@ -1,6 +1,6 @@
-"""The one default node of a process, which every name in rospy speaks of.
+"""The default node of the process; rospy's module-level functions use it.
 
-All state of rospy lives in the one `session` object at the end of this module.
+All state of rospy is in the `session` object at the end of this module.
 """
 
 from __future__ import annotations
@@ -41,21 +41,21 @@ from rospy.exceptions import ROSException, ROSInitException, ROSInterruptExcepti
 Hook = Callable[..., object]
 
 THREAD_END_S = 5.0
-"""How long the shutdown waits for each thread that asks for it."""
+"""How long the shutdown waits for each registered thread."""
 
 
 class InitInterrupted(ROSInitException, ROSInterruptException):
-    """The process was shut down while init_node still waited for the master."""
+    """The process was shut down while init_node waited for the master."""
 
 
 class Closable(Protocol):
-    """What is closed when its node is forgotten: a `rospy.Publisher`."""
+    """An object that is closed with its node: a `rospy.Publisher`."""
 
     def close(self) -> None: ...
 
 
 class Session:
-    """The life of rospy in this process: before `init_node`, with its node, and after the end."""
+    """The state of rospy in this process: before `init_node`, with its node, and after the shutdown."""
 
     def __init__(self) -> None:
         self.logger = ros_logger("rosout")
@@ -68,12 +68,12 @@ class Session:
         self._signals = Signals(self.end)
         self._has_signals = False
         self._early_clients: tuple[str, MasterClient, Parameters] | None = None
-        self._arguments: names.Arguments | None = None  # in place of those of the command line
+        self._arguments: names.Arguments | None = None  # replace those of the command line
         self._log_handlers: list[logging.Handler] = []
-        self._process_id = 0  # which init_node was called in
-        self._be_without_node()
+        self._process_id = 0  # the process that called init_node
+        self._reset_node_state()
 
-    def _be_without_node(self) -> None:
+    def _reset_node_state(self) -> None:
         self.node: Node | None = None
         self.calls = OpenCalls()
         self._waiting_for_node: list[Callable[[Node], object]] = []
@@ -82,16 +82,16 @@ class Session:
         self.preshutdown_hooks: list[Hook] = []
         self.shutdown_hooks: list[Hook] = []
         self.threads_to_join: list[threading.Thread] = []
-        self._is_over = False  # shut down without a node, or said to be
+        self._is_over = False  # shut down without a node, or set to that
         self._remappings: dict[str, str] | None = None
-        self._is_initialized: bool | None = None  # in place of what the node says
-        self._node_uri: str | None = None  # in place of the node's
+        self._is_initialized: bool | None = None  # overrides the node's state
+        self._node_uri: str | None = None  # overrides the node's
         self.log_file: str | None = None
         self.rosout_handler: logging.Handler | None = None
         self.services: dict[str, Any] = {}  # each rospy.Service by its name
 
     def wait(self, seconds: float) -> None:
-        """Waits in wall time; less when the node ends."""
+        """Wait in wall time, or until the node ends."""
         if self.node is not None:
             self.node.wait_for_shutdown(seconds)
         else:
@@ -99,7 +99,7 @@ class Session:
 
     @contextlib.contextmanager
     def ended_by_shutdown(self, wait: OnceEvent) -> Iterator[None]:
-        """Has the event set when the node ends before the block does."""
+        """Set the event if the node ends within the block."""
         self._waits.add(wait)
         try:
             yield
@@ -120,15 +120,15 @@ class Session:
         return identity if self._remappings is None else replace(identity, remappings=self._remappings)
 
     @property
-    def has_settled_remappings(self) -> bool:
+    def has_resolved_remappings(self) -> bool:
         return self._remappings is not None
 
     def read_arguments(self, argv: Sequence[str]) -> None:
-        """Has the remappings of `argv` count in place of those of the command line."""
+        """Use the remappings of `argv` instead of those of the command line."""
         self._arguments = names.parse_arguments(argv)
 
-    def settle_remappings(self, node_name: str) -> None:
-        """Has names be remapped as those of a node of that full name."""
+    def resolve_remappings_for(self, node_name: str) -> None:
+        """Resolve the remappings relative to `node_name`, a full name."""
         self._remappings = names.resolve_remappings(self.identity.arguments.remappings, node_name)
 
     @property
@@ -155,23 +155,23 @@ class Session:
 
     @is_shutdown.setter
     def is_shutdown(self, value: bool) -> None:
-        """False after the end of the node has the process be one without a node, which may start another."""
+        """Restore the state before `init_node` if set to False after the shutdown."""
         if not value and self.node is not None and self.node.is_shutdown:
             self._forget_node()
         self._is_over = value
 
     @property
     def is_ending(self) -> bool:
-        """True as soon as the shutdown of the node was requested."""
+        """Whether the shutdown of the node was requested."""
         return self.is_shutdown or (self.node is not None and self.node.is_ending)
 
     @is_ending.setter
     def is_ending(self, value: bool) -> None:
-        """Packages that set it to False set `is_shutdown` as well, and that decides."""
+        """Ignore the value: packages that set it to False also set `is_shutdown`, which has the effect."""
 
     @property
     def node_uri(self) -> str | None:
-        """The URI of the node's slave API, or what it was said to be; None before init_node."""
+        """The URI of the node's slave API, or the assigned one; None before init_node."""
         if self._node_uri is not None or self.node is None:
             return self._node_uri
         return self.node.uri
@@ -182,11 +182,11 @@ class Session:
 
     @property
     def clock(self) -> Clock:
-        """The clock of the node; before init_node one of the process's own."""
+        """The clock of the node; before init_node, that of the process."""
         return self._clock if self.node is None else self.node.clock
 
-    def simulate_time(self, now_ns: int) -> None:
-        """Sets the time that the clock shows; it is a simulated one from then on."""
+    def set_sim_time(self, now_ns: int) -> None:
+        """Set the time of the clock, and switch to a simulated one."""
         clock = self.clock
         if not isinstance(clock, SimulatedClock):
             clock = SimulatedClock()
@@ -194,7 +194,7 @@ class Session:
         clock.set_ns(now_ns)
 
     def use_wall_clock(self) -> None:
-        """Has the clock show the machine's time again."""
+        """Switch to the clock of the machine."""
         if self.clock.is_simulated:
             self._replace_clock(WallClock())
 
@@ -207,29 +207,29 @@ class Session:
 
     @property
     def params(self) -> Parameters:
-        """The parameters, also before init_node."""
+        """The parameters; available before init_node, too."""
         return self.node.params if self.node is not None else self._early()[2]
 
     @property
     def master(self) -> MasterClient:
-        """The master, also before init_node."""
+        """The master; available before init_node, too."""
         return self.node.master if self.node is not None else self._early()[1]
 
     def resolve(self, name: str) -> str:
         return self.identity.resolve(name)
 
     def resolve_topic(self, name: str) -> str:
-        """The global name of a topic, which a process without a node remaps too.
+        """Return the global name of a topic, remapped also before init_node.
 
         Raises:
-            InvalidName: a private name before init_node.
+            InvalidName: the name is private, before init_node.
         """
         if self.node is not None:
             return self.identity.resolve(name)
         return self.identity.resolve_topic_without_name(name)
 
     def when_started(self, action: Callable[[Node], object]) -> None:
-        """Does something with the node: now, or as soon as there is one."""
+        """Call `action` with the node: now, or as soon as it has started."""
         with self._lock:
             if self.node is None:
                 self._waiting_for_node.append(action)
@@ -237,10 +237,10 @@ class Session:
         action(self.node)
 
     def claim_service(self, name: str) -> None:
-        """Keeps the name of a service that is made before init_node from being given to a second one.
+        """Reserve the name of a service that is created before init_node.
 
         Raises:
-            NameInUse: another has it. (With a node, the node looks itself.)
+            NameInUse: another service has the name. (With a node, the node checks itself.)
         """
         with self._lock:
             if self.node is None:
@@ -249,7 +249,7 @@ class Session:
                 self._early_services.add(name)
 
     def release_service(self, name: str) -> None:
-        """Gives up what `claim_service` claimed. May be repeated."""
+        """Undo `claim_service`. May be called repeatedly."""
         self._early_services.discard(name)
 
     def _early(self) -> tuple[str, MasterClient, Parameters]:
@@ -274,7 +274,7 @@ class Session:
         rpc_port: int,
         tcpros_port: int,
     ) -> None:
-        """What `rospy.init_node` does; its docstring has the details."""
+        """Start the node; see `rospy.init_node`."""
         argv = sys.argv if argv is None else argv
         arguments = (name, list(argv), anonymous, log_level, disable_rostime, disable_signals)
         if not name:
@@ -291,18 +291,18 @@ class Session:
                 )
             self.init_arguments = arguments
         try:
-            self._make_way()
+            self._end_previous_node()
             self._start(arguments, disable_rosout, rpc_port, tcpros_port)
         except BaseException:
             if self.node is None:
                 self.init_arguments = None
             raise
 
-    def _make_way(self) -> None:
-        """Ends the node that there is, if `rospy.client._init_node_args` was set to None while it ran.
+    def _end_previous_node(self) -> None:
+        """End the previous node, if `rospy.client._init_node_args` was set to None while it ran.
 
         Raises:
-            ROSInitException: the process was told to end.
+            ROSInitException: shutdown was requested.
         """
         if self.is_shutdown:
             raise ROSInitException(
@@ -313,9 +313,9 @@ class Session:
             self._forget_node()
 
     def _forget_node(self) -> None:
-        """Has the process be one without a node. What was made for the node stays closed.
+        """Restore the state before `init_node`. Objects created for the node stay closed.
 
-        A node that runs is ended first, but for that of the process that this one was forked from.
+        A running node is ended first, unless it is that of the parent of this forked process.
         """
         if os.getpid() == self._process_id:
             self.end("another node takes its place")
@@ -329,7 +329,7 @@ class Session:
         for publisher in self.publishers:
             publisher.close()
         self.publishers.clear()
-        self._be_without_node()
+        self._reset_node_state()
 
     def _start(
         self, arguments: tuple[Any, ...], disable_rosout: bool, rpc_port: int, tcpros_port: int
@@ -345,7 +345,7 @@ class Session:
             anonymous=anonymous,
             argv=argv,
             log=self.logger,
-            on_shutdown_request=self._end_as_asked,
+            on_shutdown_request=self._end_by_request,
             rpc_port=rpc_port,
             tcpros_port=tcpros_port,
         )
@@ -364,9 +364,9 @@ class Session:
             self._start_with_signals(node)
         atexit.unregister(self.end)
         atexit.register(self.end, "atexit")
-        call_in_children(lambda: atexit.unregister(self.end))  # the end of a child is not the end of the node
+        call_in_children(lambda: atexit.unregister(self.end))  # a child's exit does not end the node
         try:
-            node.wait_for_master(lambda _: _say_that_there_is_no_master(node))
+            node.wait_for_master(lambda _: _warn_no_master(node))
         except Interrupted:
             raise InitInterrupted("init_node interrupted before it could complete") from None
         set_private_params(node)
@@ -381,23 +381,23 @@ class Session:
             logging.getLogger(name)
         serve_loggers(node)
         self.logger.debug("init_node, name[%s], pid[%s]", node.name, os.getpid())
-        self.make_up_for_what_waits(node)
+        self.run_deferred(node)
 
-    def make_up_for_what_waits(self, node: Node) -> None:
-        """Does with the node what was asked for before there was one."""
+    def run_deferred(self, node: Node) -> None:
+        """Run the operations that were deferred until the node exists."""
         with self._lock:
             waiting, self._waiting_for_node = self._waiting_for_node, []
         for action in waiting:
             action(node)
 
     def open_rosout(self) -> None:
-        """Sends what is logged to `/rosout`, unless it is sent there already, or there is no node."""
+        """Publish log messages on `/rosout`, unless they are already, or there is no node."""
         if self.node is not None and self.rosout_handler is None:
             self.rosout_handler = open_rosout(self.node, self.logger)
             self._log_handlers.append(self.rosout_handler)
 
     def follow_simulated_time(self) -> None:
-        """Goes by `/clock` if `/use_sim_time` is set.
+        """Use `/clock` if `/use_sim_time` is set.
 
         Raises:
             ROSInitException: before init_node.
@@ -408,10 +408,10 @@ class Session:
             self.node.use_simulated_time()
 
     def install_signals(self) -> None:
-        """Has SIGINT and SIGTERM end the node, if they do not yet. Does nothing before there is a node.
+        """Let SIGINT and SIGTERM end the node, if they do not yet. Does nothing without a node.
 
         Raises:
-            ROSInitException: not in the main thread.
+            ROSInitException: called outside the main thread.
         """
         if self.node is not None and not self._has_signals:
             self._install_signals()
@@ -428,7 +428,7 @@ class Session:
         self._has_signals = True
 
     def _start_with_signals(self, node: Node) -> None:
-        """Starts the node. A signal that comes meanwhile ends it then."""
+        """Start the node. A signal that arrives meanwhile ends it afterwards."""
         self._install_signals()
         try:
             node.start()
@@ -451,19 +451,19 @@ class Session:
         self._add(self.shutdown_hooks, hook, "already shutdown")
 
     def join_at_the_end(self, thread: threading.Thread) -> None:
-        """Has the shutdown wait for a thread that runs then, for some seconds at most."""
+        """Let the shutdown wait for a thread that is still running, for some seconds at most."""
         if not self.is_shutdown:
             self.threads_to_join = [*filter(threading.Thread.is_alive, self.threads_to_join), thread]
 
     def _add(self, hooks: list[Hook], hook: Hook, *args: object) -> None:
-        """Adds a hook. After the shutdown, calls it at once, as Noetic does."""
+        """Add a hook; after the shutdown, call it at once, as Noetic does."""
         if self.is_shutdown:
             hook(*args)
         else:
             hooks.append(hook)
 
     def end(self, reason: str) -> None:
-        """Shuts the node down; see `Node.shutdown`."""
+        """Shut the node down; see `Node.shutdown`."""
         self._reason = reason
         calls, shutdown_hooks, threads = self.calls, self.shutdown_hooks, self.threads_to_join
         if self.node is not None:
@@ -491,7 +491,7 @@ class Session:
             except Exception:
                 self.logger.exception("a shutdown hook failed")
 
-    def _end_as_asked(self, reason: str) -> None:
+    def _end_by_request(self, reason: str) -> None:
         print(f"shutdown request: {reason}", flush=True)
         self.end(f"external shutdown request: {reason}")
 
@@ -504,7 +504,7 @@ _INTERNAL_LOGGERS = (
 """Loggers that tools expect a rospy node to list; a program may log by them, too."""
 
 
-def _say_that_there_is_no_master(node: Node) -> None:
+def _warn_no_master(node: Node) -> None:
     uri = node.environment.master_uri
     print(
         f"Unable to register with master node [{uri}]: master may not be running yet. Will keep trying.",

@@ -18,9 +18,9 @@ _star_names(__name__, "genpy rospy threading time")
 
 
 def sleep(duration: float | msg_time.Duration) -> None:
-    """Sleeps for seconds of the node's clock; a negative duration returns at once.
+    """Sleep for a duration of the node's clock, in seconds; return at once if it is negative.
 
-    In wall time it returns early when the node shuts down, without an exception, as Noetic does.
+    In wall time, a shutdown of the node ends the sleep without an exception, as in Noetic.
 
     Raises:
         ROSInterruptException: the node shut down, in simulated time.
@@ -40,11 +40,11 @@ class Rate:
     """Keeps a loop at a rate in hertz; see `pipros.node.rate.Rate`."""
 
     def __init__(self, hz: float, reset: bool = False) -> None:
-        """`reset` starts again when simulated time goes back, instead of raising.
+        """Start the first cycle. With `reset`, start over instead of raising if simulated time goes back.
 
         Raises:
             ROSInitException: before init_node.
-            ZeroDivisionError: for 0 Hz.
+            ZeroDivisionError: `hz` is 0.
         """
         self._rate = rate.Rate(clock(), int(NS_PER_S / hz), reset=reset)
 
@@ -55,7 +55,7 @@ class Rate:
 
     @property
     def last_time(self) -> Time:
-        """When the current cycle began."""
+        """The start of the current cycle."""
         return Time(*divmod(self._rate.last_ns, NS_PER_S))
 
     @last_time.setter
@@ -63,11 +63,11 @@ class Rate:
         self._rate.last_ns = value.to_nsec()
 
     def remaining(self) -> Duration:
-        """The rest of the current cycle; negative when it is over."""
+        """Return the rest of the current cycle; negative if it is over."""
         return Duration(0, self._rate.remaining_ns())
 
     def sleep(self) -> None:
-        """Sleeps for what is left of the current cycle; raises as `rospy.sleep`."""
+        """Sleep for the rest of the current cycle; raise as `rospy.sleep`."""
         try:
             goes_on = self._rate.sleep()
         except TimeMovedBackwards as error:
@@ -77,7 +77,7 @@ class Rate:
 
 @dataclass(frozen=True, slots=True)
 class TimerEvent:
-    """What a Timer's callback gets: when it should have been called, when it was, and how long it took."""
+    """The argument of a Timer's callback: due and real times of the calls, and the last duration."""
 
     last_expected: Time | None
     last_real: Time | None
@@ -87,7 +87,7 @@ class TimerEvent:
 
 
 class Timer(rate.Timer):
-    """A daemon thread, running already, that calls `callback(TimerEvent)` every `period` until `shutdown`."""
+    """A started daemon thread that calls `callback(TimerEvent)` every `period` until `shutdown`."""
 
     def __init__(
         self,
@@ -96,13 +96,13 @@ class Timer(rate.Timer):
         oneshot: bool = False,
         reset: bool = False,
     ) -> None:
-        """Starts the thread. An exception of the callback ends it.
+        """Start the thread. An exception of the callback ends it.
 
         Args:
             period: the time from call to call, on the node's clock. A longer call delays the next one.
             callback: called with a TimerEvent, one call at a time.
             oneshot: ends after one call.
-            reset: starts again when simulated time goes back, instead of ending.
+            reset: starts over instead of ending if simulated time goes back.
 
         Raises:
             ROSInitException: before init_node.
@@ -123,7 +123,7 @@ class Timer(rate.Timer):
         super().__init__(clock(), 0, on_tick, oneshot=oneshot, reset=reset)
 
     def run(self) -> None:
-        """What the thread does; not for callers. As in Noetic, a period that is not a Duration ends it."""
+        """Run the timer; for the thread itself. As in Noetic, a period that is not a Duration ends it."""
         self._period.to_sec()
         self._period_ns = self._period.to_nsec()
         super().run()

@@ -1,4 +1,4 @@
-"""What all publishers, or all subscribers, of one topic in this process share, under Noetic's names."""
+"""The state shared by all publishers, or all subscribers, of a topic in this process; Noetic's names."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class TopicConnection:
     """One connection of a topic.
 
     Attributes:
-        id: its number in this process, as the slave API gives it.
+        id: its number in this process, as reported by the slave API.
         direction: `i` to a publisher, `o` to a subscriber.
         endpoint_id: the caller id of a subscriber, the URI of a publisher.
         callerid_pub: the caller id of the publisher.
@@ -35,7 +35,7 @@ class TopicConnection:
 
 
 class TopicImpl:
-    """What publishers and subscribers have in common.
+    """The common part of publishers and subscribers.
 
     Attributes:
         resolved_name: the topic; `name` is the same.
@@ -60,7 +60,7 @@ class TopicImpl:
         return bool(self.connections)
 
     def has_connection(self, endpoint_id: str) -> bool:
-        """Whether the peer is connected: a subscriber by its caller id, a publisher by its URI."""
+        """Return whether the peer is connected: a subscriber by its caller id, a publisher by its URI."""
         return any(connection.endpoint_id == endpoint_id for connection in self.connections)
 
 
@@ -83,11 +83,11 @@ class PublisherImpl(TopicImpl):
 
     @property
     def subscriber_listeners(self) -> list[PeerListener]:
-        """The listeners that are called when subscribers come and go. The list may be changed."""
+        """The listeners for subscribers that connect or disconnect. The list may be changed."""
         return self._publication.listeners
 
     def add_subscriber_listener(self, listener: PeerListener) -> None:
-        """Has `listener` hear of subscribers that come from now on."""
+        """Notify `listener` of further subscribers."""
         self._publication.listeners.append(listener)
 
 
@@ -107,21 +107,21 @@ class SubscriberImpl(TopicImpl):
 
     @property
     def callbacks(self) -> list[tuple[Callback, Any]]:
-        """`(function, args)` of each callback, in a new list; `args` is None for one that gets none."""
+        """`(function, args)` of each callback, in a new list; `args` is None if it has none."""
         listeners = [listener.stands_for or listener for listener in self._subscription.listeners]
         return [
             (listener.callback, None if listener.args is NO_ARGS else listener.args) for listener in listeners
         ]
 
     def add_callback(self, cb: Callback, cb_args: Any) -> None:
-        """Has `cb` called with each message, and with `cb_args` unless that is None.
+        """Call `cb` with each message, and with `cb_args` unless it is None.
 
-        It gets the last message of each connected publisher that latches before this returns.
+        It gets the last message of each connected latching publisher before this returns.
         """
         self._subscription.add(SubscriberCallback(cb, NO_ARGS if cb_args is None else cb_args))()
 
     def remove_callback(self, cb: Callback, cb_args: Any) -> None:
-        """Takes back the first callback of this function and these arguments.
+        """Remove the first callback with this function and these arguments.
 
         Raises:
             KeyError: the callback is not registered.
@@ -136,7 +136,7 @@ class SubscriberImpl(TopicImpl):
 
 
 class Impls:
-    """The one impl of each publication and subscription, for as long as a handle holds it."""
+    """The single impl of each publication and subscription, kept while a handle refers to it."""
 
     def __init__(self) -> None:
         self._publishers: WeakValueDictionary[Publication, PublisherImpl] = WeakValueDictionary()

@@ -16,7 +16,7 @@ from pipros.node import Node
 from pipros.node.codec import AnyMessage
 from pipros.node.endpoints import TypeConflict
 from pipros.node.subscriber import NO_ARGS
-from rospy.core import *  # noqa: F403  # what others import from here
+from rospy.core import *  # noqa: F403  # imported from here by other code
 from rospy.exceptions import ROSException
 from rospy.exceptions import ROSSerializationException as ROSSerializationException
 from rospy.exceptions import TransportTerminated as TransportTerminated
@@ -32,7 +32,7 @@ python3 = 1
 
 
 class SubscribeListener:
-    """Derive from it, and give an instance to a Publisher, to hear of subscribers that come and go."""
+    """Subclass this and pass an instance to `Publisher`, to be notified of subscribers."""
 
     def peer_subscribe(
         self,
@@ -40,19 +40,19 @@ class SubscribeListener:
         topic_publish: Callable[..., None],
         peer_publish: Callable[..., None],
     ) -> None:
-        """A subscriber has come: `topic_publish` sends to all, `peer_publish` to it alone."""
+        """Handle a new subscriber: `topic_publish` sends to all, `peer_publish` only to it."""
 
     def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None:
-        """A subscriber has gone; `num_peers` are left."""
+        """Handle a lost subscriber; `num_peers` are left."""
 
 
 class Topic(Generic[AnyMessage]):
-    """What publishers and subscribers have in common.
+    """The common part of publishers and subscribers.
 
     Attributes:
-        name: the topic as it was given, `resolved_name` as a global name.
+        name: the topic as passed in; `resolved_name` is the global name.
         type: `std_msgs/String` for example.
-        md5sum: of the type.
+        md5sum: the md5 sum of the type.
         data_class: the message class.
         reg_type: `pub` or `sub`.
     """
@@ -80,15 +80,15 @@ class Topic(Generic[AnyMessage]):
 
     @property
     def impl(self) -> TopicImpl | None:
-        """What all handles of the topic in this process share; None for a topic that has neither side."""
+        """The state shared by all handles of the topic in this process; None if it has neither side."""
         return None
 
     def get_num_connections(self) -> int:
-        """How many peers are connected."""
+        """Return the number of connected peers."""
         return len(self.impl.connections) if self.impl is not None else 0
 
     def unregister(self) -> None:
-        """Gives up this handle."""
+        """Release this handle."""
 
 
 class Publisher(Topic[AnyMessage]):
@@ -104,17 +104,17 @@ class Publisher(Topic[AnyMessage]):
         headers: Mapping[str, str] | None = None,
         queue_size: int | None = None,
     ) -> None:
-        """Registers the topic, or does so in init_node.
+        """Register the topic, or do so in init_node.
 
         Args:
             name: the topic.
             data_class: the message class.
-            subscriber_listener: hears of subscribers that come and go.
-            tcp_nodelay: accepted for Noetic's sake; links of pipros never delay.
-            latch: subscribers that come later get the last message.
+            subscriber_listener: notified when subscribers connect or disconnect.
+            tcp_nodelay: accepted for compatibility; links of pipros never delay.
+            latch: later subscribers get the last message.
             headers: further fields for the connection headers.
-            queue_size: how many messages may wait for a slow subscriber before the oldest is
-                dropped; 0 for any number (up to 256 MiB of them), None to have `publish` wait.
+            queue_size: how many messages are queued for a slow subscriber before the oldest is dropped; 0 for
+                any number (up to 256 MiB), None to let `publish` block.
 
         Raises:
             ValueError: `name` is empty, or `data_class` is not a message class.
@@ -152,17 +152,17 @@ class Publisher(Topic[AnyMessage]):
         session.when_started(advertise)
 
     def publish(self, *args: Any, **kwds: Any) -> None:
-        """Publishes a message, or the message that has these fields: all in order, or any by name.
+        """Publish a message, given itself or its fields: all in order, or some by name.
 
-        Waits for subscribers no longer than `pipros.Limits.stall_s` (2 s), for all of them together, and with
-        a `queue_size` for none.
+        Without a `queue_size` it blocks for at most `pipros.Limits.stall_s` (2 s), for all subscribers
+        together; with one it does not wait for slow subscribers.
 
-        Nothing is serialised, and no error found, while nobody subscribes. After the node has been
-        shut down it does nothing.
+        Without subscribers, nothing is serialised, and so no error is found. Does nothing after the node has
+        shut down.
 
         Raises:
             ROSException: before init_node, or after `unregister`.
-            ROSSerializationException: a field's value does not fit its type. Nothing was sent.
+            ROSSerializationException: a value does not fit the type of its field. Nothing was sent.
             TypeError, AttributeError: the arguments do not fit the type.
         """
         if len(args) == 1 and type(args[0]) is self.data_class:
@@ -175,12 +175,12 @@ class Publisher(Topic[AnyMessage]):
             raise ROSSerializationException(str(error)) from error
 
     def get_num_connections(self) -> int:
-        """How many subscribers are connected."""
-        handle = self._handle  # which another thread may take back
+        """Return the number of connected subscribers."""
+        handle = self._handle  # another thread may call unregister() meanwhile
         return handle.connection_count if handle is not None else 0
 
     def unregister(self) -> None:
-        """Gives up this publisher. The topic is unregistered with the last one. May be repeated."""
+        """Release this publisher; releasing the last one unregisters the topic. May be called repeatedly."""
         self._is_unregistered = True
         self._publish = self._refuse
         handle, self._handle, self._impl = self._handle, None, None
@@ -188,7 +188,7 @@ class Publisher(Topic[AnyMessage]):
             handle.unregister()
 
     def close(self) -> None:
-        """Has `publish` raise: the node is no longer that of the process."""
+        """Make `publish` raise, because the node is no longer that of the process."""
         self._publish = self._refuse
         self._is_closed = True
 
@@ -201,7 +201,7 @@ class Publisher(Topic[AnyMessage]):
 
     @property
     def impl(self) -> PublisherImpl | None:
-        """What all publishers of the topic in this process share.
+        """The state shared by all publishers of the topic in this process.
 
         None before init_node and after `unregister`.
         """
@@ -247,16 +247,16 @@ class Subscriber(Topic[AnyMessage]):
         buff_size: int = DEFAULT_BUFF_SIZE,
         tcp_nodelay: bool = False,
     ) -> None:
-        """Registers the topic, or does so in init_node.
+        """Register the topic, or do so in init_node.
 
         Args:
             name: the topic.
             data_class: the message class, or `rospy.AnyMsg`.
             callback: called with each message, in a thread of its link; it may block.
-            callback_args: given to the callback as its second argument unless it is None.
+            callback_args: passed to the callback as its second argument unless it is None.
             queue_size: a slow callback gets this many of the newest messages; None for all.
-            buff_size: accepted for Noetic's sake; messages of any size find room.
-            tcp_nodelay: asks publishers not to delay small messages.
+            buff_size: accepted for compatibility; messages of any size are received.
+            tcp_nodelay: requests that publishers do not delay small messages.
 
         Raises:
             ValueError: `name` is empty, or `data_class` is not a message class.
@@ -287,12 +287,12 @@ class Subscriber(Topic[AnyMessage]):
         session.when_started(subscribe)
 
     def get_num_connections(self) -> int:
-        """How many publishers are connected."""
-        handle = self._handle  # which another thread may take back
+        """Return how many publishers are connected."""
+        handle = self._handle  # another thread may call unregister() meanwhile
         return handle.connection_count if handle is not None else 0
 
     def unregister(self) -> None:
-        """Ends the callback. The topic is unregistered with the last one. May be repeated."""
+        """Remove the callback; removing the last one unregisters the topic. May be called repeatedly."""
         self._is_unregistered = True
         handle, self._handle, self._impl = self._handle, None, None
         if handle is not None:
@@ -300,7 +300,7 @@ class Subscriber(Topic[AnyMessage]):
 
     @property
     def impl(self) -> SubscriberImpl | None:
-        """What all subscribers of the topic in this process share.
+        """The state shared by all subscribers of the topic in this process.
 
         None before init_node and after `unregister`.
         """

@@ -1,4 +1,4 @@
-"""Which computers may connect to a master."""
+"""The networks that may connect to a master."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ class AllowedNetworks:
     """
 
     def __init__(self, networks: Sequence[str]) -> None:
-        """Raises ValueError when something is not a network."""
+        """Parse the networks. Raises ValueError if one is invalid."""
         self._networks = [ipaddress.ip_network(network, strict=False) for network in networks]
 
     def admits(self, caller: Caller) -> bool:
-        """Whether a caller is in one of the networks, or on this machine."""
+        """Return whether a caller is in one of the networks, or on this machine."""
         try:
             ip = ipaddress.ip_address(caller.host)
         except ValueError:

@@ -1,8 +1,8 @@
 """The Master API and the Parameter Server API: arguments in, `[code, text, value]` out.
 
-http://wiki.ros.org/ROS/Master_API and http://wiki.ros.org/ROS/Parameter%20Server%20API describe the
-methods; texts, checks and corner cases are those of genuine rosmaster, found by calling it (the
-differential test in tests/interop repeats that). Nothing here waits or touches a socket.
+http://wiki.ros.org/ROS/Master_API and http://wiki.ros.org/ROS/Parameter%20Server%20API describe the methods;
+texts, checks and corner cases are those of genuine rosmaster, found by calling it (the differential test in
+tests/interop repeats that). Nothing here blocks or uses a socket.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _LOGGED_AS: Final = {
 
 
 class MasterApi:
-    """Answers the calls of nodes and tools out of the registry and the parameter tree.
+    """Answers the calls of nodes and tools from the registry and the parameter tree.
 
     `methods` is the table for an `RpcServer`. The notices that a call causes are passed to `notify`, in
     order, before the call is answered; they need not be consumed at once.
@@ -48,7 +48,7 @@ class MasterApi:
         """
         Args:
             notify: delivers notices.
-            shutdown: ends the master, given the reason; returns False when the caller may not do that.
+            shutdown: ends the master, given the reason; returns False if the caller is not allowed to.
             limits: by default those of the process.
         """
         self.uri = ""

@@ -1,4 +1,4 @@
-"""The arguments of all Master API methods: checked, bounded and resolved.
+"""Checks, limits and resolves the arguments of all Master API methods.
 
 The checks and their error texts are those of `pipros.net.argument_checks`.
 """
@@ -46,9 +46,9 @@ class Arguments:
     name_characters: int
 
     def guarded(self, name: str, method: Callable[..., Answer], error_value: Any) -> Callable[..., Answer]:
-        """`method` with checks of caller_id and number of arguments, and with errors turned into answers.
+        """Return `method` with checks of caller_id and number of arguments, and errors turned into answers.
 
-        Calls with bad arguments are logged, at level DEBUG all calls.
+        Calls with invalid arguments are logged; at level DEBUG, all calls are.
         """
         name_characters = self.name_characters
         arity = method.__code__.co_argcount - 1  # without self
@@ -77,31 +77,31 @@ class Arguments:
         return logged_answer
 
     def resolved(self, parameter: str, name: Any, caller: str) -> str:
-        """The global name that `name` resolves to for the caller."""
+        """Return the global name that `name` resolves to for the caller."""
         return resolved_name(parameter, self._bounded(parameter, name), caller)
 
     def topic(self, name: Any, caller: str) -> str:
-        """As `resolved`, for a topic."""
+        """Return the global name of a topic, as `resolved`."""
         return str(_TOPIC(self._bounded("topic", name), caller))
 
     def service(self, name: Any, caller: str) -> str:
-        """As `resolved`, for a service."""
+        """Return the global name of a service, as `resolved`."""
         return str(_SERVICE(self._bounded("service", name), caller))
 
     def topic_type(self, name: Any) -> str:
-        """`package/Type`, or `*`."""
+        """Return a topic type, `package/Type` or `*`, after checking it."""
         return str(_TOPIC_TYPE(self._bounded("topic_type", name), ""))
 
     def api_uri(self, parameter: str, api: Any) -> str:
-        """The URI of a node or a service. It is not checked whether anything answers there."""
+        """Return the URI of a node or a service, after checking its form but not contacting it."""
         return str(api_uri(parameter)(self._bounded(parameter, api), ""))
 
     def param_key(self, key: Any, caller: str) -> str:
-        """The global name of a parameter."""
+        """Return the global name of a parameter."""
         return names.resolve(_KEY(self._bounded("key", key), caller), caller)
 
     def subgraph(self, name: Any, caller: str) -> str:
-        """The prefix of the wanted topics: a namespace with a trailing slash."""
+        """Return the prefix of the requested topics: a namespace with a trailing slash."""
         return names.as_namespace(_SUBGRAPH(self._bounded("subgraph", name), caller))
 
     def _bounded(self, parameter: str, value: Any) -> Any:

@@ -1,14 +1,14 @@
-"""Finds out which of the registered nodes are still there.
+"""Detects registered nodes that have ended.
 
-Theory of operation: every node is probed (asked for its process id) now and then, and at once when a notice
+Theory of operation: every node is probed (queried for its process id) regularly, and at once if a notice
 could not be delivered to it. The result decides:
 
-- it answers: it is there, and its process id is remembered;
-- the connection is refused, or another process than before answers although the node has not registered
-  anything since: the node is a suspect and is probed again; after `CONFIRMATIONS` such results in a row it
-  is gone;
+- it answers: it is alive, and its process id is stored;
+- the connection is refused, or a different process answers although the node has not registered anything
+  since: the node is a suspect and is probed again; after `CONFIRMATIONS` such results in a row it counts as
+  gone;
 - no answer in time, or no route to its host: it stays registered and is listed as unreachable. A node that
-  hangs, is being debugged or has lost its network for a while is not removed.
+  hangs, is being debugged or has temporarily lost its network is not removed.
 
 A node that has never answered stays and is listed as unreachable, whatever the result: it may run in a
 container whose address is valid only there, and other nodes may well reach it.
@@ -38,7 +38,7 @@ SLOW_S: Final = 0.1
 
 
 Ask = Callable[[str, str, float], Awaitable[Any]]
-"""Calls a method of an API within a time; gives the value of the answer, see `ask_node`."""
+"""Calls a method of an API with a timeout and returns the value of the answer; see `ask_node`."""
 
 
 class ProbeResult(Enum):
@@ -51,7 +51,7 @@ class ProbeResult(Enum):
 
 
 class Liveness:
-    """Probes nodes, on the event loop that it was started on."""
+    """Probes nodes, on the event loop on which it was started."""
 
     def __init__(
         self,
@@ -64,7 +64,7 @@ class Liveness:
         """
         Args:
             on_gone: called with the name and the API of each node that has gone.
-            ask: `ask_node`, unless a test has nodes of its own.
+            ask: `ask_node`, or a test's replacement.
         """
         self._registry = registry
         self._on_gone = on_gone
@@ -81,46 +81,46 @@ class Liveness:
 
     @property
     def unreachable(self) -> list[str]:
-        """The nodes that did not answer the last probe."""
+        """The nodes that did not answer their last probe."""
         return sorted(name for name in self._unreachable if name in self._registry.nodes)
 
     @property
     def met_count(self) -> int:
-        """How many of the nodes have ever answered."""
+        """The number of nodes that have ever answered."""
         return sum(self._is_current(*key) for key in self._met)
 
     @property
     def suspects(self) -> frozenset[str]:
-        """The nodes that are being probed until it is certain whether they have gone."""
+        """The nodes that are being probed repeatedly to confirm that they have ended."""
         return frozenset(self._suspects)
 
     def start(self) -> None:
         self._spawn(self._probe_in_rounds())
 
     def stop(self) -> None:
-        """Ends all probes, for good."""
+        """End all probes permanently."""
         self._is_stopped = True
         for task in self._tasks:
             task.cancel()
 
     def suspect(self, node: str) -> None:
-        """Probes a node now, because something could not be delivered to it."""
+        """Probe a node now, because a notice could not be delivered to it."""
         if node not in self._suspects and node in self._registry.nodes and not self._is_stopped:
             self._suspects.add(node)
             self._spawn(self._probe_until_certain(node))
 
     def note_reached(self, node: str) -> None:
-        """To be called when the node has answered a call."""
+        """Record that the node has answered a call."""
         self._unreachable.discard(node)
         api = self._registry.api_of(node)
         if api is not None:
             self._met.add((node, api))
 
     async def is_at(self, node: str, api: str) -> bool:
-        """Whether `api` still belongs to the node of that name, as far as can be found out.
+        """Return whether `api` still belongs to the node of that name, as far as known.
 
-        False when nothing answers there, when another registered node has that API by now, or when the
-        answer has another name (only Python nodes give one) or another process id than the node had.
+        The result is False if nothing answers there, if another registered node has that API by now, or if
+        the answer has a different name (only Python nodes give one) or process id than the node had.
         """
         if any(entry.api == api and entry.name != node for entry in self._registry.nodes.values()):
             return False
@@ -203,7 +203,7 @@ class Liveness:
             self._met.add((node, api))
             return ProbeResult.THERE  # a node without this method
         except PiprosError:
-            return ProbeResult.REPLACED  # something else than a ROS node answers there
+            return ProbeResult.REPLACED  # the server there is not a ROS node
         self._unreachable.discard(node)
         self._met.add((node, api))
         if type(pid) is not int or pid <= 0:
@@ -221,16 +221,16 @@ class Liveness:
 
 
 class _ProbeSlots:
-    """Bounds the probes under way, so that calls are answered meanwhile.
+    """Limits the concurrent probes, so that calls are answered meanwhile.
 
-    A slot is held for `SLOW_S` at most, so that silent nodes do not delay the probes of others.
+    A slot is held for at most `SLOW_S`, so that silent nodes do not delay the probes of others.
     """
 
     def __init__(self, count: int) -> None:
         self._free = asyncio.Semaphore(count)
 
     async def acquire(self) -> Callable[[], None]:
-        """Waits for a free slot. Returns the function that releases it; calling that twice is harmless."""
+        """Wait for a free slot; return the function that releases it, which may be called repeatedly."""
         await self._free.acquire()
         is_held = True
 
@@ -245,10 +245,10 @@ class _ProbeSlots:
 
 
 async def ask_node(api: str, method: str, timeout_s: float) -> Any:
-    """Calls a method without arguments; None when the answer is not `[1, text, value]`.
+    """Call a method without arguments; return its value, or None if the answer is not `[1, text, value]`.
 
     Raises:
-        Unreachable, ProtocolError, Fault: as `call_async`.
+        Unreachable, ProtocolError, Fault: as in `call_async`.
     """
     try:
         answer = await call_async(api, method, MASTER_ID, timeout_s=timeout_s)
@@ -258,10 +258,10 @@ async def ask_node(api: str, method: str, timeout_s: float) -> Any:
 
 
 async def find_live_nodes(nodes: dict[str, str], timeout_s: float, *, ask: Ask = ask_node) -> set[str]:
-    """Which of the nodes (name to API) of a previous run of the master to keep.
+    """Return which nodes (name to API) of a previous run of the master to keep.
 
-    Those that answer, unless under another name, and those that do not answer in time; not those that
-    refuse connections.
+    These are the nodes that answer, unless with another name, and those that do not answer in time, but not
+    those that refuse connections.
     """
     slots = asyncio.Semaphore(PROBES_AT_A_TIME * 5)
 

@@ -1,4 +1,4 @@
-"""The log file of a master: registrations, parameter changes, refused peers and nodes that have gone.
+"""The log file of a master: registrations, parameter changes, refused peers and nodes that have ended.
 
 It records Python's loggers `rosmaster.…` and, for refused peers, `pipros.rpc`, with the texts of Noetic's
 `master.log`. Single calls and notices are logged at level DEBUG.
@@ -29,8 +29,8 @@ _FORMAT: Final = "[%(name)s][%(levelname)s] %(asctime)s: %(message)s"
 class MasterLog(logging.Handler):
     """Writes the log of all masters of this process to a file, until `close`.
 
-    A thread writes what has come in every `PAUSE_S`: writing each line at once would make a call that sets a
-    parameter take half as long again.
+    A thread writes the queued lines every `PAUSE_S`: writing each line at once would make a call that sets a
+    parameter half as long again.
     """
 
     def __init__(
@@ -41,12 +41,12 @@ class MasterLog(logging.Handler):
         *,
         limits: Limits | None = None,
     ) -> None:
-        """Opens the file; creates it and its folder when they do not exist.
+        """Open the file; create it and its folder if they do not exist.
 
         Args:
             level: one of `LEVELS`, for the master's own messages; by default `info`.
-            loggers: the loggers to record, with those below them; "" is all of the process.
-            limits: `log_bytes` and `log_files` bound the file and its predecessors `x.log.1`, …; by default
+            loggers: the loggers to record, with their children; "" means all of the process.
+            limits: `log_bytes` and `log_files` limit the file and its predecessors `x.log.1`, …; by default
                 the limits of the process.
 
         Raises:
@@ -77,7 +77,7 @@ class MasterLog(logging.Handler):
         self._pending.put(record)
 
     def close(self) -> None:
-        """Writes all pending lines and closes the file. May be repeated."""
+        """Write all pending lines and close the file. May be called repeatedly."""
         for logger in self._loggers:
             logger.removeHandler(self)
         if not self._closing.is_set():
@@ -108,8 +108,8 @@ class MasterLog(logging.Handler):
 
 
 class _Lines(logging.Formatter):
-    """Formats each message as one line, whatever characters peers put into names."""
+    """Formats each message as one line, whatever characters peers use in names."""
 
-    def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802  # the name in Python
+    def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802  # logging's name
         record.message = printable(record.message, MESSAGE_LIMIT)
         return super().formatMessage(record)

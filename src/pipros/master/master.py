@@ -1,4 +1,4 @@
-"""A master as an object: what starts and stops it in its own thread."""
+"""A master as an object that runs in its own thread."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ _DESCRIPTORS: Final = 65536
 
 
 class Master:
-    """A ROS master with its parameter server, in a thread of its own.
+    """A ROS master with its parameter server, in its own thread.
 
-    Several may run in one process. A context manager: starts on the way in, stops on the way out.
+    Several may run in one process. As a context manager, it starts on entry and stops on exit.
 
     Examples:
         >>> with Master(port=0) as master:  # doctest: +SKIP
@@ -48,15 +48,15 @@ class Master:
         environment: Environment | None = None,
         **settings: Unpack[MasterSettings],
     ) -> None:
-        """Nothing is opened yet.
+        """Store the settings; `start` opens the port.
 
         Args:
             options: all settings as one value.
             environment: by default that of the process.
-            settings: fields of `MasterOptions`, which win over those of `options`.
+            settings: fields of `MasterOptions`, which override those of `options`.
 
         Raises:
-            ValueError: `allow` has something that is not a network.
+            ValueError: an entry of `allow` is not a network.
         """
         options = replace(options or MasterOptions(), **settings)
         environment = environment or Environment.from_os()
@@ -81,12 +81,12 @@ class Master:
 
     @property
     def port(self) -> int:
-        """The port; when it was set to 0, valid from `start()` on."""
+        """The port; if it was set to 0, valid after `start()`."""
         return self._server.rpc.port
 
     @property
     def uri(self) -> str:
-        """The `ROS_MASTER_URI` for nodes; valid from `start()` on."""
+        """The `ROS_MASTER_URI` for nodes; valid after `start()`."""
         return self._server.uri
 
     @property
@@ -100,10 +100,11 @@ class Master:
         return f"{listens}, open to everybody who can reach this computer"
 
     def start(self) -> None:
-        """Opens the port; the master answers when this returns.
+        """Open the port; the master answers when this returns.
 
         Raises:
-            OSError: the port is taken, the address is not of this machine, or the store cannot be made.
+            OSError: the port is in use, the address does not belong to this machine, or the store cannot be
+                created.
         """
         self._loop.start()
         try:
@@ -114,7 +115,7 @@ class Master:
         self._is_running = True
 
     def stop(self) -> None:
-        """Closes the port and all connections. May be repeated."""
+        """Close the port and all connections. May be called repeatedly."""
         if not self._is_running:
             return
         self._is_running = False
@@ -131,7 +132,7 @@ class Master:
 
 
 def _loopback_addresses(environment: Environment, known_as: Sequence[str]) -> Iterator[str]:
-    """The IPv4 loopback addresses that the host of the master URI and the other names resolve to."""
+    """Yield the IPv4 loopback addresses that the host of the master URI and the other names resolve to."""
     hosts = list(known_as)
     with contextlib.suppress(InvalidEnvironment):
         hosts.insert(0, split_master_uri(environment.master_uri)[0])
@@ -143,14 +144,13 @@ def _loopback_addresses(environment: Environment, known_as: Sequence[str]) -> It
 
 
 def tune_for_master() -> None:
-    """Tunes process-wide settings for a dedicated master. Call it from commands only, not from libraries.
+    """Tune process-wide settings for a dedicated master. Call it from commands only, not from libraries.
 
     - The limit of descriptors is raised as far as possible, because a robot has many nodes.
-    - Threads take turns more quickly, so that decoding a large value in one does not delay the answers of
-      others.
-    - The garbage collector hardly ever makes a full pass: one takes 10 ms for 100,000 objects, and a master
-      makes no reference cycles but those of connections, which are found while they are young. (Ten
-      thousand connections that come and go are 127 ms of garbage at once.)
+    - Threads switch more often, so that decoding a large value in one does not delay the answers of others.
+    - The garbage collector rarely makes a full pass: one takes 10 ms for 100,000 objects, and a master
+      creates no reference cycles but those of connections, which are collected while they are young. (Ten
+      thousand short connections are 127 ms of garbage at once.)
     """
     sys.setswitchinterval(0.0005)
     gc.set_threshold(2_000, 10, 10_000)

@@ -1,12 +1,12 @@
 """Delivers the master's notices: in order for each node, and no node waits for another.
 
-Theory of operation: each API with a pending notice has a queue. A new notice supersedes a waiting one about
-the same topic or parameter, because each carries the whole new state; so a queue cannot grow beyond what its
-node has subscribed to, and a node that hung hears the current state afterwards.
+Theory of operation: each API with a pending notice has a queue. A new notice supersedes a queued one about
+the same topic or parameter, because each contains the whole new state; so a queue cannot exceed the
+subscriptions of its node, and a node that hung receives the current state afterwards.
 
 The queues take turns, one notice a turn and `TURNS_AT_A_TIME` at once, so that thousands of notices do not
 keep the loop from answering calls. A node that does not answer within `SLOW_S` no longer counts towards
-`TURNS_AT_A_TIME`; its turn goes on until it answers or its time is up, and delays no other node.
+`TURNS_AT_A_TIME`; its turn continues until it answers or times out, and delays no other node.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from pipros.wire.xmlrpc import ValueTooLarge, encode_call
 _log = logging.getLogger("rosmaster.master")
 
 TURNS_AT_A_TIME: Final = 16
-"""How many notices are on their way at a time, not counting those to slow nodes."""
+"""How many notices are sent concurrently, not counting those to slow nodes."""
 QUEUED_AT_A_TIME: Final = 500
 """How many notices are queued in one iteration of the event loop."""
 SLOW_S: Final = 0.1
@@ -38,26 +38,26 @@ KEEP_CONNECTION_S: Final = 30.0
 
 
 class Recipients(Protocol):
-    """The nodes that notices go to, as the master knows them. Called on the notifier's loop."""
+    """The registered nodes, as recipients of notices. Called on the notifier's loop."""
 
     def is_current(self, notice: Notice) -> bool:
-        """Whether the node still has the API of the notice. Asked before an update is delivered."""
+        """Return whether the node still has the API of the notice. Called before an update is delivered."""
         ...
 
     async def may_shut_down(self, notice: Notice) -> bool:
-        """Whether the process of the notice is still that node. Asked before a `shutdown` is delivered."""
+        """Return whether the notice's process is still that node. Called before delivering a `shutdown`."""
         ...
 
     def on_delivered(self, notice: Notice) -> None:
-        """The node answered."""
+        """Handle an answer of the node."""
         ...
 
     def on_failed(self, notice: Notice, error: PiprosError) -> None:
-        """The notice could not be delivered."""
+        """Handle a failed delivery."""
         ...
 
     def on_finished(self, notice: Notice) -> None:
-        """The notice will not be tried again, whatever the outcome; not called for superseded ones."""
+        """Handle the end of a notice, whatever the outcome. Not called for superseded ones."""
         ...
 
 
@@ -65,17 +65,17 @@ class NoticeClient(Protocol):
     """A connection to one API."""
 
     async def post(self, document: bytes, *, timeout_s: float) -> object:
-        """Sends an encoded call and waits for the answer. Raises PiprosError."""
+        """Send an encoded call and wait for the answer. Raises PiprosError."""
 
     def close(self) -> None: ...
 
 
 class Notifier:
-    """Delivers notices from the event loop that it is used on. `notify` returns at once.
+    """Delivers notices, in the event loop that uses it. `notify` returns at once.
 
     Attributes:
         delivered: how many notices were answered by their nodes.
-        superseded: how many were replaced by a newer one while they waited.
+        superseded: how many were replaced by a newer one in the queue.
         dropped: how many were lost because a queue was full.
     """
 
@@ -88,9 +88,9 @@ class Notifier:
     ) -> None:
         """
         Args:
-            limits: `notices` may wait for a node, which has `notice_s` for each; by default the limits of
-                the process.
-            connect: makes the client for an API; raises ValueError for a URI that cannot be called.
+            limits: `notices` may be queued for a node, which has `notice_s` to answer each; by default the
+                limits of the process.
+            connect: returns the client for an API; raises ValueError for an invalid URI.
         """
         self._recipients = recipients
         self._connect = connect
@@ -111,17 +111,17 @@ class Notifier:
 
     @property
     def slow_apis(self) -> dict[str, int]:
-        """The APIs that count as slow, and how many notices wait for each."""
+        """The APIs that count as slow, and the number of notices queued for each."""
         return {api: len(queue.waiting) + 1 for api, queue in self._queues.items() if queue.is_slow}
 
     @property
     def waiting_count(self) -> int:
-        """How many notices are not finished yet."""
+        """The number of unfinished notices."""
         queued = sum(len(queue.waiting) for queue in self._queues.values())
         return queued + len(self._tasks) + len(self._unqueued)
 
     def notify(self, notices: Iterable[Notice]) -> None:
-        """Queues the notices: `QUEUED_AT_A_TIME` at once, the rest in later iterations of the loop."""
+        """Queue the notices: `QUEUED_AT_A_TIME` at once, the rest in later iterations of the loop."""
         self._unqueued.append(iter(notices))
         if len(self._unqueued) == 1:
             self._queue_some()
@@ -151,7 +151,7 @@ class Notifier:
         return queue
 
     def close(self) -> None:
-        """Drops all waiting notices and closes all connections."""
+        """Drop all queued notices and close all connections."""
         self._is_closed = True
         self._unqueued.clear()
         for task in self._tasks:
@@ -171,7 +171,7 @@ class Notifier:
             if not queue.has_dropped:
                 queue.has_dropped = True
                 _log.warning(
-                    "%s does not answer: more than %d notices wait for it",
+                    "%s does not answer: more than %d notices are queued for it",
                     queue.api,
                     self._queue_limit,
                 )
@@ -222,7 +222,7 @@ class Notifier:
         self._recipients.on_delivered(notice)
 
     async def _document(self, notice: Notice) -> bytes:
-        """The encoded call: made once for all subscribers, and in a thread when it is large."""
+        """Return the encoded call. It is encoded once for all subscribers, and in a thread if it is large."""
         async with self._encoding:
             params, document = self._encoded
             if params is not notice.params:
@@ -246,7 +246,7 @@ class Notifier:
 
 
 class _Queue:
-    """The notices that wait for one API, and the connection to it."""
+    """The notices queued for one API, and the connection to it."""
 
     __slots__ = ("_idle_timer", "api", "client", "has_dropped", "is_in_line", "is_slow", "waiting")
 

@@ -1,4 +1,4 @@
-"""The settings of a master as one value, which launcher, core and master pass on whole."""
+"""The settings of a master as one value, which launcher, core and master pass on unchanged."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ class Probing:
     """When nodes are probed.
 
     Attributes:
-        round_s: how often every node is probed, as long as that is not too often for the master.
-        newcomers_s: how soon a node is probed for the first time.
-        answer_s: how long a node may take to answer.
+        round_s: the interval at which every node is probed, unless the master is too busy.
+        newcomers_s: the delay of a node's first probe.
+        answer_s: the timeout of a probe.
         confirmation_pause_s: the time between two probes of a suspect.
     """
 
@@ -31,23 +31,24 @@ class Probing:
 
 @dataclass(frozen=True, slots=True)
 class MasterOptions:
-    """How a master is set up.
+    """The settings of a master.
 
     Attributes:
-        host: the address to listen on; by default the environment decides: loopback as long as everything is
-            local (see `pipros.net.address`).
-        port: the port; 0 takes a free one.
-        advertised_host: the host in the URI of the master; by default the environment decides.
-        known_as: host names and addresses by which programs on this machine look for the master, besides the
-            one in the environment's master URI. While it is for this machine only, it listens there, too.
+        host: the address to listen on; by default from the environment: loopback while everything is local
+            (see `pipros.net.address`).
+        port: the port; 0 selects a free one.
+        advertised_host: the host in the URI of the master; by default from the environment.
+        known_as: further host names and addresses under which programs on this machine look for the master,
+            besides the one in the environment's master URI. A master for this machine only listens there,
+            too.
         allow: networks that may connect, besides this machine: `10.0.0.0/8`, `192.168.1.7`. Empty for all.
         parameters: keys and values to set before the port is opened.
-        limits: what peers may cost; by default the limits of the process.
-        store: a file that keeps parameters and registrations, and from which they are restored on start.
+        limits: the limits on the cost of peers; by default those of the process.
+        store: a file that stores parameters and registrations, and from which they are restored on start.
         log_level: one of `pipros.master.log.LEVELS`, for the log file that `Core` writes.
         on_shutdown: called, in the master's thread, when a peer on this machine calls `shutdown`; the owner
             then calls `stop()`.
-        probing: when nodes are asked whether they are still there.
+        probing: when nodes are probed.
     """
 
     host: str | None = None
@@ -80,9 +81,9 @@ class MasterSettings(TypedDict, total=False):
 
 
 def limits_with_timeout(timeout_s: float | None) -> Limits:
-    """The limits of the process with `notice_s` as the `-t` of roscore and rosmaster sets it.
+    """Return the limits of the process with `notice_s` set from the `-t` of roscore and rosmaster.
 
-    As in Noetic, a timeout that is not a positive number leaves the default.
+    As in Noetic, a timeout that is not a positive number has no effect.
     """
     limits = process_limits()
     if timeout_s is None or math.isnan(timeout_s) or timeout_s <= 0:

@@ -1,4 +1,4 @@
-"""Which nodes hear of the change of a parameter, and what of it."""
+"""The notices to send when a parameter changes."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from pipros.master.registry import MASTER_ID, Notice, Registry, Role
 
 
 def param_notices(registry: Registry, key: str, value: Any, *, except_node: str) -> Iterator[Notice]:
-    """The `paramUpdate`s that are due because `key` became `value` (`{}` when it was deleted).
+    """Return the `paramUpdate` notices after `key` changed to `value` (`{}` if it was deleted).
 
-    A subscriber at or above the key hears the key and its value; one below hears its own part of the value,
-    `{}` when there is none. `except_node`, which made the change, hears nothing. Announced keys end with a
-    slash, as in genuine masters.
+    A subscriber at or above the key receives the key and its value; one below receives its own part of the
+    value, `{}` if there is none. `except_node`, which made the change, receives nothing. Announced keys end
+    with a slash, as in genuine masters.
 
-    The subscribed keys are looked up at once, their nodes only as the notices are taken: a key may have
-    thousands of subscribers.
+    The subscribed keys are looked up at once, their nodes lazily as the notices are consumed, because a key
+    may have thousands of subscribers.
     """
     return _notices(registry, registry.param_keys_around(key), key, value, except_node)
 

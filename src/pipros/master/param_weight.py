@@ -6,14 +6,14 @@ from typing import Any, Final
 
 VALUE_BYTES: Final = 32
 ENTRY_BYTES: Final = 32
-"""Weight of a value, and of an entry of a dictionary, besides their texts."""
+"""Weight of a value, and of a dictionary entry, in addition to their text."""
 _SMALL: Final = 2_000
-"""Up to how many elements a value is weighed on the event loop."""
+"""Maximum number of elements of a value that is weighed on the event loop."""
 _UTF8_BYTES: Final = 4
 
 
 def weigh(value: Any) -> int:
-    """The weight of a value.
+    """Return the weight of a value.
 
     >>> weigh("abc"), weigh([1, 2]), weigh({"a": 1})
     (35, 96, 97)
@@ -37,7 +37,7 @@ def weigh(value: Any) -> int:
 
 
 def is_small(value: Any) -> bool:
-    """Whether a value can be weighed without delaying other calls."""
+    """Return whether a value can be weighed without delaying other calls."""
     left = _SMALL
     stack = [value]
     while stack:
@@ -51,10 +51,10 @@ def is_small(value: Any) -> bool:
 
 
 def entry_weight(key: str) -> int:
-    """What a key adds to the weight of its value."""
+    """Return the weight that a key adds to its value."""
     return ENTRY_BYTES + _text_bytes(key)
 
 
 def _text_bytes(text: str) -> int:
-    """Upper bound of the bytes of a text: encoding it would take too long."""
+    """Return an upper bound of the encoded size of a string, because encoding it would take too long."""
     return len(text) if text.isascii() else _UTF8_BYTES * len(text)

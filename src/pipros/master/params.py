@@ -1,7 +1,7 @@
 """The parameter tree, without any IO.
 
-A parameter is any value that XML-RPC carries. Dictionaries are namespaces: a key is a path through them.
-Keys must be resolved (`/a/b`); doubled and trailing slashes do not matter.
+A parameter is any value that XML-RPC can represent. Dictionaries are namespaces: a key is a path through
+them. Keys must be resolved (`/a/b`); doubled and trailing slashes do not matter.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from pipros.master.param_weight import VALUE_BYTES, entry_weight, weigh
 Tree = dict[str, Any]
 
 LEVELS_LIMIT: Final = 90
-"""Maximum components of a key. With the nesting limit of values, the whole tree still fits in one answer."""
+"""Maximum components of a key. With the nesting limit of values, the whole tree still fits into one answer.
+"""
 
 
 class NotATree(PiprosError, ValueError):
@@ -30,7 +31,7 @@ class TooDeep(PiprosError, ValueError):
 
 
 class ParamsFull(PiprosError, ValueError):
-    """A value would take all parameters together above their limit."""
+    """A value would bring all parameters together above their limit."""
 
 
 class NotSet(PiprosError, KeyError):
@@ -48,16 +49,16 @@ class ParamJournal(Protocol):
 class ParamTree:
     """The parameters of one master. Not thread-safe.
 
-    Values are never changed, only replaced: `set` and `delete` copy the dictionaries on the way to the key.
-    So a value that `get` returned stays as it was, and other threads may read it. In return, callers must
-    not change a value that they passed in or got out.
+    Values are never changed, only replaced: `set` and `delete` copy the dictionaries on the path to the key.
+    So a value that `get` returned never changes, and other threads may read it. In return, callers must not
+    change a value that they passed in or received.
 
     Attributes:
         held_bytes: the weight of all parameters together, keys included (see `param_weight`).
     """
 
     def __init__(self, tree: Tree | None = None, *, limit_bytes: int | None = None) -> None:
-        """`limit_bytes` bounds the weight of all parameters; by default `parameter_bytes` of the process."""
+        """Limit the weight of all parameters to `limit_bytes`, by default the process's `parameter_bytes`."""
         self._root: Tree = {} if tree is None else tree
         self._limit_bytes = process_limits().parameter_bytes if limit_bytes is None else limit_bytes
         self._known_weights: Mapping[int, int] = {}
@@ -65,7 +66,7 @@ class ParamTree:
         self.journal: ParamJournal | None = None
 
     def get(self, key: str) -> Any:
-        """A value, or the dictionary of a namespace; `/` gives the whole tree.
+        """Return a value, or the dictionary of a namespace; the key `/` is the whole tree.
 
         Raises:
             NotSet: the parameter is not set.
@@ -79,9 +80,9 @@ class ParamTree:
         return value_below(self._root, key, _NOTHING) is not _NOTHING
 
     def set(self, key: str, value: Any) -> None:
-        """Sets a value. It replaces the former value, also a whole namespace.
+        """Set a value, replacing the former value or a whole namespace.
 
-        Plain values on the way to the key become namespaces.
+        Plain values on the path to the key become namespaces.
 
         Raises:
             NotATree: the key is `/` and the value is not a dictionary.
@@ -90,7 +91,7 @@ class ParamTree:
         """
         parts = _parts(key)
         if len(parts) > LEVELS_LIMIT:
-            raise TooDeep(f"a key of {len(parts)} parts; the limit is {LEVELS_LIMIT}")
+            raise TooDeep(f"a key has {len(parts)} components; the limit is {LEVELS_LIMIT}")
         if not parts and type(value) is not dict:
             raise NotATree("cannot set root of parameter tree to non-dictionary")
         former, missing = self._place(parts)
@@ -112,13 +113,13 @@ class ParamTree:
             self.journal.param_set(key, value)
 
     def former(self, key: str) -> Any:
-        """The value that setting `key` would replace: its own, or a plain one on the way to it; else None."""
+        """Return the value that setting `key` would replace, which may be a plain one above it; else None."""
         former = self._place(_parts(key))[0]
         return None if former is _NOTHING else former
 
     @contextmanager
     def weights_known(self, weights: Mapping[int, int]) -> Iterator[None]:
-        """Within the block, `weights` (by `id` of the value) are used instead of weighing those values."""
+        """Use `weights` (by `id` of the value) within the block instead of weighing those values."""
         self._known_weights = weights
         try:
             yield
@@ -130,7 +131,7 @@ class ParamTree:
         return weigh(value) if known is None else known
 
     def _place(self, parts: list[str]) -> tuple[Any, list[str]]:
-        """The value that one at this path would replace, and the components of the path that do not exist."""
+        """Return the value that setting this path would replace, and the path's missing components."""
         value: Any = self._root
         for count, part in enumerate(parts):
             if type(value) is not dict:
@@ -149,7 +150,7 @@ class ParamTree:
         tree[parts[-1]] = value
 
     def delete(self, key: str) -> None:
-        """Deletes a value or a whole namespace.
+        """Delete a value or a whole namespace.
 
         Raises:
             NotSet: the parameter is not set, or `key` is `/`: the root cannot be deleted.
@@ -167,7 +168,7 @@ class ParamTree:
             self.journal.param_deleted(key)
 
     def names(self) -> list[str]:
-        """The full names of all values, in the order they were set. Empty namespaces are left out."""
+        """Return the full names of all values, in the order they were set. Empty namespaces are left out."""
         found: list[str] = []
         stack = [("/", iter(self._root.items()))]
         while stack:
@@ -183,7 +184,7 @@ class ParamTree:
         return found
 
     def search(self, ns: str, key: str) -> str | None:
-        """Searches `key` in the namespace `ns` (`/a/node`) and upwards; None when it is not found.
+        """Return the full name of `key` in the namespace `ns` (`/a/node`) or above; None if not found.
 
         As in ROS, only the first component of the key has to exist: with `/a/x` set, the result for `x/y` is
         `/a/x/y`, whether or not that is set.
@@ -212,7 +213,7 @@ def _parts(key: str) -> list[str]:
 
 
 def value_below(value: Any, key: str, default: Any) -> Any:
-    """The value under `key` in a tree; `default` when there is none."""
+    """Return the value under `key` in a tree; `default` if there is none."""
     for part in _parts(key):
         if type(value) is not dict or part not in value:
             return default

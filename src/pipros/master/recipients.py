@@ -12,9 +12,9 @@ _log = logging.getLogger("rosmaster.master")
 
 
 class RegisteredNodes:
-    """Decides whether notices are still due, and learns from their delivery which nodes are there.
+    """The `Recipients` of a master's `Notifier`:
 
-    The `Recipients` of the `Notifier` of a master.
+    decides whether notices are still due, and reports the outcome of deliveries to `Liveness`.
     """
 
     def __init__(self, registry: Registry, liveness: Liveness) -> None:
@@ -25,11 +25,11 @@ class RegisteredNodes:
         return self._registry.api_of(notice.node) == notice.api
 
     async def may_shut_down(self, notice: Notice) -> bool:
-        """A replaced process is shut down only while its address is still its own (ros_comm#2241)."""
+        """Return True if the address still belongs to the replaced process to shut down (ros_comm#2241)."""
         if await self._liveness.is_at(notice.node, notice.api):
             _log.info("%s: shutting down its former process at %s", notice.params[1], notice.api)
             return True
-        _log.info("%s: %s is not that node any more and is not shut down", notice.params[1], notice.api)
+        _log.info("%s: %s is no longer that node and is not shut down", notice.params[1], notice.api)
         return False
 
     def on_delivered(self, notice: Notice) -> None:

@@ -1,8 +1,8 @@
-"""Which node publishes, subscribes to and serves what: the registrations of a master, without any IO.
+"""The registrations of a master: the publishers, subscribers and servers of each name, without any IO.
 
-A node is known by its name, and has one API (the URI of its XML-RPC server) at a time. It is registered
-as long as it has at least one registration. A method that changes something returns the `Notice`s that
-the change calls for; the `Notifier` delivers them.
+A node is identified by its name, and has one API (the URI of its XML-RPC server) at a time. It is registered
+as long as it has at least one registration. A method that changes the registry returns the `Notice`s about
+the change; the `Notifier` delivers them.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ ANY_TYPE = "*"
 MASTER_ID = "/master"
 REPLACED = "new node registered with same name"
 REGISTRATION_BYTES: Final = 256
-"""What a registration weighs besides its texts."""
+"""Weight of a registration in addition to its text."""
 
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """One call that is to be made to a node.
+    """One call to send to a node.
 
     Attributes:
         node: the name of the node.
-        api: the URI to call; the notice is dropped when the node has another one by then.
+        api: the URI to call; the notice is dropped if the node has another one by then.
         method: `publisherUpdate`, `paramUpdate` or `shutdown`.
         params: the arguments of the call, the master's own caller_id first.
     """
@@ -43,11 +43,11 @@ class Notice:
 
 
 class RegistryFull(PiprosError, ValueError):
-    """A registration would take the registrations of the master above `registration_bytes`."""
+    """A registration would bring those of the master above `registration_bytes`."""
 
 
 class Role(Enum):
-    """What a node is registered as."""
+    """The kind of a registration."""
 
     PUBLISHER = "publisher"
     SUBSCRIBER = "subscriber"
@@ -57,10 +57,10 @@ class Role(Enum):
 
 @dataclass(slots=True)
 class NodeEntry:
-    """What one node has registered.
+    """The registrations of one node.
 
     Attributes:
-        registration_count: how many registrations came from the node, repeated ones included.
+        registration_count: how often the node has registered, including repetitions.
         names: the topics, services and parameter keys of each role, in order of registration. (A dictionary
             without values is an ordered set.)
     """
@@ -92,13 +92,12 @@ class Registry:
 
     Names of topics, services and nodes must be resolved and checked by the caller.
 
-    A node that registers under a name that another process has takes the name over. The other process is
-    `replaced` until its `shutdown` notice is done, and what it registers meanwhile is ignored: a roscpp node
-    subscribes to a parameter when it logs that it was asked to shut down, and would so take its name back
-    and end its successor.
+    A node that registers under another process's name takes the name over. The other process is `replaced`
+    until its `shutdown` notice is done, and its registrations meanwhile are ignored: a roscpp node subscribes
+    to a parameter when it logs the shutdown request, and would so take its name back and end its successor.
 
-    The type of a topic is kept after its last publisher and subscriber have gone, as in genuine masters, but
-    only for as many such topics as the limits allow: the one that has been unused longest is forgotten.
+    The type of a topic is kept after its last publisher and subscriber have unregistered, as in genuine
+    masters, but only for as many such topics as the limits allow: the longest unused one is forgotten.
 
     The methods that register raise `RegistryFull`, and change nothing, when all registrations together would
     exceed `registration_bytes`.
@@ -109,7 +108,7 @@ class Registry:
     """
 
     def __init__(self, limits: Limits | None = None) -> None:
-        """`limits` defaults to those of the process."""
+        """Create an empty registry; `limits` defaults to those of the process."""
         self._limits = limits or process_limits()
         self.held_bytes = 0
         self._unused_types = UnusedTypes(self._limits)
@@ -124,28 +123,28 @@ class Registry:
     # ---- reading
 
     def api_of(self, node: str) -> str | None:
-        """The API of a node; None when it is not registered."""
+        """Return the API of a node; None if it is not registered."""
         entry = self.nodes.get(node)
         return entry.api if entry else None
 
     def service_api_of(self, service: str) -> str | None:
-        """The `rosrpc://` URI of a service; None when nobody offers it."""
+        """Return the `rosrpc://` URI of a service; None if no node offers it."""
         return self._service_apis.get(service)
 
     def names_of(self, role: Role, key: str) -> list[str]:
-        """The nodes registered for a topic, service or parameter key, in order of registration."""
+        """Return the nodes registered for a topic, service or parameter key, in order of registration."""
         return list(self._tables[role].get(key, ()))
 
     def apis_of(self, role: Role, key: str) -> list[str]:
-        """The APIs of those nodes."""
+        """Return the APIs of the nodes of `names_of`."""
         return [self.nodes[name].api for name in self._tables[role].get(key, ())]
 
     def keys_of(self, role: Role) -> Iterator[str]:
-        """The topics, services or parameter keys with at least one node."""
+        """Return the topics, services or parameter keys with at least one node."""
         return iter(self._tables[role])
 
     def param_keys_around(self, key: str) -> list[str]:
-        """The subscribed parameter keys at, above and below `key`."""
+        """Return the subscribed parameter keys at, above and below `key`."""
         subscribed = self._tables[Role.PARAM_SUBSCRIBER]
         if not subscribed:
             return []
@@ -158,13 +157,13 @@ class Registry:
         return [*(found for found in above if found in subscribed), *below]
 
     def table(self, role: Role) -> list[list[Any]]:
-        """`[key, [node, …]]` for every key, as in the answer of `getSystemState`."""
+        """Return `[key, [node, …]]` for every key, as in the answer of `getSystemState`."""
         return [[key, list(names)] for key, names in self._tables[role].items()]
 
     # ---- changing
 
     def register_publisher(self, node: str, topic: str, type_name: str, api: str) -> list[Notice]:
-        """Registers a publisher; notifies the subscribers, also when it was registered before."""
+        """Register a publisher and notify the subscribers, even if it was registered before."""
         self._check_room(Role.PUBLISHER, node, topic, api, type_name, self.topic_types.get(topic))
         notices = self._enter(Role.PUBLISHER, node, topic, api)
         if type_name != ANY_TYPE or topic not in self.topic_types:
@@ -173,7 +172,7 @@ class Registry:
         return notices
 
     def register_subscriber(self, node: str, topic: str, type_name: str, api: str) -> list[Notice]:
-        """Registers a subscriber. Its type counts only when the topic has none yet."""
+        """Register a subscriber. Its type is used only if the topic has none yet."""
         self._check_room(Role.SUBSCRIBER, node, topic, api, type_name, self.topic_types.get(topic))
         notices = self._enter(Role.SUBSCRIBER, node, topic, api)
         if type_name != ANY_TYPE and topic not in self.topic_types:
@@ -181,7 +180,7 @@ class Registry:
         return notices
 
     def register_service(self, node: str, service: str, service_api: str, api: str) -> list[Notice]:
-        """Registers the provider of a service; an earlier provider silently loses it."""
+        """Register the provider of a service; an earlier provider silently loses it."""
         if (node, api) in self.replaced:
             return []
         self._check_room(Role.SERVICE, node, service, api, service_api, self._service_apis.get(service))
@@ -192,19 +191,19 @@ class Registry:
         return notices
 
     def subscribe_param(self, node: str, key: str, api: str) -> list[Notice]:
-        """Registers a node for changes at, above and below a parameter key."""
+        """Register a node for changes at, above and below a parameter key."""
         self._check_room(Role.PARAM_SUBSCRIBER, node, key, api)
         return self._enter(Role.PARAM_SUBSCRIBER, node, key, api)
 
     def unregister(self, role: Role, node: str, key: str, api: str) -> tuple[bool, list[Notice]]:
-        """Removes one registration, if `api` is the API of the node. Returns whether there was one."""
+        """Remove a registration if `api` is the API of the node; return whether there was one."""
         if self.api_of(node) != api or node not in self._tables[role].get(key, ()):
             return False, []
         self._remove(role, node, key)
         return True, self._publisher_updates(key) if role is Role.PUBLISHER else []
 
     def unregister_service(self, node: str, service: str, service_api: str) -> bool:
-        """Removes a service, unless another provider has taken it over. Returns whether there was one."""
+        """Remove a service unless another provider has taken it over; return whether there was one."""
         if self._service_apis.get(service) != service_api:
             return False
         if node not in self._tables[Role.SERVICE].get(service, ()):
@@ -213,7 +212,7 @@ class Registry:
         return True
 
     def remove_node(self, node: str) -> list[Notice]:
-        """Removes all registrations of a node, and notifies the subscribers of its topics."""
+        """Remove all registrations of a node, and notify the subscribers of its topics."""
         entry = self.nodes.get(node)
         if entry is None:
             return []
@@ -224,16 +223,16 @@ class Registry:
         return [notice for topic in published for notice in self._publisher_updates(topic)]
 
     def notice_done(self, notice: Notice) -> None:
-        """To be called when a notice was delivered, or will not be."""
+        """Record that a notice was delivered, or will not be."""
         if notice.method == "shutdown":
             self.replaced.discard((notice.node, notice.api))
 
     def restore(self, role: Role, node: str, key: str, api: str, service_api: str | None) -> None:
-        """Restores a registration of a previous run of the master. No node is notified."""
+        """Restore a registration of a previous run of the master. No node is notified."""
         self._enter(role, node, key, api, service_api)
 
     def restore_type(self, topic: str, type_name: str) -> None:
-        """Restores the type of a topic from a previous run."""
+        """Restore the type of a topic from a previous run."""
         self._set_type(topic, type_name)
 
     def _set_type(self, topic: str, type_name: str) -> None:
@@ -249,10 +248,10 @@ class Registry:
     def _check_room(
         self, role: Role, node: str, key: str, api: str, detail: str = "", former: str | None = None
     ) -> None:
-        """Raises `RegistryFull` when a registration would exceed the limit.
+        """Raise `RegistryFull` if a registration would exceed the limit.
 
         Args:
-            detail: the type or URI that comes with it.
+            detail: its type or URI.
             former: the type or URI that `detail` replaces.
         """
         growth = len(detail) - len(former or "")
@@ -266,7 +265,7 @@ class Registry:
             )
 
     def _note_unused(self, topic: str) -> None:
-        """Puts a topic that no node has any more on the list of those whose types may be forgotten."""
+        """Add a topic without nodes to those whose types may be forgotten."""
         type_name = self.topic_types.get(topic)
         if type_name is None or any(topic in self._tables[role] for role in _ROLES_WITH_TYPES):
             return
@@ -338,5 +337,5 @@ _ROLES_WITH_TYPES: Final = (Role.PUBLISHER, Role.SUBSCRIBER)
 
 
 def _weight(node: str, key: str, api: str) -> int:
-    """Approximate bytes of a registration: its texts, and the dictionary entries for them."""
+    """Return the approximate bytes of a registration: its strings and their dictionary entries."""
     return REGISTRATION_BYTES + len(node) + len(key) + len(api)

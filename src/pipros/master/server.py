@@ -1,4 +1,4 @@
-"""Puts the parts of a master together on one asyncio loop."""
+"""Combines the parts of a master on one asyncio loop."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from pipros.printable import printable
 _log = logging.getLogger("rosmaster.master")
 
 RESUME_ANSWER_S: Final = 1.0
-"""How long the nodes of a previous run have to answer."""
+"""How long the nodes of a previous run may take to answer."""
 
 
 class MasterServer:
-    """A master on the event loop that `start()` is awaited on. Only the constructor may run elsewhere."""
+    """A master on the event loop in which `start()` is awaited. Only the constructor may run elsewhere."""
 
     def __init__(
         self,
@@ -79,10 +79,11 @@ class MasterServer:
         return self._api.uri
 
     async def start(self) -> None:
-        """Restores what the store has, sets the parameters, then opens the port.
+        """Restore the contents of the store, set the parameters, then open the port.
 
         Raises:
-            OSError: the port is taken, the address is not of this machine, or the store cannot be made.
+            OSError: the port is in use, the address does not belong to this machine, or the store cannot be
+                created.
         """
         if self._options.store:
             self._store = await asyncio.to_thread(Store, self._options.store)
@@ -101,7 +102,7 @@ class MasterServer:
         self._sample()
 
     async def stop(self) -> None:
-        """Closes the port and all connections, and writes out the store."""
+        """Close the port and all connections, and write pending changes to the store."""
         self.liveness.stop()
         self.notifier.close()
         await self.rpc.stop()
@@ -134,19 +135,19 @@ class MasterServer:
         return True
 
     async def _get_param_names(self, *params: Any) -> Any:
-        """Runs in a thread: walking a large tree takes long. The tree it walks is never changed."""
+        """Walk the tree in a thread, because a large one takes long. Its values are never changed."""
         answer = self._api.methods["getParamNames"]
         return await asyncio.get_running_loop().run_in_executor(self.rpc.large_values, answer, *params)
 
     def _change_param(self, method: str, *params: Any) -> Any:
-        """Sets or deletes a parameter; returns an awaitable when the new or the replaced value is large."""
+        """Set or delete a parameter; return an awaitable if the new or the replaced value is large."""
         value, former = params[2] if len(params) > 2 else None, self._former(params)
         if is_small(value) and is_small(former):
             return self._api.methods[method](*params)
         return self._change_large_param(method, params)
 
     async def _change_large_param(self, method: str, params: tuple[Any, ...]) -> Any:
-        """Weighs large values in a thread. Meanwhile another call may replace the former value."""
+        """Weigh large values in a thread. Meanwhile another call may replace the former value."""
         loop = asyncio.get_running_loop()
         weighed: list[Any] = []  # keeps the values alive, so that each `id` stays unique
         weights: dict[int, int] = {}
@@ -160,7 +161,7 @@ class MasterServer:
             return self._api.methods[method](*params)
 
     def _former(self, params: tuple[Any, ...]) -> Any:
-        """The value that a call would replace; None also when the arguments are invalid."""
+        """Return the value that a call would replace; None also if the arguments are invalid."""
         if len(params) < 2 or type(params[0]) is not str or type(params[1]) is not str:
             return None
         if not params[1] or max(map(len, params[:2])) > self._limits.name_characters:

@@ -1,4 +1,4 @@
-"""The statistics of a master, as a value for XML-RPC and as a text."""
+"""The statistics of a master, as an XML-RPC value and as text."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.master.registry import Registry, Role
 from pipros.net.rpc_server import RpcServer
 
 METHOD: Final = "pipros.getStatistics"
-"""The XML-RPC method that returns them; genuine masters do not have it."""
+"""The XML-RPC method that returns the statistics; genuine masters do not have it."""
 
 _RATE_OVER_S: Final = 10
 
@@ -43,7 +43,7 @@ def collect(
     liveness: Liveness,
     rate: CallRate,
 ) -> dict[str, Any]:
-    """The figures as a dictionary for XML-RPC. Counts that may exceed 32 bits are floats."""
+    """Return the figures as a dictionary for XML-RPC. Counts that may exceed 32 bits are floats."""
     return {
         "uptime_s": uptime_s,
         "nodes": len(registry.nodes),
@@ -70,7 +70,7 @@ def collect(
 
 
 def describe(uri: str, figures: dict[str, Any]) -> str:
-    """The figures as text, in the layout of `rosnode info`."""
+    """Return the figures as text, in the layout of `rosnode info`."""
     lines = [
         "-" * 80,
         f"Master [{uri}], up for {figures['uptime_s']:.0f} s",

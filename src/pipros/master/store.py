@@ -1,12 +1,12 @@
-"""The state of a master in a file, from which it is restored after a crash.
+"""Stores the state of a master in a file, to restore it after a crash.
 
 An SQLite database in WAL mode: a process that is killed loses at most the changes of the last `PAUSE_S`, and
 leaves no partial change. Parameters are stored as the calls that set them, in order; a call deletes those
-that it supersedes, so the file does not grow with time.
+that it supersedes, so the file does not grow over time.
 
-A thread writes the file: at once when little happens, else every `PAUSE_S`. Callers never wait for it, and
-nothing waits for the disk: what was written survives the end of the process; when the computer loses its
-power the file stays intact, but the last changes may be missing.
+A thread writes the file: at once under low load, else every `PAUSE_S`. Callers never wait for it, and it does
+not wait for the disk: written changes survive the end of the process; after a power failure the file is
+intact, but the last changes may be missing.
 """
 
 from __future__ import annotations
@@ -65,8 +65,8 @@ class StoredState:
     """The contents of a store when it was opened.
 
     Attributes:
-        parameters: keys and values in the order to set them; an `Absence` stands for a missing value.
-        registrations: in the order they were made.
+        parameters: keys and values in the order to set them; an `Absence` marks a missing value.
+        registrations: in their original order.
         topic_types: topic to type.
     """
 
@@ -76,7 +76,7 @@ class StoredState:
 
 
 class Absence(Enum):
-    """Stands for the value of a key that has none."""
+    """Marks a key without a value."""
 
     DELETED = "deleted, below a namespace that was set as a whole"
     NAMESPACE = "a namespace, in which there may be nothing"
@@ -91,11 +91,11 @@ class Store:
 
     Attributes:
         restored: the contents of the file when it was opened.
-        set_aside: where an unusable file was moved to; None when the file was usable or new.
+        set_aside: the new path of an unusable file; None if the file was usable or new.
     """
 
     def __init__(self, file: Path) -> None:
-        """Opens or creates the file. A damaged or foreign file is moved aside unchanged.
+        """Open or create the file. A damaged or foreign file is moved aside unchanged.
 
         Raises:
             OSError: the folder cannot be created or the unusable file cannot be moved.
@@ -116,7 +116,7 @@ class Store:
         self._thread.start()
 
     def close(self) -> None:
-        """Writes all pending changes and closes the file."""
+        """Write all pending changes and close the file."""
         self._closing.set()
         self._changes.put(None)
         self._thread.join()
@@ -139,7 +139,7 @@ class Store:
             f"WHERE EXISTS (SELECT 1 FROM parameters WHERE value != x'' AND key IN ({one_of}))"
         )
         self._changes.put((statement, (key, *above)))
-        if parts:  # the namespace stays, even when it is empty
+        if parts:  # the namespace stays, even if it is empty
             statement = (
                 "INSERT INTO parameters (key, value) SELECT ?, x'' "
                 "WHERE NOT EXISTS (SELECT 1 FROM parameters WHERE key = ? AND value = x'')"
@@ -156,7 +156,7 @@ class Store:
         self._changes.put((statement, (role.name, node, key)))
 
     def forget_registrations(self) -> None:
-        """Deletes all registrations; those that are still valid are restored afterwards."""
+        """Delete all registrations; those that are still valid are restored afterwards."""
         self._changes.put(("DELETE FROM registrations", ()))
 
     def type_set(self, topic: str, type_name: str) -> None:
@@ -211,7 +211,7 @@ def _plain(item: Any) -> Any:
 
 
 def _make_private(file: Path) -> None:
-    """Creates or checks the file, so that no other user can read or set the parameters: some are secrets.
+    """Create or check the file, so that no other user can read or set the parameters, which may be secrets.
 
     SQLite gives its auxiliary files the same permissions.
     """
@@ -297,7 +297,7 @@ def _move_aside(file: Path) -> Path:
 
 
 def restore_params(params: ParamTree, state: StoredState) -> None:
-    """Sets the stored parameters in their order; logs those that exceed the limit."""
+    """Set the stored parameters in their order; log those that exceed the limit."""
     for key, value in state.parameters:
         try:
             _restore(params, key, value)
@@ -316,7 +316,7 @@ def _restore(params: ParamTree, key: str, value: Any) -> None:
 
 
 def restore_registrations(registry: Registry, state: StoredState, nodes: set[str]) -> None:
-    """Restores the registrations of `nodes` and all topic types. The nodes know, and are not notified."""
+    """Restore the registrations of `nodes` and all topic types, without notifying the nodes."""
     for topic, type_name in state.topic_types.items():
         registry.restore_type(topic, type_name)
     for found in state.registrations:

@@ -1,4 +1,4 @@
-"""The topics without a node whose type is still known, and which of them is forgotten next."""
+"""The topics without nodes whose types are still known, in the order of forgetting them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pipros.limits import Limits
 
 
 class UnusedTypes:
-    """The topics without publisher and subscriber whose type is still known, the longest unused first.
+    """The topics without publishers and subscribers whose types are still known, the longest unused first.
 
     >>> unused = UnusedTypes(Limits(topic_types=2))
     >>> unused.add("/a", "x/Y"), unused.add("/b", "x/Y"), unused.add("/c", "x/Y")
@@ -19,7 +19,7 @@ class UnusedTypes:
         self._bytes = 0
 
     def add(self, topic: str, type_name: str) -> list[str]:
-        """Adds a topic that became unused. Returns the topics whose types are to be forgotten in turn."""
+        """Add a topic that became unused; return the topics whose types must be forgotten."""
         self.remove(topic)
         self._bytes_of[topic] = size = len(topic) + len(type_name)
         self._bytes += size
@@ -31,5 +31,5 @@ class UnusedTypes:
         return forgotten
 
     def remove(self, topic: str) -> None:
-        """Removes a topic that is used again, or whose type was forgotten."""
+        """Remove a topic that is used again, or whose type was forgotten."""
         self._bytes -= self._bytes_of.pop(topic, 0)

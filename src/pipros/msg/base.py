@@ -1,7 +1,7 @@
-"""`Message`, the base of all message classes, with the methods that genpy gives it.
+"""`Message`, the base of all message classes, with the methods of genpy's class.
 
-Generated classes (`compiler.py`) add the fields and the codec. Classes that genuine genpy
-generated derive from this one as well, through the `genpy` facade.
+Generated classes (`compiler.py`) add the fields and the codec. Classes from genuine genpy also derive from
+this one, through the `genpy` facade.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ struct_I = struct.Struct("<I")  # noqa: N816 # genuine generated modules import 
 
 
 class Buffers(list[Buffer]):
-    """Collects what a message writes as separate buffers, for a transport that sends them without a copy."""
+    """Collects the output of a message as separate buffers, so that a transport need not copy them."""
 
     write = list.append
 
@@ -43,11 +43,11 @@ class Message:
     _connection_header: dict[str, str]
 
     def __init__(self, *args: Any, **kwds: Any) -> None:
-        """Takes all fields in order, or any of them by name; the others become None.
+        """Set all fields in order, or some by name; the others become None.
 
         Raises:
-            TypeError: for too few or too many values, and for values of both kinds.
-            AttributeError: for a name that is not a field.
+            TypeError: too few or too many values, or values of both kinds.
+            AttributeError: a name is not a field.
         """
         fields = self.__slots__
         if args:
@@ -75,13 +75,13 @@ class Message:
         return self._slot_types
 
     def _check_types(self, exc: Exception | None = None) -> None:
-        """Finds the field that does not fit its type.
+        """Raise an error that names the field that does not fit its type.
 
         Args:
             exc: the error that serializing the message raised.
 
         Raises:
-            SerializationError: naming the field; or with the text of `exc` if all fields fit.
+            SerializationError: names the field, or has the text of `exc` if all fields fit.
         """
         from pipros.msg.check import check_type
         from pipros.msg.errors import SerializationError
@@ -92,17 +92,17 @@ class Message:
             raise SerializationError(str(exc))
 
     def serialize(self, buff: Writable) -> None:
-        """Writes the message, or nothing at all if a field does not fit its type.
+        """Write the message, or nothing if a field does not fit its type.
 
         Raises:
-            SerializationError: naming the field.
+            SerializationError: names the field.
         """
 
     def deserialize(self: AnyMessage, str: Buffer) -> AnyMessage:  # noqa: A002, ARG002 # genpy's name for it
-        """Reads all fields; bytes after them are ignored.
+        """Read all fields; ignore bytes after them.
 
         Raises:
-            DeserializationError: when there are too few bytes.
+            DeserializationError: there are too few bytes.
         """
         return self
 
@@ -110,14 +110,14 @@ class Message:
         return self
 
     def serialize_numpy(self, buff: Writable, numpy: Any) -> None:  # noqa: ARG002 # serialize takes arrays
-        """As `serialize`, which takes numpy arrays without a copy anyway."""
+        """Write the message with `serialize`, which accepts numpy arrays without a copy anyway."""
         self.serialize(buff)
 
     def _to_buffers(self) -> list[Buffer]:
-        """The serialized message in pieces, large arrays among them without a copy.
+        """Return the serialized message as buffers; large arrays are not copied.
 
         Raises:
-            SerializationError: naming the field that does not fit.
+            SerializationError: names the field that does not fit.
         """
         buffers = Buffers()
         self.serialize(buffers)
@@ -125,10 +125,10 @@ class Message:
 
     @classmethod
     def _from_bytes(cls: type[AnyMessage], data: Buffer) -> AnyMessage:
-        """A new message from its serialized form.
+        """Return a new message from its serialized form.
 
         Raises:
-            DeserializationError: when there are too few bytes.
+            DeserializationError: there are too few bytes.
         """
         return cls().deserialize(bytes(data))
 
@@ -140,7 +140,7 @@ class Message:
     __str__ = __repr__
 
     def __eq__(self, other: object) -> bool:
-        """True for a message of the same class with equal fields; lists equal tuples of the same elements."""
+        """Return True for a message of the same class with equal fields; a list may equal a tuple."""
         if not isinstance(other, self.__class__):
             return False
         for name in self.__slots__:

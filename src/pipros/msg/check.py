@@ -1,6 +1,6 @@
 """Finds the field of a message that does not fit its type, and raises genpy's error for it.
 
-Only called after a message could not be serialized, so it need not be fast.
+Called only after serializing a message has failed, so it need not be fast.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ _FLOAT_TYPE_NAMES = frozenset(
 
 
 def check_type(field_name: str, field_type: str, field_val: Any) -> None:
-    """Checks that `field_val` fits `field_type`, a type as written in definitions.
+    """Check that `field_val` fits `field_type`, a type as written in definitions.
 
     Raises:
-        SerializationError: naming the field, with `[]` for an element and `.` for a member.
+        SerializationError: names the field, with `[]` for an element and `.` for a member.
     """
     if field_type in INTEGERS:
         _check_integer(field_name, field_type, field_val)
@@ -48,10 +48,10 @@ def check_type(field_name: str, field_type: str, field_val: Any) -> None:
 
 
 def check_lengths(name: str, message: HasFields) -> None:
-    """Checks the lengths of all fixed arrays, also in embedded messages.
+    """Check the lengths of all fixed arrays, also in embedded messages.
 
     Raises:
-        SerializationError: naming the field, with `name` in front.
+        SerializationError: names the field, prefixed by `name`.
     """
     for slot, slot_type in zip(message.__slots__, message._get_types(), strict=True):
         value, path = getattr(message, slot), f"{name}.{slot}"

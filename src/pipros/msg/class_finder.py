@@ -1,8 +1,9 @@
-"""Finds the class of messages that came with their definition: over a link, or from a bag.
+"""Finds the class of messages received with their definition: over a link, or from a bag.
 
-The class of an installed package is used if its definition has the same md5 sum, so that messages are what
-`from package.msg import Name` imports. Otherwise the class is made from the definition that came along: types
-that are not installed can be read too, and an installed type of the same name is not disturbed.
+The class of an installed package is used if its definition has the same md5 sum, so that messages are
+instances of the class that `from package.msg import Name` imports. Otherwise the class is created from the
+received definition: types that are not installed can be read too, and an installed type of the same name is
+not affected.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ _MD5_OF_NO_FIELDS = "d41d8cd98f00b204e9800998ecf8427e"
 
 
 class MissingDefinition(PiprosError):
-    """No definition came along, and no installed package has the same one."""
+    """No definition was received, and no installed package has one with the md5 sum."""
 
 
 class ClassFinder:
@@ -32,11 +33,11 @@ class ClassFinder:
         self._known: dict[tuple[str, str, str], type[Message]] = {}
 
     def find(self, type_name: str, md5sum: str, definition: str) -> type[Message]:
-        """The class of the type with this md5 sum.
+        """Return the class of the type with this md5 sum.
 
         Raises:
-            MissingDefinition: `definition` is empty, and the type is not installed, or is another one there.
-            DefinitionError: the definition is broken.
+            MissingDefinition: `definition` is empty, and no installed type has this name and md5 sum.
+            DefinitionError: the definition is invalid.
         """
         key = type_name, md5sum, definition
         found = self._known.get(key)
@@ -52,7 +53,7 @@ class ClassFinder:
 
 
 def installed_class(type_name: str) -> type[Message] | None:
-    """The class of a type whose package is on the path, else None."""
+    """Return the class of a type whose package is on the path, else None."""
     from pipros.msg import load_message_class
 
     try:

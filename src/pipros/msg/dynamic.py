@@ -1,7 +1,7 @@
-"""Message classes made at run time from a full text: of a connection header, of a bag.
+"""Message classes created at run time from the full text in a connection header or a bag. Such a class is not
+in a module, so a pickle of its messages includes the full text, from which unpickling creates the class:
 
-Such a class is not in a module, so a pickle of its messages carries the full text, and unpickling makes the
-class from that: another process need not know the type. In the same process, the same class is used again.
+another process need not know the type. The same process reuses its class.
 """
 
 from __future__ import annotations
@@ -25,14 +25,13 @@ from pipros.msg.language.spec import DefinitionError, MessageSpec
 def message_classes_from_text(
     type_name: str, full_text: str, limits: Limits | None = None
 ) -> dict[str, type[Message]]:
-    """Classes for all types in a full text. Packages with the same types do not matter.
+    """Return classes for all types in a full text. Packages with the same types are ignored.
 
     Args:
-        limits: those of the process, if not given.
+        limits: by default those of the process.
 
     Raises:
-        DefinitionError: for a broken definition, an embedded type that the text lacks, or a text
-            beyond the limits.
+        DefinitionError: a definition is invalid, an embedded type is missing, or the text exceeds the limits.
     """
     limits = limits or process_limits()
     specs = specs_from_text(type_name, full_text, limits)
@@ -54,7 +53,7 @@ def message_classes_from_text(
 
 
 def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
-    """Bounds the total cost of the classes of all types: the code of each contains what it embeds.
+    """Limit the total cost of the classes of all types: the code of each includes its embedded types.
 
     Raises:
         DefinitionError: see `message_classes_from_text`.
@@ -72,20 +71,20 @@ def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
         bytes_left -= len(spec.text) + sum(len(inner.text) for inner in embedded_types(spec, lookup).values())
         if bytes_left < 0:
             raise DefinitionError(
-                f"the definitions of the text's types, each with what it embeds, are longer than "
+                f"the definitions of the text's types, each with its embedded types, are longer than "
                 f"{limits.definition_copies_bytes} bytes together",
                 file=where,
             )
 
 
 class DynamicClasses:
-    """The classes made from texts that are in use, so that their messages can be copied and unpickled."""
+    """The classes created from texts and still in use, so that their messages can be copied and unpickled."""
 
     def __init__(self) -> None:
         self._in_use: WeakValueDictionary[tuple[str, str], type[Message]] = WeakValueDictionary()
 
     def add(self, cls: type[Message]) -> None:
-        """Adds what `pickle` and `copy` need to the class. The class is not kept alive."""
+        """Add the methods for `pickle` and `copy` to the class, without keeping it alive."""
         self._in_use[cls._type, cls._full_text] = cls
         added: Any = cls
         added.__reduce_ex__ = _reduce
@@ -93,14 +92,14 @@ class DynamicClasses:
         added.__deepcopy__ = _deepcopy
 
     def get(self, type_name: str, full_text: str) -> type[Message]:
-        """The class for a full text, made if none is in use. Raises as `message_classes_from_text`."""
+        """Return the class for a full text, created if necessary; raise as `message_classes_from_text`."""
         cls = self._in_use.get((type_name, full_text))
         return cls or message_classes_from_text(type_name, full_text)[type_name]
 
 
 @cache
 def _classes() -> DynamicClasses:
-    """The classes of this process. They are global because a pickle finds its class only through a module."""
+    """Return the classes of this process. They are global because pickles find classes through modules."""
     return DynamicClasses()
 
 

@@ -1,4 +1,4 @@
-"""The errors of messages; `genpy` has these exceptions under the same names."""
+"""The errors of messages; `genpy` exports these exceptions under the same names."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from pipros.errors import PiprosError
 
 
 class MessageException(PiprosError):
-    """A message cannot be made, filled, written or read."""
+    """A message cannot be created, filled, written or read."""
 
     __module__ = "genpy.message"  # as in genuine ROS; so in the classes below
 
 
 class SerializationError(MessageException):
-    """A field of a message has a value that its type cannot carry."""
+    """A value does not fit the type of its field."""
 
     __module__ = "genpy.message"
 

@@ -1,4 +1,4 @@
-"""What expressions over messages may read: fields, the type of a message, and times as numbers."""
+"""The attributes that expressions over messages may read: fields, the message type, and times as numbers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _OF_TIMES = ("secs", "nsecs", "to_sec", "to_nsec", "to_time", "is_zero")
 
 
 def field_of(value: Any, name: str) -> Any:
-    """A declared field of a message or its `_type`, or a field or method of a time. Nothing else can be read.
+    """Return a declared field of a message, its `_type`, or a field or method of a time. All else is refused.
 
     Raises:
         AttributeError: the field does not exist.

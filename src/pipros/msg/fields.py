@@ -1,4 +1,4 @@
-"""The attributes of a message, for code that `Message` itself calls and that cannot import it."""
+"""The attributes of a message, for code that `Message` calls and that therefore cannot import it."""
 
 from __future__ import annotations
 
@@ -18,5 +18,5 @@ class HasFields(Protocol):
 
 
 def is_message(value: Any) -> TypeGuard[HasFields]:
-    """True for an instance of a message class. Times have fields as well, but are values, not messages."""
+    """Return True for an instance of a message class. Times have fields too, but are not messages."""
     return hasattr(type(value), "_slot_types") and not isinstance(value, TVal)

@@ -1,4 +1,4 @@
-"""Fills messages from YAML values, as command lines and launch files give them.
+"""Fills messages from YAML values of command lines and launch files.
 
 The rules are those of http://wiki.ros.org/ROS/YAMLCommandLine.
 """
@@ -18,7 +18,7 @@ _TIME_CLASSES: Mapping[str, type[TVal]] = {"time": Time, "duration": Duration}
 
 
 def get_printable_message_args(msg: Message, buff: StringIO | None = None, prefix: str = "") -> str:
-    """The names of all fields that take a value, those of members as `header.seq`, separated by spaces."""
+    """Return the names of all fields that take a value (members as `header.seq`), separated by spaces."""
     buff = StringIO() if buff is None else buff
     for name in msg.__slots__:
         value = getattr(msg, name)
@@ -30,16 +30,16 @@ def get_printable_message_args(msg: Message, buff: StringIO | None = None, prefi
 
 
 def fill_message_args(msg: Message | TVal, msg_args: Any, keys: Mapping[str, Any] | None = None) -> None:
-    """Sets the fields of `msg` from a list of all values, or from a list with one dictionary.
+    """Set the fields of `msg` from a list of all values, or from a list with one dictionary.
 
     Args:
         msg: changed in place.
-        msg_args: as parsed from YAML; None means no arguments.
-        keys: words that may be given for a message or time field, such as `now`, with their values.
+        msg_args: the parsed YAML; None means no arguments.
+        keys: keywords for message or time fields, such as `now`, with their values.
 
     Raises:
-        MessageException: naming the field, for too many or too few values or an unknown field.
-        ValueError: when `msg_args` is neither a list nor a dictionary.
+        MessageException: there are too many or too few values, or an unknown field, which it names.
+        ValueError: `msg_args` is neither a list nor a dictionary.
     """
     args = [] if msg_args is None else msg_args
     if len(args) == 1 and type(args[0]) is dict:

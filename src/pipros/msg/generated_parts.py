@@ -1,7 +1,7 @@
 """Parts of the Python source that genuine genpy generates for a message, for tools that generate their own.
 
-The classes of pipros are compiled without it, in `pipros.msg.compile`. Types are names as definitions have
-them; a context has `get_registered(name)`, which returns a specification with `fields`, `types`, `names` and
+The classes of pipros are compiled without it, in `pipros.msg.compile`. Types are names as in definitions; a
+context has `get_registered(name)`, which returns a specification with `fields`, `types`, `names` and
 `constants`, and raises KeyError for an unknown name.
 """
 
@@ -33,7 +33,7 @@ SIMPLE = {
     "char": "B",
     "byte": "b",
 }
-"""The types that are one number on the wire, with their letter for `struct`."""
+"""The types that are one number on the wire, with their `struct` format characters."""
 
 _HEADERS = ("Header", "std_msgs/Header")
 
@@ -43,12 +43,12 @@ class GenerationError(PiprosError):
 
 
 class Special:
-    """A type that is not generated: how to make a value, and what to do once it was read.
+    """A type that is not generated: how to create a value, and how to finish reading one.
 
     Attributes:
-        constructor: an expression that makes a value.
-        post_deserialize: what to call a value with once it was read, as `%s.canon()`; None for nothing.
-        import_str: the import that it needs.
+        constructor: an expression that creates a value.
+        post_deserialize: the call after reading a value, as `%s.canon()`; None for no call.
+        import_str: the required import.
     """
 
     def __init__(self, constructor: str, post_deserialize: str | None, import_str: str) -> None:
@@ -57,7 +57,7 @@ class Special:
         self.import_str = import_str
 
     def get_post_deserialize(self, varname: str) -> str | None:
-        """The call for a variable."""
+        """Return the `post_deserialize` call for a variable."""
         return None if self.post_deserialize is None else self.post_deserialize % varname
 
 
@@ -69,25 +69,25 @@ _SPECIAL = {
 
 
 def is_simple(type_: str) -> bool:
-    """True for a type that is one number on the wire."""
+    """Return True for a type that is one number on the wire."""
     return type_ in SIMPLE
 
 
 def is_special(type_: str) -> bool:
-    """True for a type that is not generated."""
+    """Return True for a type that is not generated."""
     return type_ in _SPECIAL
 
 
 def special(type_: str) -> Special | None:
-    """What replaces a type that is not generated; None for others."""
+    """Return the replacement of a type that is not generated; None for other types."""
     return _SPECIAL.get(type_)
 
 
 def registered(context: Any, type_: str) -> Any:
-    """The specification of a type.
+    """Return the specification of a type.
 
     Raises:
-        GenerationError: the context does not have it.
+        GenerationError: the context does not have the type.
     """
     try:
         return context.get_registered(type_)
@@ -98,10 +98,10 @@ def registered(context: Any, type_: str) -> Any:
 
 
 def package_and_name(package: str, type_: str) -> tuple[str, str]:
-    """Package and name of a type that a definition of the package uses.
+    """Return the package and name of a type that a definition in `package` uses.
 
     Raises:
-        GenerationError: it has more than one slash.
+        GenerationError: the type has more than one slash.
     """
     parts = type_.split("/")
     if len(parts) > 2:
@@ -110,7 +110,7 @@ def package_and_name(package: str, type_: str) -> tuple[str, str]:
 
 
 def constructor(context: Any, package: str, type_: str) -> str | None:
-    """The expression that makes a message, or a time; None for numbers, texts and arrays."""
+    """Return the expression that creates a message or a time; None for numbers, strings and arrays."""
     if type_ in _SPECIAL:
         return _SPECIAL[type_].constructor
     owner, name = package_and_name(package, type_)
@@ -122,7 +122,7 @@ def constructor(context: Any, package: str, type_: str) -> str | None:
 
 
 def imports(context: Any, package: str, type_: str) -> list[str]:
-    """The imports that the generated source of a field needs."""
+    """Return the imports that the generated source of a field needs."""
     bare = type_.partition("[")[0]
     if bare == "roslib/Header":
         return ["import std_msgs.msg"]
@@ -140,7 +140,7 @@ def imports(context: Any, package: str, type_: str) -> list[str]:
 
 
 def default_value(context: Any, field_type: str, default_package: str) -> str | None:
-    """The expression for the default value of a field."""
+    """Return the expression for the default value of a field."""
     base, bracket, length = field_type.partition("[")
     if bracket:
         return _default_array(context, base, length.rstrip("]"), default_package)
@@ -165,7 +165,7 @@ def _default_array(context: Any, base: str, length: str, package: str) -> str:
 
 
 def without_keywords(spec: Any) -> Any:
-    """A copy of a specification in which names that are keywords of Python end in an underscore."""
+    """Return a copy of a specification, with an underscore after names that are Python keywords."""
     safe = copy(spec)
     safe.names = [_safe(name) for name in spec.names]
     safe.constants = [copy(constant) for constant in spec.constants]
@@ -179,7 +179,7 @@ def _safe(name: str) -> str:
 
 
 def flattened(context: Any, spec: Any) -> Iterator[tuple[str, str]]:
-    """`(type, name)` of each field, with dots for those of embedded messages; arrays stay as they are."""
+    """Yield `(type, name)` of each field, embedded ones with dotted names. Arrays are not expanded."""
     for kind, name in spec.fields():
         if "[" in kind or (kind in BUILTINS and kind not in ("time", "duration")):
             yield kind, name
@@ -190,14 +190,14 @@ def flattened(context: Any, spec: Any) -> Iterator[tuple[str, str]]:
 
 
 def struct_pattern(types: Sequence[str] | None) -> str | None:
-    """The letters of `struct` for types; None if one is not a number, and for no types."""
+    """Return the `struct` format of types; None if one is not a number, or for no types."""
     if not types or not all(kind in SIMPLE for kind in types):
         return None
     return "".join(SIMPLE[kind] for kind in types)
 
 
 def reduced_pattern(pattern: str) -> str:
-    """A pattern of `struct` with counts for repeated letters; one that has counts is returned as it is."""
+    """Return a `struct` format with counts for repeated characters; one with counts is unchanged."""
     if not pattern or re.search(r"\d", pattern):
         return pattern
     counted = ((letter, len(list(group))) for letter, group in groupby(pattern))
@@ -205,10 +205,10 @@ def reduced_pattern(pattern: str) -> str:
 
 
 def resource_name(filename: str, ext: str) -> str:
-    """The name of the type that a file defines."""
+    """Return the name of the type that a file defines."""
     return os.path.basename(filename)[: -len(ext)]
 
 
 def outfile_name(outdir: str, infile_name: str, ext: str) -> str:
-    """The path of the module that is generated for the file of a type."""
+    """Return the path of the module that is generated for the file of a type."""
     return os.path.join(outdir, f"_{resource_name(infile_name, ext)}.py")

@@ -1,7 +1,7 @@
 """Type stubs (`.pyi`) for the messages and services of ROS packages, for editors and type checkers.
 
-A field of octets or numbers has the type of received messages (`bytes`, a sequence) when read, and accepts
-whatever the codec accepts, such as numpy arrays. Comments of the definitions become docstrings.
+When read, a field of octets or numbers has the type of received messages (`bytes`, a sequence); it accepts
+all types that the codec accepts, such as numpy arrays. Comments of the definitions become docstrings.
 """
 
 from __future__ import annotations
@@ -38,17 +38,17 @@ _IMPORTS = {
 def write_stubs(
     packages: Iterable[str], folder: Path, definitions: Definitions, *, suffix: str = ""
 ) -> list[Path]:
-    """Writes `<folder>/<package><suffix>/msg/__init__.pyi`, the same for `srv`, and their package.
+    """Write `<folder>/<package><suffix>/msg/__init__.pyi`, the same for `srv`, and the enclosing package.
 
     Args:
         suffix: `-stubs` for installed packages (PEP 561), empty for a folder of stubs.
 
     Returns:
-        The files, whether they changed or not.
+        All files, including unchanged ones.
 
     Raises:
         NotFound: the package does not exist.
-        DefinitionError: a definition breaks the rules.
+        DefinitionError: a definition is invalid.
     """
     written = []
     for package in packages:
@@ -62,7 +62,7 @@ def write_stubs(
 
 
 def package_stubs(package: str, definitions: Definitions) -> dict[str, str]:
-    """The stubs of one package: their paths within it and their texts. Errors as for `write_stubs`."""
+    """Return the stubs of one package: paths within it, and contents. Raises as `write_stubs`."""
     stubs: dict[str, str] = {}
     messages = [definitions.message(f"{package}/{name}") for name in definitions.files.names("msg", package)]
     services = [definitions.service(f"{package}/{name}") for name in definitions.files.names("srv", package)]
@@ -130,7 +130,7 @@ def _service(spec: ServiceSpec) -> str:
 
 
 def _docstring(comment: str, indent: str = "    ") -> list[str]:
-    """The lines of a docstring; empty for an empty comment. Quotes in the comment are escaped."""
+    """Return the lines of a docstring; empty for an empty comment. Quotes in the comment are escaped."""
     if not comment:
         return []
     text = printable_lines(comment).replace("\\", "\\\\").replace('"', '\\"')
@@ -138,7 +138,7 @@ def _docstring(comment: str, indent: str = "    ") -> list[str]:
 
 
 def _types(kind: FieldType, home: str) -> tuple[str, str]:
-    """The types of a field when it is read and when it is set."""
+    """Return the types of a field for reading and for setting it."""
     single = _single_type(kind.base, home)
     if not kind.is_array:
         return single, single

@@ -11,7 +11,7 @@ from pipros.msg.time import Time, TVal
 FieldFilter = Callable[[Any], Iterable[str]]
 
 _PLAIN_LIMIT = 70
-"""YAML folds quoted strings at 80 columns; shorter ones are left as they are."""
+"""YAML folds quoted strings at 80 columns; shorter ones are unchanged."""
 
 
 def strify_message(
@@ -22,14 +22,14 @@ def strify_message(
     field_filter: FieldFilter | None = None,
     fixed_numeric_width: int | None = None,
 ) -> str:
-    """The text of a message, or of any value that a field may have.
+    """Return the text of a message, or of any value that a field may have.
 
     Args:
-        val: what to show.
-        indent: put before every line; if given, a value of several lines begins on a new line.
-        time_offset: times are shown as the duration since then.
-        field_filter: returns the names of the fields of a message that are shown.
-        fixed_numeric_width: numbers are padded and cut to this width.
+        val: the value.
+        indent: the prefix of every line; if given, a multi-line value begins on a new line.
+        time_offset: times are written as the duration since this time.
+        field_filter: returns the names of the message fields to write.
+        fixed_numeric_width: the width to which numbers are padded and cut.
     """
     return _Text(time_offset, field_filter, fixed_numeric_width).of(val, indent)
 
@@ -97,7 +97,7 @@ class _Text:
 
 
 def _readable(value: Any, kind: str) -> Any:
-    """The octets of a `uint8[]` field as numbers; those of a `char[]` field stay bytes, as in genpy."""
+    """Return the octets of a `uint8[]` field as integers; those of a `char[]` stay bytes, as in genpy."""
     if "uint8[" in kind:
         if isinstance(value, bytes | bytearray):
             return list(value)

@@ -1,4 +1,4 @@
-"""`Time` and `Duration`: seconds and nanoseconds, as genpy has them.
+"""`Time` and `Duration`: seconds and nanoseconds, as in genpy.
 
 `secs` and `nsecs` are plain attributes that anyone may set; `canon()` brings them back to
 0 <= nsecs < 1e9. Arithmetic keeps the class of its left operand, so that `rospy.Time` stays one.
@@ -18,7 +18,7 @@ NS_PER_S = 1_000_000_000
 
 
 def _is_integral(value: object) -> bool:
-    """True for whole numbers, also those of numpy."""
+    """Return True for integers, including numpy's."""
     if isinstance(value, int | float):
         return isinstance(value, int)
     import numbers  # which most programs do not need
@@ -27,7 +27,7 @@ def _is_integral(value: object) -> bool:
 
 
 def _is_real(value: object) -> bool:
-    """True for numbers that may have a fraction, also those of numpy and `fractions`."""
+    """Return True for real numbers, including those of numpy and `fractions`."""
     if isinstance(value, int | float):
         return True
     import numbers
@@ -38,7 +38,7 @@ def _is_real(value: object) -> bool:
 class TVal:
     """The common base of points in time and spans of time."""
 
-    __module__ = "genpy.rostime"  # where pickles look for it, also those of genuine ROS
+    __module__ = "genpy.rostime"  # the module that pickles refer to, including those of genuine ROS
 
     __slots__: ClassVar[list[str]] = ["secs", "nsecs"]  # noqa: RUF023 # the order of the wire
     _slot_types: ClassVar[list[str]] = ["int32", "int32"]
@@ -50,10 +50,10 @@ class TVal:
     nsecs: int
 
     def __init__(self, secs: Any = 0, nsecs: Any = 0) -> None:
-        """Takes whole seconds and nanoseconds, or seconds with a fraction alone.
+        """Set whole seconds and nanoseconds, or only seconds with a fraction.
 
         Raises:
-            ValueError: for seconds of a type with fractions together with nanoseconds.
+            ValueError: fractional seconds together with nanoseconds.
         """
         self.secs = int(secs)
         if type(secs) is int or _is_integral(secs):
@@ -78,7 +78,7 @@ class TVal:
         self.nsecs = nsecs
 
     def canon(self) -> None:
-        """Brings `nsecs` into its range and carries the rest over to `secs`."""
+        """Bring `nsecs` into its range, and carry the rest over to `secs`."""
         carry, self.nsecs = divmod(self.nsecs, NS_PER_S)
         self.secs += carry
 
@@ -109,10 +109,10 @@ class TVal:
     __nonzero__ = __bool__
 
     def __cmp__(self, other: object) -> int:
-        """-1, 0 or 1.
+        """Return -1, 0 or 1.
 
         Raises:
-            TypeError: for a value of another kind; a point in time does not compare with a span.
+            TypeError: the value is of another kind: a point in time does not compare with a span.
         """
         if not isinstance(other, self._kind):
             raise TypeError(f"Cannot compare to non-{self._kind.__name__}")
@@ -147,7 +147,7 @@ class Time(TVal):
     """A point in time; never negative.
 
     Raises:
-        TypeError: for a time before zero, also as the result of arithmetic.
+        TypeError: the time is negative, also as the result of arithmetic.
     """
 
     __module__ = "genpy.rostime"

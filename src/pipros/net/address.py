@@ -1,12 +1,12 @@
-"""The address to bind, and the one to advertise.
+"""The address to bind, and the address to advertise.
 
-Genuine ROS binds every interface unless `ROS_IP` or `ROS_HOSTNAME` is a loopback address. pipros
-binds loopback unless the environment opens it: with a local `ROS_MASTER_URI` and neither variable set,
-nothing can be reached from the network.
+Genuine ROS binds every interface unless `ROS_IP` or `ROS_HOSTNAME` is a loopback address. pipros binds
+loopback unless the environment opens the node: with a local `ROS_MASTER_URI` and neither variable set, no
+port can be reached from the network.
 
-With `ROS_IPV6=on` the same holds for IPv6: `::1`, or `::` when it is opened, which accepts IPv4 as well.
-Genuine nodes support names that resolve to an IPv6 address. But roscpp does not support a URI with
-such an address, nor does rospy in the URI of a service; so a name is advertised if there is one.
+With `ROS_IPV6=on` the same holds for IPv6: `::1`, or `::` if opened, which accepts IPv4 as well. Genuine
+nodes support names that resolve to an IPv6 address. But roscpp does not support a URI with such an address,
+nor does rospy in the URI of a service; so a host name is advertised if the machine has one.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ ANY_IPV6 = "::"
 
 
 def is_loopback(host: str) -> bool:
-    """True for `localhost`, `127.x.y.z` and `::1`, as written; names are not looked up.
+    """Return True for `localhost`, `127.x.y.z` and `::1`, as written; names are not looked up.
 
     >>> is_loopback("localhost"), is_loopback("127.0.1.1"), is_loopback("robot")
     (True, True, False)
@@ -43,7 +43,7 @@ def is_loopback(host: str) -> bool:
 
 
 def plain_address(peer: str) -> str:
-    """The IP address of a peer in the form for comparisons: without an interface, IPv4 not mapped to IPv6.
+    """Return a peer's IP address in comparable form: without the interface, and IPv4 not mapped to IPv6.
 
     >>> plain_address("::ffff:10.0.0.5"), plain_address("fe80::1%eth0")
     ('10.0.0.5', 'fe80::1')
@@ -52,7 +52,7 @@ def plain_address(peer: str) -> str:
 
 
 def is_master_local(environment: Environment) -> bool:
-    """True when the master URI has a loopback host. The name of this machine does not count as loopback."""
+    """Return True if the master URI has a loopback host. This machine's name does not count as loopback."""
     try:
         host, _ = split_master_uri(environment.master_uri)
     except PiprosError:
@@ -61,10 +61,10 @@ def is_master_local(environment: Environment) -> bool:
 
 
 def bind_host(environment: Environment) -> str:
-    """The address to listen on: a loopback address, or every interface when the environment opens it.
+    """Return the address to listen on: loopback, or every interface if the environment opens the node.
 
-    It is opened by a `ROS_HOSTNAME` or `ROS_IP` that is not loopback, and, when neither is set, by
-    a `ROS_MASTER_URI` on another machine.
+    A `ROS_HOSTNAME` or `ROS_IP` that is not loopback opens it; if neither is set, a `ROS_MASTER_URI` on
+    another machine does.
     """
     configured = environment.hostname or environment.ip
     if not (is_loopback(configured) if configured else is_master_local(environment)):
@@ -79,10 +79,10 @@ def bind_host(environment: Environment) -> str:
 
 
 def advertised_host(environment: Environment) -> str:
-    """The host name or address that is advertised: `ROS_HOSTNAME`, else `ROS_IP`, else a default.
+    """Return the host name or address to advertise: `ROS_HOSTNAME`, else `ROS_IP`, else a default.
 
-    The default is loopback while only loopback is bound, else the name of this machine, or,
-    without a name other than localhost, the address from which it would reach the master.
+    The default is loopback if only loopback is bound, else the name of this machine, or, if that is
+    localhost, the address from which it would reach the master.
     """
     configured = environment.hostname or environment.ip
     if configured:
@@ -107,7 +107,7 @@ def _means_ipv6_loopback(name: str) -> bool:
 
 
 def own_name(environment: Environment) -> str:
-    """The name of this machine, or its address towards the master when the name is localhost."""
+    """Return the name of this machine, or its address on the route to the master if the name is localhost."""
     name = socket.gethostname()
     if name and not is_loopback(name):
         return name
@@ -115,7 +115,7 @@ def own_name(environment: Environment) -> str:
 
 
 def address_towards(master_uri: str, *, prefers_ipv6: bool = False) -> str:
-    """This machine's address on the route to the master. Nothing is sent: UDP only selects the route."""
+    """Return this machine's address on the route to the master. Sends nothing: UDP only selects the route."""
     try:
         host, port = split_master_uri(master_uri)
         found = process_lookups().find(host, port, type=socket.SOCK_DGRAM)
@@ -130,7 +130,7 @@ def address_towards(master_uri: str, *, prefers_ipv6: bool = False) -> str:
 
 
 def uri(host: str, port: int, scheme: str = "http") -> str:
-    """The URI of a node or a service.
+    """Return the URI of a node or a service.
 
     >>> uri("robot", 1234), uri("::1", 80, "rosrpc")
     ('http://robot:1234/', 'rosrpc://[::1]:80')

@@ -1,4 +1,4 @@
-"""Checks of the arguments of the Master API and the Slave API, each made for one parameter by its name.
+"""Checks of arguments of the Master API and the Slave API; each is created with a parameter's name.
 
 A check takes the value and the caller's id, and returns the value to use: names are resolved. Error texts are
 those of genuine ROS. Source: http://wiki.ros.org/ROS/Master_API.
@@ -24,16 +24,16 @@ class ParameterInvalid(Exception):
 
 
 def resolved_name(param_name: str, param_value: Any, caller_id: str) -> str:
-    """The global name that a legal name means to the caller.
+    """Return the global name that a legal name resolves to for the caller.
 
     Raises:
-        ParameterInvalid: it is empty, is not a string, or contains a colon or a blank.
+        ParameterInvalid: the name is empty, is not a string, or contains a colon or a blank.
     """
     return names.resolve(unresolved_name(param_name, param_value, caller_id), caller_id)
 
 
 def unresolved_name(param_name: str, param_value: Any, caller_id: str) -> str:
-    """The name as it is; raises as `resolved_name`."""
+    """Return the name unchanged; raise as `resolved_name`."""
     del caller_id
     name = _text(param_name, param_value)
     if ":" in name or " " in name:
@@ -42,17 +42,17 @@ def unresolved_name(param_name: str, param_value: Any, caller_id: str) -> str:
 
 
 def valid_name(param_name: str, resolve: bool = True) -> Check:
-    """Accepts a legal name, and resolves it if `resolve` is set."""
+    """Accept a legal name, and resolve it if `resolve` is set."""
     check = resolved_name if resolve else unresolved_name
     return lambda value, caller_id: check(param_name, value, caller_id)
 
 
 def below_root(param_name: str) -> Check:
-    """Accepts the name of a topic or service: a legal name other than the root. Resolves it."""
+    """Accept and resolve the name of a topic or service: a legal name other than the root."""
 
     def check(value: Any, caller_id: str) -> str:
         name = resolved_name(param_name, value, caller_id)
-        if value == "/":  # not what else resolves to it, as in genuine ROS
+        if value == "/":  # other names that resolve to the root pass, as in genuine ROS
             raise ParameterInvalid(f"ERROR: parameter [{param_name}] cannot be the global namespace")
         return name
 
@@ -60,7 +60,7 @@ def below_root(param_name: str) -> Check:
 
 
 def empty_or_valid_name(param_name: str) -> Check:
-    """Accepts any string. Resolves it as a name unless it is empty."""
+    """Accept any string, and resolve it as a name unless it is empty."""
 
     def check(value: Any, caller_id: str) -> str:
         if not isinstance(value, str):
@@ -71,7 +71,7 @@ def empty_or_valid_name(param_name: str) -> Check:
 
 
 def global_name(param_name: str) -> Check:
-    """Accepts a name with a leading slash."""
+    """Accept a name with a leading slash."""
 
     def check(value: Any, caller_id: str) -> str:
         del caller_id
@@ -83,7 +83,7 @@ def global_name(param_name: str) -> Check:
 
 
 def type_name(param_name: str) -> Check:
-    """Accepts `package/Type` and `*`."""
+    """Accept `package/Type` and `*`."""
 
     def check(value: Any, caller_id: str) -> str:
         del caller_id
@@ -96,7 +96,7 @@ def type_name(param_name: str) -> Check:
 
 
 def api_uri(paramName: str) -> Check:  # noqa: N803  # its name in ROS
-    """Accepts the URI of a node or a service. It is not checked whether anything answers there."""
+    """Accept the URI of a node or a service, without contacting it."""
 
     def check(value: Any, caller_id: str) -> str:
         del caller_id
@@ -110,7 +110,7 @@ def api_uri(paramName: str) -> Check:  # noqa: N803  # its name in ROS
 
 
 def publishers(param_name: str) -> Check:
-    """Accepts a list of strings, the URIs of publishers."""
+    """Accept a list of strings, the URIs of publishers."""
 
     def check(value: Any, caller_id: str) -> list[str]:
         del caller_id
@@ -124,7 +124,7 @@ def publishers(param_name: str) -> Check:
 
 
 def not_none(param_name: str) -> Check:
-    """Accepts anything but None."""
+    """Accept anything but None."""
 
     def check(value: Any, caller_id: str) -> Any:
         del caller_id
@@ -136,7 +136,7 @@ def not_none(param_name: str) -> Check:
 
 
 def non_empty(param_name: str) -> Check:
-    """Accepts any value that is true."""
+    """Accept any truthy value."""
 
     def check(value: Any, caller_id: str) -> Any:
         del caller_id
@@ -148,7 +148,7 @@ def non_empty(param_name: str) -> Check:
 
 
 def non_empty_text(param_name: str) -> Check:
-    """Accepts a string that is not empty."""
+    """Accept a string that is not empty."""
 
     def check(value: Any, caller_id: str) -> str:
         if not isinstance(non_empty(param_name)(value, caller_id), str):

@@ -1,4 +1,4 @@
-"""The frames that wait for one subscriber: the rest of one, and whole ones after it."""
+"""The frames queued for one subscriber: the rest of one, and whole ones after it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.net.sockets import GATHER_LIMIT
 Buffer = bytes | memoryview
 
 Frame = Sequence[Buffer]
-"""A frame with its length in front, as buffers to be written in order."""
+"""A frame, preceded by its length, as buffers to be written in order."""
 
 LARGE_BYTES = 64 * 1024
 """The rest of a buffer of this size is worth a short wait until the socket is writable."""
@@ -20,42 +20,42 @@ LARGE_BYTES = 64 * 1024
 class Backlog:
     """A queue of frames that are written when the socket accepts them. Not thread-safe.
 
-    A frame that was written in part must be completed, so only frames of which nothing was written are
-    dropped, the oldest first.
+    A frame that was written in part must be completed, so only unwritten frames are dropped, the oldest
+    first.
     """
 
     __slots__ = ("_rest", "_waiting", "_waiting_bytes")
 
     def __init__(self) -> None:
-        self._rest: deque[Buffer] = deque()  # of a frame that was written in part
+        self._rest: deque[Buffer] = deque()  # the rest of a frame that was written in part
         self._waiting: deque[tuple[Frame, int]] = deque()  # whole frames and their sizes
         self._waiting_bytes = 0
 
     def __bool__(self) -> bool:
-        """True while any frame waits."""
+        """Return True while any frame waits."""
         return bool(self._rest or self._waiting)
 
     @property
     def is_in_large_buffer(self) -> bool:
-        """True while the next bytes are the rest of a buffer of LARGE_BYTES or more."""
+        """Whether the next bytes are the rest of a buffer of LARGE_BYTES or more."""
         return bool(self._rest) and len(self._rest[0]) >= LARGE_BYTES
 
     def append(self, frame: Frame, size: int) -> None:
-        """Adds a frame of `size` bytes. Buffers that the publisher may change later are copied."""
+        """Add a frame of `size` bytes. Buffers that the publisher may change later are copied."""
         self._waiting.append((_copy_mutable(frame), size))
         self._waiting_bytes += size
 
     def append_rest(self, frame: Frame, sent: int) -> None:
-        """Adds the rest of a frame of which `sent` bytes were written, to an empty backlog."""
+        """Add the rest of a frame of which `sent` bytes were written, to an empty backlog."""
         self._keep_rest(_copy_mutable(frame), sent)
 
     def next_buffers(self) -> list[Buffer]:
-        """The next buffers to write, at most as many as one gathered write accepts."""
+        """Return the next buffers to write, at most as many as one gathered write accepts."""
         waiting = itertools.chain.from_iterable(frame for frame, _ in self._waiting)
         return list(itertools.islice(itertools.chain(self._rest, waiting), GATHER_LIMIT))
 
     def remove_sent(self, sent: int) -> int:
-        """Removes `sent` bytes from the front, which were written. Returns how many frames that completed."""
+        """Remove `sent` written bytes from the front, and return the number of frames that they completed."""
         frames = 0
         while self._rest and sent >= len(self._rest[0]):
             sent -= len(self._rest.popleft())
@@ -74,10 +74,7 @@ class Backlog:
         return frames
 
     def drop_oldest(self, most_frames: int | None, most_bytes: int) -> int:
-        """Drops the oldest frames until the limits hold, but never the newest frame.
-
-        Returns the number of dropped frames.
-        """
+        """Drop the oldest frames, but never the newest, until the limits hold; return how many."""
         dropped = 0
         while len(self._waiting) > 1 and (
             (most_frames and len(self._waiting) > most_frames) or self._waiting_bytes > most_bytes
@@ -88,7 +85,7 @@ class Backlog:
         return dropped
 
     def clear(self) -> int:
-        """Drops all frames, also one that was written in part. Returns how many."""
+        """Drop all frames, including one that was written in part, and return their number."""
         dropped = len(self._waiting) + bool(self._rest)
         self._rest.clear()
         self._waiting.clear()
@@ -105,7 +102,7 @@ class Backlog:
 
 
 def _copy_mutable(frame: Frame) -> Frame:
-    """The frame in immutable buffers: the publisher may reuse its message."""
+    """Return the frame in immutable buffers, because the publisher may reuse its message."""
     return [buffer if _is_constant(buffer) else bytes(buffer) for buffer in frame]
 
 

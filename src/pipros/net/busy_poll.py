@@ -7,9 +7,9 @@ briefly before it sleeps, and yields the processor between two polls: to the sen
 on one core, whose cache then still holds the message.
 
 It learns whether polling pays, see `AdaptiveBackoff`: a topic at 100 Hz is polled once in a thousand
-messages. The link of a topic polls that long only after the node has published (`PublishCount`), for what
-comes next may be the answer to it. A node that only listens looks a few times: that is enough where others
-run between two looks, since their messages have come then, and does not keep an idle processor busy.
+messages. The link of a topic polls that long only after the node has published (`PublishCount`), because the
+next message may be a response. A node that only listens polls a few times: that is enough if other processes
+run between two polls, since their messages have arrived by then, and it does not keep an idle processor busy.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _yield_cpu: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: tim
 
 
 class PublishCount:
-    """Changes with each message that a node publishes; may miss one of two that threads send at once."""
+    """A counter that changes with each message that a node publishes. It may miss a concurrent one."""
 
     __slots__ = ("value",)
 
@@ -50,7 +50,7 @@ class PublishCount:
 
 
 class AdaptiveBackoff:
-    """Decides whether to try something that pays only at times.
+    """Decides whether to try an optimization that pays only sometimes.
 
     After a trial that did not pay, the next opportunity is skipped, then the next two, four, ...
     LONGEST_PAUSE; one that pays resets this.
@@ -59,11 +59,11 @@ class AdaptiveBackoff:
     __slots__ = ("_passing", "_pause")
 
     def __init__(self) -> None:
-        self._pause = 0  # how many opportunities to skip after the last trial that did not pay
+        self._pause = 0  # opportunities to skip after the last trial that did not pay
         self._passing = 0  # how many of them are left
 
     def is_due(self) -> bool:
-        """Call at each opportunity. After True, make a trial and report the result to `note`."""
+        """Return whether to make a trial. Call it at each opportunity, and `note` after each trial."""
         if self._passing > 0:
             self._passing -= 1
             return False
@@ -76,30 +76,30 @@ class AdaptiveBackoff:
 class PollingReceiver:
     """Receives from blocking sockets, and learns whether polling before blocking pays.
 
-    For one waiting thread at a time; if two share one, it only learns less well.
-    Without MSG_DONTWAIT (Windows), and with one processor, it never polls.
+    For one waiting thread at a time; if two share a receiver, it only learns less well. Without MSG_DONTWAIT
+    (Windows), and with one processor, it never polls.
     """
 
     __slots__ = ("_backoff", "_longest_s")
 
     def __init__(self, longest_s: float = STREAM_POLL_S) -> None:
-        """`longest_s` is the longest that one poll lasts."""
+        """Poll for at most `longest_s` before blocking."""
         self._longest_s = longest_s
         self._backoff = AdaptiveBackoff()
 
-    def receive_into(self, sock: socket.socket, buffer: memoryview, most_looks: int | None = None) -> int:
-        """Waits for bytes and receives them into `buffer`; returns how many, 0 at the end of the stream.
+    def receive_into(self, sock: socket.socket, buffer: memoryview, max_polls: int | None = None) -> int:
+        """Wait for bytes and receive them into `buffer`; return how many, 0 at the end of the stream.
 
-        `most_looks` limits the looks of a poll as well as its time.
+        `max_polls` limits the number of polls; the time is limited in any case.
         """
         if self._backoff.is_due():
-            count = self._poll(sock.recv_into, buffer, 0, _DONTWAIT, most_looks=most_looks)
+            count = self._poll(sock.recv_into, buffer, 0, _DONTWAIT, max_polls=max_polls)
             if count is not None:
                 return count
         return sock.recv_into(buffer)
 
     def receive_into_within(self, sock: socket.socket, buffer: memoryview, limit_s: float) -> int | None:
-        """As `receive_into`, for a non-blocking socket; None when nothing came within `limit_s`."""
+        """Receive as `receive_into`, but from a non-blocking socket; return None after `limit_s`."""
         if limit_s > 0:
             if (
                 self._backoff.is_due()
@@ -114,34 +114,34 @@ class PollingReceiver:
             return None
 
     def receive(self, sock: socket.socket, most: int, deadline: float | None = None) -> bytes:
-        """Waits for bytes; returns at most `most` of them, and `b""` at the end of the stream.
+        """Wait for bytes; return at most `most` of them, and `b""` at the end of the stream.
 
         Raises:
-            TimeoutError: none came before `deadline` (of `time.monotonic`).
+            TimeoutError: none arrived before `deadline` (of `time.monotonic`).
         """
         left_s = None if deadline is None else deadline - time.monotonic()
         if left_s is not None and left_s <= 0:
-            raise TimeoutError("the time is up")
+            raise TimeoutError("the deadline has passed")
         if self._backoff.is_due() and (data := self._poll(sock.recv, most, _DONTWAIT)) is not None:
             return data
         if left_s is not None and not sockets.wait_readable(sock, left_s):
-            raise TimeoutError("the time is up")
+            raise TimeoutError("the deadline has passed")
         return sock.recv(most)
 
-    def _poll(self, receive: Callable[..., T], *args: Any, most_looks: int | None = None) -> T | None:
-        """The result of `receive` within a poll; None when nothing came, or polling is of no use here."""
+    def _poll(self, receive: Callable[..., T], *args: Any, max_polls: int | None = None) -> T | None:
+        """Poll with `receive` and return its result; None if nothing arrived, or polling is useless here."""
         if not _MAY_POLL:
             self._backoff.note(pays=False)
             return None
-        end, looks = 0.0, 0
+        end, polls = 0.0, 0
         while True:
             try:
                 received = receive(*args)
             except BlockingIOError:
                 now = time.perf_counter()
                 end = end or now + self._longest_s
-                looks += 1
-                if now > end or looks == most_looks:
+                polls += 1
+                if now > end or polls == max_polls:
                     self._backoff.note(pays=False)
                     return None
                 _yield_cpu()

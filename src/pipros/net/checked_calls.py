@@ -19,10 +19,10 @@ PUBLISHERS = "is_publishers_list"
 def apivalidate(
     error_return_value: Any, validators: Sequence[Check | tuple[str, str] | None] = ()
 ) -> Callable[[Method], Method]:
-    """A decorator: the method checks its parameters first, and answers with code -1 when one is invalid.
+    """Return a decorator that checks a method's parameters first, and returns code -1 if one is invalid.
 
     Args:
-        error_return_value: the value of an answer with code -1 or 0.
+        error_return_value: the value of a response with code -1 or 0.
         validators: a check for each parameter after `caller_id`; None accepts anything.
     """
 

@@ -18,18 +18,18 @@ class Connector:
     """One attempt to connect; `interrupt` ends it in every state."""
 
     def __init__(self, lookups: Lookups | None = None) -> None:
-        """`lookups` are by default those of the process."""
+        """Resolve names with `lookups`, by default those of the process."""
         self.is_interrupted = False
         self._lookups = lookups
 
     def interrupt(self) -> None:
-        """Makes `connect` raise Interrupted, within about a tenth of a second."""
+        """Make `connect` raise Interrupted, within about a tenth of a second."""
         self.is_interrupted = True
 
     def connect(
         self, host: str, port: int, deadline: float | None = None, limit_s: float | None = None
     ) -> socket.socket:
-        """A blocking socket that is connected to the first address of the host that accepts.
+        """Return a blocking socket that is connected to the first address of the host that accepts.
 
         Args:
             host: a name or an address.
@@ -39,7 +39,7 @@ class Connector:
 
         Raises:
             OSError: the name cannot be resolved, or no process answers at the address.
-            TimeoutError: the time is up.
+            TimeoutError: the deadline or `limit_s` passed.
             Interrupted: `interrupt` was called.
         """
         found = (self._lookups or process_lookups()).find(
@@ -76,7 +76,7 @@ class Connector:
         sock.settimeout(None)
 
     def _wait(self, sock: socket.socket, until: float | None) -> None:
-        """Waits for the connection in interruptible slices. Raises as `connect`."""
+        """Wait for the connection in interruptible slices. Raises the errors of `connect`."""
         while True:
             if self.is_interrupted:
                 raise Interrupted("the connection was interrupted")

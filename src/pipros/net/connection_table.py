@@ -1,4 +1,4 @@
-"""The open connections of a server, and which of them are closed for new ones."""
+"""The open connections of a server, and the rules for closing some in favour of new ones."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipros.net.refusals import Refusals
 
 
 class TableEntry(Protocol):
-    """What the table uses of a connection."""
+    """The part of a connection that the table uses."""
 
     @property
     def peer(self) -> str:
@@ -21,15 +21,15 @@ class TableEntry(Protocol):
 
     @property
     def last_used(self) -> float:
-        """When it was last used, by the clock of `close_overdue`."""
+        """The time of its last use, by the clock of `close_overdue`."""
 
     def abort(self) -> None:
-        """Closes at once."""
+        """Close at once."""
 
 
 @dataclass(slots=True, eq=False)
 class LinkEntry:
-    """Represents a connection that another object owns, for example a topic link."""
+    """A connection that another object owns, for example a topic link."""
 
     peer: str
     close: Callable[[], object]
@@ -45,7 +45,7 @@ class _Group:
 
     Attributes:
         idle: connections that may be closed for new ones, the longest idle first.
-        links: connections in constant use, in the order in which they came.
+        links: connections in constant use, in order of arrival.
         count: the number of all connections, including those of neither kind.
     """
 
@@ -62,14 +62,14 @@ class _Group:
 class ConnectionTable:
     """The open connections of one server, the longest idle first.
 
-    When a new one exceeds a limit, the longest idle one is closed: that of the same
-    peer when that peer has too many, else that of all. So new connections always succeed,
-    and a peer that hoards idle ones loses them. Busy connections (a call is being handled) and links
-    are not closed for them. When only those are left, a new link replaces the newest link of the peer
-    that has the most: links that are older than a flood of new ones stay.
+    When a new one exceeds a limit, the longest idle one is closed: that of the same peer if that peer has too
+    many, else that of all peers. So new connections always succeed, and a peer that hoards idle ones loses
+    them. Busy connections (a call is being handled) and links are not closed for them. If only those are
+    left, a new link replaces the newest link of the peer with the most links: links that are older than a
+    flood of new ones stay.
 
-    Links cannot use up the limit: an eighth is left for calls. The links that this node makes itself leave
-    a quarter, so that however many topics it subscribes to, peers have an eighth for links and one for calls.
+    Links cannot use up the limit: an eighth is left for calls. The links that this node opens itself leave a
+    quarter, so that however many topics it subscribes to, peers have an eighth for links and one for calls.
 
     Thread-safe.
 
@@ -82,7 +82,7 @@ class ConnectionTable:
     def __init__(
         self, *, limit: int, limit_per_peer: int, refusals: Refusals, spares_loopback: bool = False
     ) -> None:
-        """`spares_loopback`: the limit per peer does not apply to loopback, which all local nodes share."""
+        """With `spares_loopback`, exempt loopback, which all local nodes share, from the limit per peer."""
         self._limit = limit
         self._limit_per_peer = limit_per_peer
         self._links_limit = limit - limit // 8
@@ -102,20 +102,20 @@ class ConnectionTable:
         return self._all.count
 
     def add(self, connection: TableEntry) -> bool:
-        """Adds a new connection, if necessary in place of an idle one; False when all are in use."""
+        """Add a new connection, if necessary in place of an idle one; return False if all are in use."""
         return self._add(connection, is_link=False)
 
     def add_link(self, connection: TableEntry) -> bool:
-        """As `add`, for a connection that is in constant use from now on."""
+        """Add a connection as `add` does, and mark it as in constant use."""
         return self._add(connection, is_link=True)
 
     def remove(self, connection: TableEntry) -> None:
-        """Removes a connection. May be repeated."""
+        """Remove a connection. May be called repeatedly."""
         with self._lock:
             self._remove(connection)
 
     def reserve_outgoing(self, most: int) -> bool:
-        """Counts a link that this node makes; False when it has made `most`, or the limit is reached."""
+        """Count a link that this node opens; return False if `most` or the limit is reached already."""
         evicted: TableEntry | None = None
         with self._lock:
             if self._outgoing >= min(most, self._outgoing_limit) or self._are_links_full():
@@ -132,12 +132,12 @@ class ConnectionTable:
         return True
 
     def release_outgoing(self) -> None:
-        """Ends what `reserve_outgoing` began."""
+        """Release one reservation of `reserve_outgoing`."""
         with self._lock:
             self._outgoing -= 1
 
     def mark_used(self, connection: TableEntry) -> None:
-        """Makes the connection the last to be closed for others. It is no longer busy."""
+        """Make the connection the last candidate for closing. It is no longer busy."""
         with self._lock:
             if connection in self._members:
                 for group in (self._all, self._by_peer[connection.peer]):
@@ -145,7 +145,7 @@ class ConnectionTable:
                     group.idle.move_to_end(connection)
 
     def mark_busy(self, connection: TableEntry) -> None:
-        """Protects the connection from being closed for others or by a deadline, until `mark_used`."""
+        """Protect the connection from being closed for others or by a deadline, until `mark_used`."""
         with self._lock:
             self._deadlines.pop(connection, None)
             if connection in self._members:
@@ -153,7 +153,7 @@ class ConnectionTable:
                     group.idle.pop(connection, None)
 
     def set_deadline(self, connection: TableEntry, deadline: float) -> None:
-        """Sets the time until which the connection must make progress, unless it has a deadline already."""
+        """Set the time until which the connection must make progress, unless it has a deadline already."""
         with self._lock:
             if connection in self._members:
                 self._deadlines.setdefault(connection, deadline)
@@ -163,7 +163,7 @@ class ConnectionTable:
             self._deadlines.pop(connection, None)
 
     def close_overdue(self, now: float, idle_s: float) -> None:
-        """Closes connections that missed a deadline or were idle too long. Visits only those."""
+        """Close connections that missed a deadline or were idle too long, without visiting the others."""
         late: list[TableEntry] = []
         idle: list[TableEntry] = []
         with self._lock:
@@ -177,7 +177,7 @@ class ConnectionTable:
                 self._remove(oldest)
                 idle.append(oldest)
         for connection in late:
-            self.refusals.count(connection.peer, "too slow over a request, or over reading an answer")
+            self.refusals.count(connection.peer, "took too long to send a request or to read a response")
         for connection in (*late, *idle):
             connection.abort()
         self.refusals.report()

@@ -1,4 +1,4 @@
-"""Waits until sockets of subscribers are writable: for all of them together, not one after the other."""
+"""Waits for the sockets of all subscribers of a topic together, not one after the other."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from pipros.net import sockets
 from pipros.net.outgoing import OutgoingLink
 
 LARGE_FRAME_WAIT_S = 0.0005
-"""How long a publisher with a queue waits for a subscriber that reads, to send the rest of a large frame.
-A subscriber that did not read is not waited for again until it has caught up."""
+"""How long a publisher with a queue waits for a subscriber that reads, to send the rest of a large frame. If
+a subscriber did not read, the publisher does not wait for it again until it has caught up.
+"""
 
 LARGE_FRAMES_WAIT_S = 0.02
 """The longest such wait for all subscribers together, while they read: the event loop sends the rest."""
@@ -20,10 +21,10 @@ WATCH_CLOSE_S = 0.1
 
 
 def flush_or_queue(links: Iterable[OutgoingLink], limit_s: float) -> None:
-    """Sends the frames that wait in the links, and leaves the rest to the event loop.
+    """Send the queued frames of the links, and leave the rest to the event loop.
 
-    It waits at most `limit_s` in all, and not for stalled links. While it waits, every
-    link is written to as soon as it is writable, so that links do not wait for each other.
+    Blocks for at most `limit_s` in total, and not for stalled links. Meanwhile every link is written to as
+    soon as it is writable, so that links do not wait for each other.
     """
     now = time.monotonic()
     deadlines: dict[OutgoingLink, float] = {}

@@ -1,4 +1,4 @@
-"""Bounds the bytes that a server holds for all its peers together."""
+"""Limits the bytes that a server holds for all its peers together."""
 
 from __future__ import annotations
 
@@ -7,29 +7,30 @@ from pipros.net.refusals import Refusals
 
 
 class HeldBytes:
-    """The bytes that a server holds for its peers: partial requests, and replies that peers do not read.
+    """The bytes that a server holds for its peers: partial requests, and replies that peers have not read.
 
-    Above the limit, the connection that began first is closed. For the server's thread only.
+    Above the limit, the connection whose bytes have been held longest is closed. Not thread-safe: for the
+    server's thread only.
     """
 
     def __init__(self, *, limit_bytes: int, refusals: Refusals) -> None:
         self._limit_bytes = limit_bytes
         self._refusals = refusals
-        self._held: dict[TableEntry, int] = {}  # in the order in which they began
+        self._held: dict[TableEntry, int] = {}  # the longest held first
         self.bytes = 0
 
     def note(self, connection: TableEntry, count: int) -> None:
-        """Records the number of bytes held for a connection."""
+        """Record the number of bytes held for a connection."""
         self.bytes += count - self._held.get(connection, 0)
         self._held[connection] = count
         while self.bytes > self._limit_bytes:
             oldest = next(iter(self._held))
             self.forget(oldest)
             self._refusals.count(
-                oldest.peer, "too large a request, or an answer not read, beside those of others"
+                oldest.peer, "its request or unread response exceeds the memory left by those of others"
             )
             oldest.abort()
 
     def forget(self, connection: TableEntry) -> None:
-        """Removes the bytes of a connection, after its request or its end. May be repeated."""
+        """Remove the bytes of a connection, after its request or its end. May be called repeatedly."""
         self.bytes -= self._held.pop(connection, 0)

@@ -1,11 +1,10 @@
 """The receiving end of one TCPROS topic link: a thread that reads, and delivers the newest frames.
 
-Theory of operation. One thread per link receives large chunks, cuts all complete frames and calls
-`deliver` for each itself, so that most messages are not passed between threads. Waiting frames
-are kept undecoded. After a slow delivery, the thread reads the socket again
-before the next one and keeps only the newest `queue_size` frames: a slow callback with
-queue_size=1 gets the newest message, however large it is and whatever the socket holds
-(ros_comm#536, ros_comm#1901).
+Theory of operation. One thread per link receives large chunks, splits off all complete frames and calls
+`deliver` for each itself, so that most messages are not passed between threads. Queued frames are kept
+undecoded. After a slow delivery, the thread reads the socket again before the next delivery and keeps only
+the newest `queue_size` frames: a slow callback with queue_size=1 gets the newest message, however large it is
+and whatever the socket holds (ros_comm#536, ros_comm#1901).
 """
 
 from __future__ import annotations
@@ -26,39 +25,43 @@ SLOW_DELIVERY_S = 0.001
 """After a delivery longer than this the socket is read again. A smaller value would cost fast callbacks."""
 
 TURN_S = 0.001
-"""How long a link may deliver before the other links of its topic may. (Passing the lock on after each
-message would cost more than the messages.)"""
+"""How long a link may deliver before the other links of its topic get the lock. (Passing the lock on after
+each message would cost more than the messages.)
+"""
 
-NAP_S = 1e-6
-NAP_FRAMES = 8
-"""A sleep, which takes as long as the system's timers make it (some 60 microseconds on Linux), pays when
-this many frames arrived meanwhile."""
+COALESCE_SLEEP_S = 1e-6
+COALESCE_FRAMES = 8
+"""A sleep, whose real duration depends on the system's timers (some 60 microseconds on Linux), pays if this
+many frames arrived meanwhile.
+"""
 
 DRAIN_LIMIT_S = 0.1
-"""How long reading may continue when the peer sends faster than this link reads."""
+"""How long reading may continue if the peer sends faster than this link reads."""
 
 FULL_WINDOW_BYTES = 64 * 1024
 QUIET_S = 0.002
-"""A socket that held this much had its window closed: the peer holds more, and sends it at
-once; reading continues until nothing has come for QUIET_S."""
+"""A socket that held this much had its window closed: the peer holds more, and sends it at once; reading
+continues until nothing has arrived for QUIET_S.
+"""
 
-LISTENER_LOOKS = 4
-"""The most looks at the socket for the next message, where nobody can wait for an answer to it."""
+IDLE_POLLS = 4
+"""Maximum number of polls before sleeping, on links of a node that has not published since the last message.
+"""
 
 KEEP_LARGE_S = 5.0
-"""A link that was silent for so long frees the memory of its large messages."""
+"""A link that is silent for this long frees the memory of its large messages."""
 
 
 @dataclass(slots=True)
 class ReceiveStatistics:
-    """What came over a link, and what was dropped: callbacks were too slow, or the link broke."""
+    """Counts of received messages, and of those dropped because callbacks were too slow or the link broke."""
 
     frames: int = 0
     bytes: int = 0
     dropped: int = 0
 
     def add(self, other: ReceiveStatistics) -> None:
-        """Adds what another link counted."""
+        """Add the counts of another link."""
         self.frames += other.frames
         self.bytes += other.bytes
         self.dropped += other.dropped
@@ -67,12 +70,12 @@ class ReceiveStatistics:
 class DeliveryLock:
     """Makes the links of one topic deliver one after the other.
 
-    A link that has just delivered comes after those that wait already, which hold the gate. With a
-    single lock, a link with a backlog would take it again before a waiting thread wakes up.
+    A link that has just delivered queues behind those that wait already, which hold the gate. With a single
+    lock, a link with a backlog would acquire it again before a waiting thread wakes up.
 
     Attributes:
-        is_wanted: tells whether another link waits for the lock. An attribute, as `release` is, because it is
-            called for every message.
+        is_wanted: returns whether another link waits for the lock. An attribute, as `release` is, because it
+            is called for every message.
         release: releases the lock.
     """
 
@@ -85,7 +88,7 @@ class DeliveryLock:
         self.is_wanted = self._gate.locked
 
     def acquire(self) -> bool:
-        """Acquires the lock; True when another link had it, or waited for it."""
+        """Acquire the lock; return True if another link held it or waited for it."""
         if not self._gate.locked() and self._lock.acquire(blocking=False):
             return False
         with self._gate:
@@ -93,7 +96,7 @@ class DeliveryLock:
         return True
 
     def pass_on(self) -> None:
-        """Releases the lock, and acquires it after the links that wait."""
+        """Release the lock, and acquire it after the links that wait."""
         self.release()
         self.acquire()
 
@@ -101,10 +104,10 @@ class DeliveryLock:
 class IncomingLink:
     """Receives the frames of one publisher and delivers them in order, in its own thread.
 
-    `turn` is held during each delivery: links that share one never deliver at the same time.
-    The frame given to `deliver` is valid during the call only. `on_closed` is called once, from
-    the link's thread, with the reason when the link ended by an error. The link polls longer for the next
-    frame when `published` has changed: see `pipros.net.busy_poll`.
+    `delivery_lock` is held during each delivery: links that share one never deliver at the same time. The
+    frame passed to `deliver` is valid only during the call. `on_closed` is called once, from the link's
+    thread, with the reason if the link ended by an error. The link polls longer for the next frame when
+    `published` has changed: see `pipros.net.busy_poll`.
     """
 
     def __init__(
@@ -113,14 +116,14 @@ class IncomingLink:
         *,
         name: str,
         deliver: Callable[[memoryview | bytes], object],
-        turn: DeliveryLock,
+        delivery_lock: DeliveryLock,
         queue_size: int | None,
         on_closed: Callable[[IncomingLink, Exception | None], object],
         published: PublishCount,
         limit_bytes: int | None = None,
         received: bytes = b"",
     ) -> None:
-        """Reads nothing until `start`; `received` are bytes that came directly after the handshake."""
+        """Store the settings; `start` begins reading. `received` are bytes that followed the handshake."""
         sock.setblocking(True)
         self.peer = sockets.peer_name(sock)
         self.descriptor = sock.fileno()
@@ -129,30 +132,30 @@ class IncomingLink:
         self.statistics = ReceiveStatistics()
         self._sock = sock
         self._deliver = deliver
-        self._turn = turn
+        self._delivery_lock = delivery_lock
         self._on_closed = on_closed
         self._buffer = FrameBuffer(limit_bytes)
         self._published = published
-        self._published_before = 0  # when this last waited for a frame
-        self._between = PollingReceiver()  # waits for a frame to begin
-        self._within = PollingReceiver()  # waits for the rest of one
+        self._published_before = 0  # at the last wait for a frame
+        self._idle_poller = PollingReceiver()  # waits for a frame to begin
+        self._mid_frame_poller = PollingReceiver()  # waits for the rest of a frame
         self._waiting: deque[memoryview | bytes] = deque()
         self._thread = threading.Thread(target=self._run, args=(received,), name=name, daemon=True)
 
     def start(self) -> None:
-        """Starts reading.
+        """Start reading.
 
         Raises:
-            RuntimeError: the system gives no thread.
+            RuntimeError: the system cannot start another thread.
         """
         self._thread.start()
 
     def close(self) -> None:
-        """Ends the link now; a running delivery is not interrupted. May be repeated."""
+        """End the link now; a running delivery is not interrupted. May be called repeatedly."""
         sockets.abort(self._sock)
 
     def join(self, timeout_s: float) -> None:
-        """Waits for the thread to end, unless the caller is that thread."""
+        """Wait for the thread to end, unless the caller is that thread."""
         if self._thread is not threading.current_thread():
             self._thread.join(timeout_s)
 
@@ -161,11 +164,11 @@ class IncomingLink:
         try:
             self._accept(len(received), self._buffer.feed(received))
             self._deliver_waiting()
-            nap = AdaptiveBackoff()
+            backoff = AdaptiveBackoff()
             while count := self._receive():
                 self._take(count)
-                while nap.is_due() and (count := self._sleep_and_receive()):
-                    nap.note(pays=self._take(count) >= NAP_FRAMES)
+                while backoff.is_due() and (count := self._sleep_and_receive()):
+                    backoff.note(pays=self._take(count) >= COALESCE_FRAMES)
         except (OSError, ProtocolError) as reason:
             error = reason
         finally:
@@ -174,53 +177,53 @@ class IncomingLink:
             self._on_closed(self, error)
 
     def _receive(self) -> int:
-        """Waits for the next bytes. Polling within a frame is learned separately: the rest comes soon."""
+        """Wait for the next bytes. Polling within a frame is learned separately: the rest comes soon."""
         buffer = self._buffer
         space = buffer.space()
         if buffer.is_within:
-            return self._within.receive_into(self._sock, space)
+            return self._mid_frame_poller.receive_into(self._sock, space)
         if buffer.is_large:
-            count = self._between.receive_into_within(self._sock, space, KEEP_LARGE_S)
+            count = self._idle_poller.receive_into_within(self._sock, space, KEEP_LARGE_S)
             if count is not None:
                 return count
             buffer.trim()
             space = buffer.space()
         published = self._published.value
-        most_looks = LISTENER_LOOKS if published == self._published_before else None
+        max_polls = IDLE_POLLS if published == self._published_before else None
         self._published_before = published
-        return self._between.receive_into(self._sock, space, most_looks)
+        return self._idle_poller.receive_into(self._sock, space, max_polls)
 
     def _sleep_and_receive(self) -> int:
-        """As `_receive`, after a sleep in which many frames may arrive."""
-        time.sleep(NAP_S)
+        """Receive as `_receive`, after a sleep in which many frames may arrive."""
+        time.sleep(COALESCE_SLEEP_S)
         count = self._receive()
         sockets.acknowledge(self._sock)
         return count
 
     def _take(self, count: int) -> int:
-        """Delivers the frames completed by `count` received bytes; returns how many they are."""
+        """Deliver the frames completed by `count` received bytes; return their number."""
         if self.queue_size:
             accepted = self._accept(count, self._buffer.received(count))
             self._deliver_waiting()
             return accepted
-        statistics, turn, deliver, clock = self.statistics, self._turn, self._deliver, time.monotonic
-        is_wanted, before = turn.is_wanted, statistics.frames
+        statistics, lock, deliver, clock = self.statistics, self._delivery_lock, self._deliver, time.monotonic
+        is_wanted, before = lock.is_wanted, statistics.frames
         statistics.bytes += count
-        turn.acquire()
+        lock.acquire()
         try:
             end = clock() + TURN_S
             for frame in self._buffer.received(count):
                 statistics.frames += 1
                 deliver(frame)
                 if is_wanted() and clock() > end:
-                    turn.pass_on()
+                    lock.pass_on()
                     end = clock() + TURN_S
         finally:
-            turn.release()
+            lock.release()
         return statistics.frames - before
 
     def _accept(self, count: int, frames: Iterable[memoryview]) -> int:
-        """Queues the frames completed by `count` received bytes, as views of the buffer; returns how many."""
+        """Queue the frames completed by `count` received bytes, as views of the buffer; return how many."""
         self.statistics.bytes += count
         waiting = self._waiting
         before = len(waiting)
@@ -233,22 +236,22 @@ class IncomingLink:
         return accepted
 
     def _deliver_waiting(self) -> None:
-        waiting, turn, statistics = self._waiting, self._turn, self.statistics
+        waiting, lock, statistics = self._waiting, self._delivery_lock, self.statistics
         while waiting:
-            waited = turn.acquire()
+            waited = lock.acquire()
             try:
                 if waited:
                     self._read_available()
                 before = time.monotonic()
                 self._deliver(waiting.popleft())
             finally:
-                turn.release()
+                lock.release()
             statistics.frames += 1
             if self.queue_size and time.monotonic() - before > SLOW_DELIVERY_S:
                 self._read_available()
 
     def _read_available(self) -> None:
-        """Reads what the socket holds, so that only the newest frames wait."""
+        """Read all that the socket holds, so that only the newest frames stay queued."""
         end = time.monotonic() + DRAIN_LIMIT_S
         before = self.statistics.bytes
         while self.queue_size and time.monotonic() < end:
@@ -261,11 +264,11 @@ class IncomingLink:
                     continue
                 return
             if not count:
-                return  # the stream has ended; the next blocking read returns that, too
+                return  # the stream has ended; the next blocking read reports that again
             self._accept(count, self._buffer.received(count))
 
     def _keep_waiting(self) -> None:
-        """Copies the waiting frames out of the buffer before it is reused."""
+        """Copy the queued frames out of the buffer before it is reused."""
         waiting = self._waiting
         for _ in range(len(waiting)):
             waiting.append(bytes(waiting.popleft()))

@@ -1,9 +1,8 @@
 """Resolves host names, with interruptible waits.
 
-The system's look-up blocks, for half a minute when a name server is silent, and cannot be interrupted. So it
+The system's look-up blocks, for half a minute if a name server is silent, and cannot be interrupted. So it
 runs in daemon threads, for which neither Ctrl-C nor the end of the interpreter waits. Their number is
-bounded; callers with the same name share one look-up, whose answer is cached for a few
-seconds.
+limited; callers that look up the same name share one look-up, whose result is cached for a few seconds.
 """
 
 from __future__ import annotations
@@ -24,10 +23,10 @@ if TYPE_CHECKING:
 
 FOUND_S: Final = 10.0
 FAILED_S: Final = 2.0
-"""How long an answer is cached: addresses, and failures."""
+"""How long a result is cached: addresses, and failures."""
 
 KNOWN_LIMIT: Final = 1000
-"""How many answers are cached."""
+"""Maximum number of cached results."""
 
 SLICE_S: Final = 0.1
 """How often a wait for an answer checks whether it was cancelled."""
@@ -56,11 +55,11 @@ class Answer:
             listener()
 
     def wait(self, timeout_s: float) -> bool:
-        """Waits for the answer; False after the timeout."""
+        """Wait for the result; return False after the timeout."""
         return self._is_done.wait(timeout_s)
 
     def when_done(self, listener: Callable[[], object]) -> None:
-        """Calls `listener` when the answer is available: at once, or later in the look-up's thread."""
+        """Call `listener` once the result is available: immediately, or later in the look-up's thread."""
         with self._lock:
             if not self._is_done.is_set():
                 self._listeners.append(listener)
@@ -68,10 +67,10 @@ class Answer:
         listener()
 
     def addresses(self, port: int | None) -> list[Address]:
-        """The addresses with the port. Only valid when the answer is available.
+        """Return the addresses with the port. Only valid once the result is available.
 
         Raises:
-            OSError: the name cannot be resolved; as `socket.getaddrinfo` raises it.
+            OSError: the name cannot be resolved; the error of `socket.getaddrinfo`.
         """
         if self._error is not None:
             raise type(self._error)(*self._error.args)  # the same object would collect tracebacks
@@ -79,7 +78,7 @@ class Answer:
 
 
 class Lookups:
-    """Looks up host names and caches the answers for a few seconds. Thread-safe."""
+    """Looks up host names and caches the results for a few seconds. Thread-safe."""
 
     def __init__(
         self,
@@ -90,8 +89,8 @@ class Lookups:
     ) -> None:
         """
         Args:
-            limit: how many look-ups may run at a time; further ones wait. Those of `find` and of `ask` have
-                separate limits of that size, and do not wait for each other.
+            limit: how many look-ups may run at a time; further ones are queued. Those of `find` and of `ask`
+                have separate limits of that size, and do not wait for each other.
             resolve: resolves a name, by default `socket.getaddrinfo`.
             now: the clock of the cache.
         """
@@ -101,7 +100,7 @@ class Lookups:
         self._begin()
 
     def ask(self, host: str, *, urgent: bool = False, **wanted: int) -> Answer:
-        """Starts the look-up of a name and returns at once; `wanted` as for `socket.getaddrinfo`."""
+        """Start the look-up of a name and return at once; `wanted` as for `socket.getaddrinfo`."""
         if self._process != os.getpid():  # a forked child does not have the threads
             self._begin()
         answer = Answer()
@@ -132,12 +131,12 @@ class Lookups:
         is_given_up: Callable[[], bool] = bool,
         **wanted: int,
     ) -> list[Address]:
-        """As `socket.getaddrinfo`, but with a deadline and interruptible.
+        """Resolve a name as `socket.getaddrinfo` does, but with a deadline, and interruptibly.
 
         Raises:
             OSError: the name cannot be resolved.
             TimeoutError: the deadline (of `time.monotonic`) passed.
-            Interrupted: `is_given_up` returned True. It is asked every tenth of a second.
+            Interrupted: `is_given_up` returned True. It is called every tenth of a second.
         """
         try:
             return _literal(host, wanted, port)  # fast, because each service call does this
@@ -183,14 +182,14 @@ class Lookups:
 
 
 def _literal(host: str, wanted: dict[str, int], port: int | None = None) -> list[Address]:
-    """The address when `host` is one, without a look-up.
+    """Return the address if `host` is one, without a look-up.
 
     Raises:
         OSError: `host` is a name.
     """
     wanted = {**wanted, "flags": wanted.get("flags", 0) | socket.AI_NUMERICHOST}
     try:
-        # Python would import a codec of host names for a text.
+        # Given a str, Python would import its codec for host names.
         name = host.encode("ascii") if host.isascii() else host
         found: list[Any] = socket.getaddrinfo(name, port, **wanted)
         return found
@@ -200,7 +199,7 @@ def _literal(host: str, wanted: dict[str, int], port: int | None = None) -> list
 
 @cache
 def process_lookups() -> Lookups:
-    """The look-ups of this process, for callers other than nodes."""
+    """Return the look-ups of this process, for callers other than nodes."""
     from pipros.limits import process_limits
 
     return Lookups(process_limits().lookups)

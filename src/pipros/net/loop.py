@@ -20,7 +20,8 @@ T = TypeVar("T")
 
 CLOSING_TURNS = 3
 """A closed transport (for example of a task that was cancelled during an accept) closes its socket
-two iterations of the loop later."""
+two iterations of the loop later.
+"""
 
 OUT_OF_DESCRIPTORS = frozenset({errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM})
 
@@ -28,23 +29,23 @@ OUT_OF_DESCRIPTORS = frozenset({errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno
 class BackgroundLoop:
     """Runs an event loop in its own thread, for threads that block.
 
-    All methods except `start` and `stop` may be called from any thread other than the loop's.
-    Tasks that still run at `stop` are cancelled and awaited. Look-ups of host names and the default
-    executor use daemon threads: neither `stop` nor the end of the interpreter waits for them.
+    All methods except `start` and `stop` may be called from any thread other than the loop's. `stop` cancels
+    and awaits running tasks. Look-ups of host names and the default executor use daemon threads: neither
+    `stop` nor the end of the interpreter waits for them.
     """
 
     def __init__(self, name: str, lookups: Lookups | None = None) -> None:
-        """`lookups` look up host names; by default those of the process."""
+        """Resolve host names with `lookups`, by default those of the process."""
         self._name = name
         self._lookups = lookups or process_lookups()
         self._thread: threading.Thread | None = None
         self.asyncio: asyncio.AbstractEventLoop
 
     def start(self) -> None:
-        """Returns when the loop runs.
+        """Start the loop and return when it runs.
 
         Raises:
-            OSError: there are no descriptors left for it.
+            OSError: no file descriptors are left.
         """
         # A selector loop on every system: links are watched by their file descriptors.
         self.asyncio = _Loop(f"{self._name}: blocking", self._lookups)
@@ -55,7 +56,7 @@ class BackgroundLoop:
         started.wait()
 
     def run(self, coroutine: Coroutine[Any, Any, T], timeout_s: float | None = None) -> T:
-        """Runs a coroutine in the loop and waits for its result.
+        """Run a coroutine in the loop and wait for its result.
 
         Raises:
             TimeoutError: it took longer than `timeout_s`.
@@ -76,16 +77,16 @@ class BackgroundLoop:
         return tasks[0].result()
 
     def spawn(self, coroutine: Coroutine[Any, Any, Any]) -> concurrent.futures.Future[Any]:
-        """Starts a coroutine in the loop, without waiting for it."""
+        """Start a coroutine in the loop, without waiting for it."""
         return asyncio.run_coroutine_threadsafe(coroutine, self.asyncio)
 
     def call(self, function: Callable[..., object], *args: object) -> None:
-        """Calls a function in the loop soon; does nothing when the loop has ended."""
+        """Call a function in the loop soon; do nothing if the loop has ended."""
         with contextlib.suppress(RuntimeError):
             self.asyncio.call_soon_threadsafe(function, *args)
 
     def stop(self, timeout_s: float | None = None) -> None:
-        """Cancels running tasks, ends the loop and waits for its thread. May be repeated."""
+        """Cancel running tasks, end the loop and wait for its thread. May be called repeatedly."""
         thread, self._thread = self._thread, None
         if thread is None:
             return
@@ -111,8 +112,8 @@ class BackgroundLoop:
 class _Loop(asyncio.SelectorEventLoop):
     """An event loop that uses daemon threads for blocking work.
 
-    Python joins asyncio's own executor at exit, so that one look-up of a name without an answer
-    would keep the process alive for half a minute.
+    Python joins asyncio's own executor at exit, so one unanswered look-up of a name would keep the process
+    alive for half a minute.
     """
 
     def __init__(self, name: str, lookups: Lookups) -> None:
@@ -140,7 +141,7 @@ class _Loop(asyncio.SelectorEventLoop):
         return _outcome(self, self._workers.run, function, *args)
 
     def call_exception_handler(self, context: dict[str, Any]) -> None:
-        """As asyncio's, but one line when a server has no descriptor for a connection: it tries again."""
+        """Report as asyncio does, but in one line if a server lacks descriptors, because it retries."""
         error = context.get("exception")
         if isinstance(error, OSError) and error.errno in OUT_OF_DESCRIPTORS and "socket" in context:
             self._refusals.count("new connections", error.strerror or "out of descriptors")
@@ -153,7 +154,7 @@ class _Loop(asyncio.SelectorEventLoop):
 
 
 def in_daemon_thread(function: Callable[..., T], *args: Any) -> asyncio.Future[T]:
-    """Calls a function in a new thread, for the running event loop.
+    """Call a function in a new thread, for the running event loop.
 
     Neither the end of that loop nor that of the interpreter waits for the thread. Cancelling the future
     ends the wait, but not the function.
@@ -171,7 +172,7 @@ def _outcome(
     function: Callable[..., T],
     *args: Any,
 ) -> asyncio.Future[T]:
-    """The result of a function that `run` calls in another thread."""
+    """Return a future for the result of a function that `run` calls in another thread."""
     future: asyncio.Future[T] = loop.create_future()
 
     def job() -> None:
@@ -188,7 +189,7 @@ def _outcome(
 
 
 def _settle(loop: asyncio.AbstractEventLoop, future: asyncio.Future[Any], settle: Callable[[], None]) -> None:
-    """Settles a future in its loop, unless it was cancelled or its loop has ended meanwhile."""
+    """Settle a future in its loop, unless it was cancelled or its loop has ended meanwhile."""
 
     def unless_cancelled() -> None:
         if not future.done():

@@ -12,14 +12,14 @@ CURE = "Is roscore running there? Start it, or set ROS_MASTER_URI to its address
 
 
 class MasterClient:
-    """The methods of the Master API and the Parameter Server API, called in the name of one node.
+    """The methods of the Master API and the Parameter Server API, called on behalf of one node.
 
     Each returns the value of the master's `[code, text, value]`. Thread-safe.
     Every method raises:
         Refused: the master refused (code -1 or 0).
-        Unreachable: the master did not answer, or not in time.
+        Unreachable: the connection failed, or the master did not answer in time.
         Interrupted: `interrupt` was called.
-        Fault, ProtocolError: what answers is not a ROS master.
+        Fault, ProtocolError: the server at the URI is not a ROS master.
 
     Examples:
         >>> MasterClient("http://localhost:11311/", "/me").get_topic_types()  # doctest: +SKIP
@@ -27,19 +27,19 @@ class MasterClient:
     """
 
     def __init__(self, uri: str, caller_id: str, *, timeout_s: float | None = None) -> None:
-        """Nothing is connected yet.
+        """Store the settings; the first call connects.
 
         Args:
             uri: the URI of the master, `http://HOST:PORT/`.
             caller_id: the full name of the node; the master resolves relative names in its namespace.
-            timeout_s: how long one call may take; None is without limit.
+            timeout_s: how long one call may take; None means no limit.
         """
         self.uri = uri
         self.caller_id = caller_id
         self._rpc = RpcClient(uri, timeout_s=timeout_s)
 
     def call(self, method: str, *params: Any, timeout_s: float | None = TIMEOUT_OF_CLIENT) -> Any:
-        """Calls any method; the caller_id is added as the first parameter."""
+        """Call any method; the caller_id is added as the first parameter."""
         code, text, value = self.call_raw(method, *params, timeout_s=timeout_s)
         if code != 1:
             raise Refused(f"master [{self.uri}]", code, text)
@@ -48,7 +48,7 @@ class MasterClient:
     def call_raw(
         self, method: str, *params: Any, timeout_s: float | None = TIMEOUT_OF_CLIENT
     ) -> tuple[int, str, Any]:
-        """As `call`, but returns code, text and value, whatever the code."""
+        """Call as `call` does, but return code, text and value, whatever the code."""
         try:
             answer = self._rpc.call(method, self.caller_id, *params, timeout_s=timeout_s)
         except Unreachable as error:
@@ -78,9 +78,7 @@ class MasterClient:
         return types
 
     def _malformed(self, method: str, value: object) -> ProtocolError:
-        return ProtocolError(
-            f"[{self.uri}] does not answer as a ROS master: {method} gave [{printable(value, 80)}]"
-        )
+        return ProtocolError(f"[{self.uri}] is not a ROS master: {method} returned [{printable(value, 80)}]")
 
     @property
     def addresses(self) -> tuple[str, ...]:
@@ -88,7 +86,7 @@ class MasterClient:
         return self._rpc.server_addresses
 
     def interrupt(self, limit_s: float) -> None:
-        """Makes running calls raise Interrupted. Later ones have the timeout `limit_s`."""
+        """Make running calls raise Interrupted. Later calls have the timeout `limit_s`."""
         self._rpc.interrupt(limit_s)
 
     def close(self) -> None:
@@ -97,40 +95,40 @@ class MasterClient:
     # ---- registrations
 
     def register_publisher(self, topic: str, type_name: str, api: str) -> list[str]:
-        """Returns the APIs of the topic's subscribers."""
+        """Register a publisher; return the APIs of the topic's subscribers."""
         return self._call_for_names("registerPublisher", topic, type_name, api)
 
     def unregister_publisher(self, topic: str, api: str) -> int:
-        """Returns 1, or 0 when it was not registered."""
+        """Return 1, or 0 if it was not registered."""
         return self._call_for_number("unregisterPublisher", topic, api)
 
     def register_subscriber(self, topic: str, type_name: str, api: str) -> list[str]:
-        """Returns the APIs of the topic's publishers."""
+        """Register a subscriber; return the APIs of the topic's publishers."""
         return self._call_for_names("registerSubscriber", topic, type_name, api)
 
     def unregister_subscriber(self, topic: str, api: str) -> int:
-        """Returns 1, or 0 when it was not registered."""
+        """Return 1, or 0 if it was not registered."""
         return self._call_for_number("unregisterSubscriber", topic, api)
 
     def register_service(self, service: str, service_api: str, api: str) -> int:
         return self._call_for_number("registerService", service, service_api, api)
 
     def unregister_service(self, service: str, service_api: str) -> int:
-        """Returns 1, or 0 when it was not registered."""
+        """Return 1, or 0 if it was not registered."""
         return self._call_for_number("unregisterService", service, service_api)
 
     # ---- the graph
 
     def lookup_node(self, node: str) -> str:
-        """The API of a node. Raises `Refused` when it is unknown."""
+        """Return the API of a node. Raises `Refused` if it is unknown."""
         return str(self.call("lookupNode", node))
 
     def lookup_service(self, service: str) -> str:
-        """The `rosrpc://HOST:PORT` of a service. Raises `Refused` when no node offers it."""
+        """Return the `rosrpc://HOST:PORT` of a service. Raises `Refused` if no node offers it."""
         return str(self.call("lookupService", service))
 
     def get_system_state(self) -> list[list[list[Any]]]:
-        """Publishers, subscribers and services: three lists of `[name, [node, …]]`."""
+        """Return publishers, subscribers and services: three lists of `[name, [node, …]]`."""
         state = self.call("getSystemState")
         if not (isinstance(state, list) and len(state) == 3 and all(map(_is_registered, state))):
             raise self._malformed("getSystemState", state)
@@ -138,11 +136,11 @@ class MasterClient:
         return kinds
 
     def get_topic_types(self) -> list[list[str]]:
-        """`[topic, type]` of every topic that was ever registered with a type."""
+        """Return `[topic, type]` of every topic that was ever registered with a type."""
         return self._call_for_types("getTopicTypes")
 
     def get_published_topics(self, subgraph: str = "") -> list[list[str]]:
-        """`[topic, type]` of the topics below `subgraph` that have a publisher."""
+        """Return `[topic, type]` of the topics below `subgraph` that have a publisher."""
         return self._call_for_types("getPublishedTopics", subgraph)
 
     def get_uri(self) -> str:
@@ -154,29 +152,29 @@ class MasterClient:
     # ---- parameters
 
     def get_param(self, key: str) -> Any:
-        """A value, or the dictionary of a namespace. Raises `Refused` when it is not set."""
+        """Return a value, or the dictionary of a namespace. Raises `Refused` if it is not set."""
         return self.call("getParam", key)
 
     def set_param(self, key: str, value: Any) -> None:
-        """Sets a value; a dictionary replaces the whole namespace."""
+        """Set a value; a dictionary replaces the whole namespace."""
         self.call("setParam", key, value)
 
     def delete_param(self, key: str) -> None:
-        """Raises `Refused` when it is not set."""
+        """Delete a value or namespace. Raises `Refused` if it is not set."""
         self.call("deleteParam", key)
 
     def has_param(self, key: str) -> bool:
         return bool(self.call("hasParam", key))
 
     def search_param(self, key: str) -> str:
-        """The full name of the parameter in the nearest namespace upwards. Raises `Refused` if not found."""
+        """Return the full name of a parameter, searched for upwards. Raises `Refused` if it is not found."""
         return str(self.call("searchParam", key))
 
     def get_param_names(self) -> list[str]:
         return self._call_for_names("getParamNames")
 
     def subscribe_param(self, api: str, key: str) -> Any:
-        """Subscribes to changes (`paramUpdate`). Returns the current value, `{}` when it is not set."""
+        """Subscribe to changes (`paramUpdate`); return the current value, `{}` if it is not set."""
         return self.call("subscribeParam", api, key)
 
     def unsubscribe_param(self, api: str, key: str) -> int:
@@ -190,7 +188,7 @@ def _is_list_of_texts(value: object, length: int | None = None) -> bool:
 
 
 def _is_registered(kind: object) -> bool:
-    """Whether one part of the system state is a list of `[name, [node, …]]`."""
+    """Return whether one part of the system state is a list of `[name, [node, …]]`."""
     return isinstance(kind, list) and all(
         isinstance(entry, list)
         and len(entry) == 2

@@ -1,11 +1,10 @@
 """The sending end of one TCPROS topic link: a bounded queue in front of a socket.
 
-Theory of operation. The publishing thread calls `send`. While the socket accepts data, `send`
-writes directly, without another thread. When the socket is full, the frame waits in the
-link's backlog, and `pipros.net.flush.flush_or_queue` gets it sent: by the publishing thread in its
-next call, or by the event loop when the publisher is silent. A large
-frame rarely fits into a socket at once, but a peer that reads empties it within microseconds, so
-`flush_or_queue` waits that long before it leaves the rest to the loop.
+Theory of operation. The publishing thread calls `send`. While the socket accepts data, `send` writes
+directly, without another thread. If the socket is full, the frame waits in the link's backlog, and
+`pipros.net.flush.flush_or_queue` has it sent: by the publishing thread in its next call, or by the event loop
+if the publisher is silent. A large frame rarely fits into a socket at once, but a peer that reads empties it
+within microseconds, so `flush_or_queue` waits that long before it leaves the rest to the loop.
 
 The meaning of `queue_size`, as in rospy:
     None  the publisher waits until the socket has accepted the frame, at most `Limits.stall_s` (genuine
@@ -35,21 +34,21 @@ CHECK_PEER_INTERVAL_S = 5.0
 """How often a link is checked for a peer that has stopped acknowledging."""
 
 CHECK_STALLED_INTERVAL_S = 0.1
-"""How often a link that stalled is checked for having caught up."""
+"""How often a stalled link is checked for having caught up."""
 
 _READ_BYTES = 4096
 
 
 @dataclass(slots=True)
 class SendStatistics:
-    """What was sent over a link, and what was dropped: the peer was too slow, or the link ended."""
+    """Counts of sent messages, and of those dropped because the peer was too slow or the link ended."""
 
     frames: int = 0
     bytes: int = 0
     dropped: int = 0
 
     def add(self, other: SendStatistics) -> None:
-        """Adds what another link counted."""
+        """Add the counts of another link."""
         self.frames += other.frames
         self.bytes += other.bytes
         self.dropped += other.dropped
@@ -58,8 +57,8 @@ class SendStatistics:
 class OutgoingLink:
     """Sends frames to one subscriber without delaying others.
 
-    Thread-safe; the frames of one thread arrive in order. `on_closed` is
-    called once, in the event loop, when the peer closed the link or `close` was called.
+    Thread-safe; the frames of one thread arrive in order. `on_closed` is called once, in the event loop, when
+    the peer closes the link or `close` is called.
 
     Attributes:
         is_behind: true while frames wait. Changed with the lock held; read without it, to decide
@@ -100,7 +99,7 @@ class OutgoingLink:
         loop.call(self._watch_peer)
 
     def send(self, frame: Frame, size: int) -> None:
-        """Writes a frame of `size` bytes, or queues what the socket does not accept. Returns at once."""
+        """Write a frame of `size` bytes, or queue what the socket does not accept. Returns at once."""
         with self._lock:
             if self.is_behind:
                 self._backlog.append(frame, size)
@@ -127,7 +126,7 @@ class OutgoingLink:
             self._drop_oldest()
 
     def share_packets(self, *, share: bool) -> None:
-        """Whether small frames may wait to share a packet while others are unacknowledged.
+        """Set whether small frames may wait to share a packet while others are unacknowledged.
 
         Does nothing for a link with `tcp_nodelay`.
         """
@@ -136,17 +135,17 @@ class OutgoingLink:
 
     @property
     def is_waited_for(self) -> bool:
-        """True when the publisher has to wait until the backlog is empty."""
+        """Whether the publisher has to wait until the backlog is empty."""
         return self.queue_size is None and not self._is_stalled
 
     @property
     def is_briefly_waited_for(self) -> bool:
-        """True when the rest of a large frame waits, and the subscriber has always read in time so far."""
+        """Whether the rest of a large frame is queued, and the subscriber has always read in time so far."""
         with self._lock:
             return self._reads_promptly and self._backlog.is_in_large_buffer
 
     def stop_waiting(self) -> None:
-        """Stops waiting for the link, which did not become writable in time, until it has caught up."""
+        """Stop waiting for the link until it has caught up, because it did not become writable in time."""
         with self._lock:
             self._reads_promptly = False
             if self.is_waited_for and self.is_behind:
@@ -155,42 +154,42 @@ class OutgoingLink:
                 self._loop.call(self._check_stalled)
 
     def flush(self) -> bool:
-        """Writes what the socket accepts. Returns whether it accepted anything. Never blocks."""
+        """Write as much as the socket accepts; return whether it accepted anything. Never blocks."""
         with self._lock:
             before = self.statistics.bytes
             self._flush()
             return self.statistics.bytes != before
 
     def queue_for_loop(self) -> None:
-        """Leaves waiting frames to the event loop. Never blocks."""
+        """Leave queued frames to the event loop. Never blocks."""
         with self._lock:
             if self.is_behind and not self.is_closed and not self._has_writer:
                 self._has_writer = True
                 self._loop.call(self._start_writer)
 
     def drain(self, limit_s: float) -> None:
-        """Sends waiting frames for at most `limit_s`."""
+        """Send queued frames; block for at most `limit_s`."""
         end = time.monotonic() + limit_s
         while self.is_behind and not self.is_closed and (left_s := end - time.monotonic()) > 0:
             with contextlib.suppress(OSError, ValueError):  # closed meanwhile
                 sockets.wait_writable(self.sock, left_s)
             self.flush()
 
-    def greet(self, header: bytes) -> None:
-        """Sends the connection header of the answer, before all frames. The statistics do not count it."""
+    def send_header(self, header: bytes) -> None:
+        """Send the reply header, before all frames. The statistics do not count it."""
         self.send((header,), len(header))
         self.queue_for_loop()
         self.statistics = SendStatistics()
 
     def close(self) -> None:
-        """Ends the link; waiting frames are dropped and counted. May be repeated, from any thread."""
+        """End the link; queued frames are dropped and counted. May be called repeatedly, from any thread."""
         with self._lock:
             self._give_up()
 
     # -- with the lock held ---------------------------------------------------
 
     def _flush(self) -> None:
-        """Writes as much of the backlog as the socket accepts."""
+        """Write as much of the backlog as the socket accepts."""
         while self._backlog and not self.is_closed:
             try:
                 sent = sockets.send_gathered(self.sock, self._backlog.next_buffers())
@@ -226,7 +225,7 @@ class OutgoingLink:
         self._checks[check] = self._loop.asyncio.call_later(interval_s, check)
 
     def _check_peer(self) -> None:
-        """Ends a link whose peer is gone without closing it: a cut cable, a host without power."""
+        """End a link whose peer has vanished without closing it: a cut cable, a host without power."""
         if self.is_closed:
             return
         if sockets.is_unanswered(self.sock, sockets.KEEPALIVE_LIMIT_S):
@@ -235,9 +234,9 @@ class OutgoingLink:
             self._check_again(self._check_peer, CHECK_PEER_INTERVAL_S)
 
     def _check_stalled(self) -> None:
-        """Ends the stalled state once the link has caught up.
+        """End the stalled state once the link has caught up.
 
-        An accepted frame does not prove that: the system buffers megabytes for a peer that hardly reads.
+        An accepted frame does not prove that: the system buffers megabytes for a peer that barely reads.
         """
         if self.is_closed:
             return
@@ -247,13 +246,13 @@ class OutgoingLink:
             self._check_again(self._check_stalled, CHECK_STALLED_INTERVAL_S)
 
     def _read(self) -> None:
-        """Detects that the subscriber closed the link. Subscribers send nothing after their header."""
+        """Detect that the subscriber closed the link. Subscribers send nothing after their header."""
         try:
             received = len(self.sock.recv(_READ_BYTES))
         except (BlockingIOError, InterruptedError):
             return
         except OSError:
-            received = 0  # reset by the peer
+            received = 0  # the peer reset the connection
         self._received_bytes += received
         if received and self._received_bytes > self._limits.subscriber_bytes:
             self.end_reason = f"it sent more than {self._limits.subscriber_bytes} bytes after its header"

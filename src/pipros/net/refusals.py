@@ -15,7 +15,7 @@ _REPORT_EVERY_S: Final = 60.0
 
 
 class Refusals:
-    """Counts refusals. Logs the first one of each peer, and at intervals the number of further ones."""
+    """Counts refusals; logs the first of each peer, and at intervals the number of further ones."""
 
     def __init__(self, log: logging.Logger = _log) -> None:
         self.total = 0
@@ -25,7 +25,7 @@ class Refusals:
         self._reported_at = 0.0
 
     def count(self, peer: str, text: str) -> None:
-        """Counts a refusal of `peer`; logs `text` if it is the first."""
+        """Count a refusal of `peer`; log `text` if it is the first."""
         self.total += 1
         known = self._by_peer.get(peer, 0)
         if known or len(self._by_peer) < _PEERS_REMEMBERED:
@@ -35,14 +35,14 @@ class Refusals:
             return
         self._reported_at = time.monotonic()
         self._log.warning(
-            "refused %s: %s (its further refusals are counted only)", peer or "a peer", printable(text)
+            "refused %s: %s (further refusals of it are only counted)", peer or "a peer", printable(text)
         )
 
     def report(self) -> None:
-        """Logs the number of refusals since the last report, at most once a minute."""
+        """Log the number of refusals since the last report, at most once a minute."""
         now = time.monotonic()
         if self._unreported and now - self._reported_at >= _REPORT_EVERY_S:
-            self._log.warning("refused %d more, of %d since the start", self._unreported, self.total)
+            self._log.warning("%d more refusals, %d in total", self._unreported, self.total)
             self._unreported, self._reported_at = 0, now
 
     def by_peer(self) -> dict[str, int]:

@@ -14,13 +14,13 @@ from pipros.wire.http import HttpError, Response, ResponseReader, request_head
 from pipros.wire.xmlrpc import decode_response, encode_call
 
 _SLICE_BYTES: Final = 256 * 1024
-"""How much of a large document is written to the socket at a time."""
+"""The bytes of a large document that are written to the socket at a time."""
 
 
 async def call_async(
     uri: str, method: str, *params: Any, timeout_s: float | None, answer_limit_bytes: int | None = None
 ) -> Any:
-    """Calls one method over a new connection. Returns and raises as `RpcClient.call`."""
+    """Call one method over a new connection. Returns and raises the same as `RpcClient.call`."""
     client = AsyncRpcClient(uri, answer_limit_bytes=answer_limit_bytes)
     try:
         return await client.call(method, *params, timeout_s=timeout_s)
@@ -36,12 +36,12 @@ class AsyncRpcClient:
     """
 
     def __init__(self, uri: str, *, answer_limit_bytes: int | None = None) -> None:
-        """Nothing is connected yet.
+        """Store the settings; the first call connects.
 
         Args:
             uri: `http://HOST:PORT/`.
-            answer_limit_bytes: the largest answer; by default the limit `body_bytes`, because a peer
-                named the server.
+            answer_limit_bytes: the largest response; by default the limit `body_bytes`, because a peer named
+                the server.
 
         Raises:
             ValueError: `uri` does not have the form `http://HOST:PORT/`.
@@ -52,11 +52,11 @@ class AsyncRpcClient:
         self._connection: _AsyncConnection | None = None
 
     async def call(self, method: str, *params: Any, timeout_s: float | None) -> Any:
-        """Calls `method` and returns its value. Raises what `RpcClient.call` raises."""
+        """Call `method` and return its value. Raises the errors of `RpcClient.call`."""
         return await self.post(encode_call(method, params), timeout_s=timeout_s)
 
     async def post(self, document: bytes, *, timeout_s: float | None) -> Any:
-        """As `call`, for a call that is encoded once and sent to many servers."""
+        """Send a call that is encoded once for many servers, and return its value as `call` does."""
         head = request_head(host_and_port(self._host, self._port), self._path, len(document))
         try:
             response = await self._exchange(head, document, timeout_s)
@@ -79,7 +79,7 @@ class AsyncRpcClient:
         return decode_response(response.body, limit_bytes=self._answer_limit_bytes)
 
     def close(self) -> None:
-        """Closes the kept connection. The client may be used again."""
+        """Close the kept connection. The client may be used again."""
         connection, self._connection = self._connection, None
         if connection:
             connection.close()
@@ -114,16 +114,16 @@ class _AsyncConnection(asyncio.Protocol):
         self.has_answer_begun = False
 
     async def exchange(self, head: bytes, document: bytes, deadline: float | None) -> Response:
-        """Sends a request and waits for its response.
+        """Send a request and wait for its response.
 
         Raises:
             ConnectionError: the connection was or became closed.
-            TimeoutError: the response did not come by the deadline.
+            TimeoutError: the response did not arrive by the deadline.
             HttpError: the bytes are not a response.
         """
         self.has_answer_begun = False
         if self._transport is None or self._transport.is_closing():
-            raise ConnectionResetError("connection closed before the answer")
+            raise ConnectionResetError("connection closed before the response")
         answer: asyncio.Future[Response] = self._loop.create_future()
         self._answer = answer
         timer = None if deadline is None else self._loop.call_at(deadline, self._fail, TimeoutError())
@@ -140,7 +140,7 @@ class _AsyncConnection(asyncio.Protocol):
                 timer.cancel()
 
     async def _send_slices(self, head: bytes, document: bytes, answer: asyncio.Future[Response]) -> bool:
-        """Sends as the peer reads, and yields to other tasks. False if it ends, or answers, before."""
+        """Send as fast as the peer reads; return False if it closes or responds before the end."""
         slices = (document[start : start + _SLICE_BYTES] for start in range(0, len(document), _SLICE_BYTES))
         for piece in itertools.chain([head], slices):
             await self._may_write.wait()
@@ -188,9 +188,9 @@ class _AsyncConnection(asyncio.Protocol):
         try:
             self._succeed(self._reader.end())
         except HttpError:
-            self._fail(ConnectionResetError("connection closed in the middle of the answer"))
+            self._fail(ConnectionResetError("connection closed in the middle of the response"))
 
     def connection_lost(self, error: Exception | None) -> None:
         self._transport = None
         lost = error if isinstance(error, ConnectionError) else None
-        self._fail(lost or ConnectionResetError("connection closed before the answer"))
+        self._fail(lost or ConnectionResetError("connection closed before the response"))

@@ -25,11 +25,11 @@ from pipros.wire.xmlrpc import Fault, decode_response, encode_call
 __all__ = ["Fault", "RpcClient"]
 
 KEPT_CONNECTIONS: Final = 4
-"""How many idle connections a client keeps open; when more threads call, others are opened and closed."""
+"""How many idle connections a client keeps open; if more threads call, further ones are opened and closed."""
 TIMEOUT_OF_CLIENT: Final = -1.0
-"""As `timeout_s` of a call: the timeout of the client."""
+"""Sentinel for `timeout_s` of a call: use the timeout of the client."""
 CONNECT_LIMIT_S: Final = 15.0
-"""How long connecting may take when the call has no timeout."""
+"""How long connecting may take if the call has no timeout."""
 _READ_BYTES: Final = 65536
 _KEPT_ADDRESSES: Final = 4
 
@@ -53,12 +53,12 @@ class RpcClient:
     def __init__(
         self, uri: str, *, timeout_s: float | None = None, answer_limit_bytes: int | None = None
     ) -> None:
-        """Nothing is connected yet.
+        """Store the settings; the first call connects.
 
         Args:
             uri: `http://HOST:PORT/`.
-            timeout_s: how long one call may take in all; None is without limit. A call may override it.
-            answer_limit_bytes: the largest answer; by default the limit `answer_bytes`, because the user or
+            timeout_s: how long one call may take in total; None means no limit. A call may override it.
+            answer_limit_bytes: the largest response; by default the limit `answer_bytes`, because the user or
                 the user's program chose the server.
 
         Raises:
@@ -76,15 +76,15 @@ class RpcClient:
         self._is_closed = False
 
     def call(self, method: str, *params: Any, timeout_s: float | None = TIMEOUT_OF_CLIENT) -> Any:
-        """Calls `method` and returns its value. Blocks until the answer or the timeout.
+        """Call `method` and return its value. Blocks until the response or the timeout.
 
         Raises:
             Unreachable: the connection failed, was lost, or was silent for too long.
             Interrupted: `interrupt` was called.
             Fault: the server answered with a fault.
-            ProtocolError: the answer is not XML-RPC.
-            LimitExceeded: the answer is larger than the limit.
-            TypeError, OverflowError, ValueError: a parameter that XML-RPC cannot carry; nothing was sent.
+            ProtocolError: the response is not XML-RPC.
+            LimitExceeded: the response is larger than the limit.
+            TypeError, OverflowError, ValueError: XML-RPC has no form for a parameter; nothing was sent.
         """
         body = encode_call(method, params)
         with self._lock:  # so that `interrupt` comes before or after this block
@@ -99,7 +99,7 @@ class RpcClient:
         return decode_response(response.body, limit_bytes=self._answer_limit_bytes)
 
     def close(self) -> None:
-        """Closes the open connections. The client may be used again, but keeps none open."""
+        """Close the open connections. The client may be used again, but keeps none open afterwards."""
         with self._lock:
             self._is_closed = True
             idle, self._idle = self._idle, []
@@ -117,7 +117,7 @@ class RpcClient:
         self.close()
 
     def interrupt(self, limit_s: float) -> None:
-        """Makes running calls raise Interrupted. Later ones have the timeout `limit_s`."""
+        """Make running calls raise Interrupted. Later calls have the timeout `limit_s`."""
         with self._lock:
             self.timeout_s = limit_s
             self._interruptions += 1
@@ -143,7 +143,7 @@ class RpcClient:
     def _use(
         self, connection: _ClientConnection, request: bytes, deadline: float | None, interruptions: int
     ) -> Response:
-        """One exchange. The connection is closed when it fails or is interrupted by Ctrl-C."""
+        """Make one exchange and return its response; close the connection if it fails or is interrupted."""
         with self._lock:
             self._busy.add(connection)
             if interruptions != self._interruptions:
@@ -183,14 +183,14 @@ class RpcClient:
 
     def _explain(self, error: OSError | HttpError) -> Exception:
         if isinstance(error, LimitExceeded):
-            return LimitExceeded(f"the answer of {self.uri} is too large: {error}")
+            return LimitExceeded(f"the response of {self.uri} is too large: {error}")
         if isinstance(error, HttpError):
             return ProtocolError(f"{self.uri} does not speak XML-RPC: {error}")
         return Unreachable(self.uri, reason_of(error))
 
 
 def reason_of(error: OSError) -> str:
-    """The text of the operating system for an error: `Connection refused`."""
+    """Return the text of the operating system for an error: `Connection refused`."""
     if isinstance(error, TimeoutError):
         return "no answer in time"
     if error.errno and not isinstance(error, socket.gaierror):
@@ -199,7 +199,7 @@ def reason_of(error: OSError) -> str:
 
 
 class _ClosedBeforeAnswer(ConnectionError):
-    """The server closed, or had closed, the connection before the first byte of an answer."""
+    """The server closed, or had closed, the connection before the first byte of a response."""
 
 
 class _ClientConnection:
@@ -208,7 +208,7 @@ class _ClientConnection:
     __slots__ = ("_address", "_connector", "_is_open", "_reader", "_receiver", "_socket")
 
     def __init__(self, host: str, port: int, answer_limit_bytes: int) -> None:
-        """Nothing is connected yet."""
+        """Store the settings; `open` connects."""
         self._address = host, port
         self._connector = Connector()
         self._is_open = False
@@ -221,7 +221,7 @@ class _ClientConnection:
         return self._connector.is_interrupted
 
     def open(self, deadline: float | None) -> str:
-        """Connects, unless it is connected. Returns the IP address of the server for a new connection."""
+        """Connect, unless connected already; return the IP address of the server if the connection is new."""
         if self._is_open:
             return ""
         host, port = self._address
@@ -236,13 +236,13 @@ class _ClientConnection:
         return ""
 
     def abort(self) -> None:
-        """Wakes the thread that waits for this connection; its exchange fails."""
+        """Wake the thread that waits for this connection; its exchange fails."""
         self._connector.interrupt()
         if self._is_open:
             sockets.abort(self._socket)
 
     def is_fresh(self) -> bool:
-        """False when the server has closed the idle connection, or sent unexpected bytes."""
+        """Return False if the server has closed the idle connection, or sent unexpected bytes."""
         try:
             self._socket.settimeout(0)
             self._socket.recv(1, socket.MSG_PEEK)
@@ -272,15 +272,15 @@ class _ClientConnection:
             raise _ClosedBeforeAnswer(error.errno, error.strerror) from None
 
     def _last_response(self, has_answer_begun: bool) -> Response:
-        """The response that the server ended by closing the connection."""
+        """Return the response that the server ended by closing the connection."""
         if not has_answer_begun:
-            raise _ClosedBeforeAnswer("connection closed before the answer")
+            raise _ClosedBeforeAnswer("connection closed before the response")
         try:
             response = self._reader.end()
         except HttpError:
             response = None
         if response is None:
-            raise ConnectionError("connection closed in the middle of the answer")
+            raise ConnectionError("connection closed in the middle of the response")
         return response
 
     def close(self) -> None:

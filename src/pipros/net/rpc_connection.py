@@ -1,11 +1,11 @@
-"""One connection of an `RpcServer`: HTTP and XML-RPC in, answers out, in order.
+"""One connection of an `RpcServer`: HTTP and XML-RPC requests in, responses out, in order.
 
 Theory of operation: connections take turns in the event loop. A fast method is answered at once, in the
-callback that brought the bytes; each further request that has arrived, and each slice of a large answer, is
-left to a later turn, so that a peer with many or large requests does not delay others.
-Large values are decoded and encoded in a thread, and methods may wait; a task then sends the answer.
-While one of these is pending, or the peer does not read, the connection is busy: further requests wait
-in the reader, and the socket is not read. `pipros.net.rpc_state` has the states and their table.
+callback that received the bytes; each further request that has arrived, and each slice of a large answer, is
+left to a later turn, so that a peer with many or large requests does not delay others. Large values are
+decoded and encoded in a thread, and methods may wait; a task then sends the answer. While one of these is
+pending, or the peer does not read, the connection is busy: further requests wait in the reader, and the
+socket is not read. `pipros.net.rpc_state` defines the states and their transitions.
 """
 
 from __future__ import annotations
@@ -34,21 +34,23 @@ _log = logging.getLogger("pipros.rpc")
 
 _LARGE_BODY_BYTES: Final = 64 * 1024
 LARGE_ANSWER: Final = 2_000
-"""Larger answers are encoded, and larger bodies decoded, in a thread, so that the loop can
-answer others. Methods must therefore return values that are not changed afterwards."""
+"""Larger answers are encoded, and larger bodies decoded, in a thread, so that the loop can serve others
+meanwhile. Methods must therefore return values that are not changed afterwards.
+"""
 _SLICE_BYTES: Final = 256 * 1024
-"""How much of an answer is written to the socket in one turn."""
+"""The bytes of an answer that are written to the socket in one turn."""
 
 _DRAIN_LIMIT_S: Final = 5.0
 _DRAIN_LIMIT_BYTES: Final = 64 * 1024 * 1024
-"""How long, and how many bytes, a peer may continue to send after its request was refused. If the connection
-were closed in the middle of a request, the system would discard the answer with the reason."""
+"""How long, and how many bytes, a peer may continue to send after a refusal. If the connection were closed in
+the middle of a request, the system would discard the answer with the reason.
+"""
 
 T = TypeVar("T")
 
 
 class UnknownMethod(LookupError):
-    """A call of a method that is not in the table."""
+    """The called method is not in the table."""
 
 
 class Answerer(Protocol):
@@ -76,7 +78,9 @@ class RpcConnection(asyncio.Protocol):
         self._reader = RequestReader(body_limit=server.limits.body_bytes)
         self._transport: asyncio.Transport | None = None
         self._state = State.READING
-        self._pending: asyncio.Task[None] | asyncio.Handle | None = None  # what the state waits for
+        self._pending: asyncio.Task[None] | asyncio.Handle | None = (
+            None  # the task or turn that the state waits for
+        )
         self._drain_bytes_left = _DRAIN_LIMIT_BYTES
         self._unsent = memoryview(b"")
         self._needs_bytes = False  # the reader does not hold a whole request
@@ -140,7 +144,7 @@ class RpcConnection(asyncio.Protocol):
     # ---- called by the server
 
     def abort(self) -> None:
-        """Closes at once; unsent data is lost."""
+        """Close at once; unsent data is lost."""
         self._note(Event.ABORTED)
         if self._transport:
             self._transport.abort()
@@ -151,7 +155,7 @@ class RpcConnection(asyncio.Protocol):
         self._state = after(self._state, event)
 
     def _take_turn(self) -> None:
-        """Sends a slice of the last answer, or answers the next request."""
+        """Send a slice of the last answer, or answer the next request."""
         if self._unsent:
             self._send_slice()
         else:
@@ -164,7 +168,7 @@ class RpcConnection(asyncio.Protocol):
         self._take_turn()
 
     def _continue(self) -> None:
-        """Makes the next step, unless something is pending."""
+        """Take the next step, unless something is pending."""
         if self._transport is None or self._state in FINAL:
             return
         if self._state is State.READING:
@@ -184,7 +188,7 @@ class RpcConnection(asyncio.Protocol):
         self._update_deadline()
 
     def _update_deadline(self) -> None:
-        """Sets a deadline while a request is incomplete or an answer unread; more bytes do not extend it."""
+        """Set a deadline while a request is incomplete or an answer unread; more bytes do not extend it."""
         if self._state in FINAL:
             return
         if self._state is State.STALLED or (self._needs_bytes and not self._reader.is_idle):
@@ -214,9 +218,9 @@ class RpcConnection(asyncio.Protocol):
                 self._transport.write(CONTINUE)
 
     def _answer(self, request: Request) -> None:
-        """Answers at once if the method is fast and the values are small; otherwise by a task."""
+        """Answer at once if the method is fast and the values are small; otherwise by a task."""
         if len(request.body) >= _LARGE_BODY_BYTES:
-            self._server.bodies.note(self, len(request.body))  # until a thread has read it
+            self._server.bodies.note(self, len(request.body))  # released when a thread has read it
             self._answer_by_task(request, self._answer_to_large(request.body))
             return
         self._server.bodies.forget(self)
@@ -255,7 +259,7 @@ class RpcConnection(asyncio.Protocol):
             return await self._in_worker(encode_response, value)
 
     def _in_worker(self, function: Callable[[Any], T], value: Any) -> Awaitable[T]:
-        """Runs a function on a large value in a thread."""
+        """Run a function on a large value in a thread."""
         return self._loop.run_in_executor(self._server.large_values, function, value)
 
     def _answer_by_task(self, request: Request, answer: Awaitable[bytes]) -> None:
@@ -292,7 +296,7 @@ class RpcConnection(asyncio.Protocol):
             self._unsent = memoryview(document)
 
     def _send_slice(self) -> None:
-        """Sends a large answer in slices, because the transport copies what the socket does not accept."""
+        """Send a large answer in slices, because the transport copies what the socket does not accept."""
         if self._transport:
             piece, self._unsent = self._unsent[:_SLICE_BYTES], self._unsent[_SLICE_BYTES:]
             self._transport.write(piece)
@@ -312,7 +316,7 @@ class RpcConnection(asyncio.Protocol):
                 self._pending = self._loop.call_later(_DRAIN_LIMIT_S, self.abort)
 
     def _close_gracefully(self) -> None:
-        """Closes after written data is sent; a deadline bounds how long that may take."""
+        """Close after written data is sent; a deadline bounds how long that may take."""
         self._note(Event.CLOSED_GRACEFULLY)
         if self._transport:
             self._expect_progress()
@@ -320,7 +324,7 @@ class RpcConnection(asyncio.Protocol):
 
 
 def fault_text(error: BaseException) -> str:
-    """The text of an exception as Python's XML-RPC server has it, because scripts compare it."""
+    """Return the text of an exception as Python's XML-RPC server writes it, because scripts compare it."""
     if isinstance(error, UnknownMethod):
         return f'{Exception}:method "{error}" is not supported'
     return f"{type(error)}:{error}"

@@ -1,8 +1,8 @@
 """The XML-RPC server of the master and of every node.
 
-It runs on an asyncio loop. The cost of a peer is bounded in all respects: the size and depth of
-its requests, the time that it takes to send one, the size of unread answers, the number of
-pipelined requests, and the number of connections of one peer and of all.
+It runs on an asyncio loop. The cost of a peer is limited in all respects: the size and depth of its requests,
+the time that it takes to send one, the size of unread answers, the number of pipelined requests, and the
+number of connections of one peer and of all.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ _TURN_S: Final = 0.001
 class RpcServer:
     """Serves a table of methods by XML-RPC, and `system.multicall`.
 
-    An unknown method and a method that raises are answered with a fault, with the texts
-    of ROS's Python peers; a call with the wrong number of parameters with `[-1, text, 0]`,
-    as the ROS API demands (pass `on_bad_arity` for another value).
+    An unknown method and a method that raises are answered with a fault, with the texts of ROS's Python
+    peers; a call with the wrong number of parameters with `[-1, text, 0]`, as the ROS API requires (pass
+    `on_bad_arity` for another response).
 
     Everything runs on the loop on which `start()` was awaited; the calls of one connection are
     answered in order.
@@ -70,14 +70,15 @@ class RpcServer:
         admits: Callable[[Caller], bool] | None = None,
         on_bad_arity: Callable[[str, tuple[Any, ...]], Any] | None = None,
     ) -> None:
-        """Nothing is opened yet.
+        """Store the settings; `start` opens the port.
 
         Args:
             methods: the table; other methods cannot be called.
-            host: the address to listen on, or several, with the same port.
+            host: the address to listen on, or several addresses, which get the same port.
             port: the port; 0 selects a free one.
             limits: by default those of the process.
-            admits: decides by the two ends of a connection whether a peer may connect; by default all may.
+            admits: decides from the two ends of a connection whether the peer may connect; by default all
+                may.
             on_bad_arity: returns the answer to a call with the wrong number of parameters.
         """
         self._methods = {name: (method, *_arity(method)) for name, method in methods.items()}
@@ -107,11 +108,11 @@ class RpcServer:
 
     @property
     def descriptors(self) -> list[int]:
-        """The descriptors of the listening sockets; empty when they are closed."""
+        """The descriptors of the listening sockets; empty once they are closed."""
         return [listener.fileno() for server in self._servers for listener in server.sockets]
 
     async def start(self) -> None:
-        """Opens the port. Connections are accepted when it returns.
+        """Open the port. The server accepts connections when this returns.
 
         Raises:
             OSError: the port is in use, or the address does not belong to this machine.
@@ -128,7 +129,7 @@ class RpcServer:
         self._overdue_timer = loop.call_later(1.0, self._close_overdue, loop)
 
     async def stop(self) -> None:
-        """Closes the port and all connections. Calls in progress are not waited for."""
+        """Close the port and all connections, without waiting for calls in progress."""
         self._is_stopped = True
         if self._overdue_timer:
             self._overdue_timer.cancel()
@@ -137,8 +138,8 @@ class RpcServer:
             for listener in server.sockets:
                 asyncio.get_running_loop().remove_reader(listener.fileno())
         if servers:
-            # Up to Python 3.11, a connection that is being accepted when its server is closed is lost and
-            # stays open; this lets those be accepted first.
+            # Up to Python 3.11, a connection that is being accepted when its server closes is lost and stays
+            # open; yielding once lets such connections be accepted first.
             await asyncio.sleep(0)
         for server in servers:
             server.close()
@@ -152,19 +153,19 @@ class RpcServer:
         self.connections.close_overdue(loop.time(), self.limits.idle_s)
         self._overdue_timer = loop.call_later(1.0, self._close_overdue, loop)
 
-    # ---- what connections ask
+    # ---- called by connections
 
     def admits(self, caller: Caller) -> bool:
-        """Whether a peer may connect. A refusal is counted; after `stop` the result is False."""
+        """Return whether a peer may connect; always False after `stop`. Refusals are counted."""
         if self._is_stopped:
             return False
         if self._admits is None or self._admits(caller):
             return True
-        self.refusals.count(caller.host, "its network is not allowed here")
+        self.refusals.count(caller.host, "its network is not admitted")
         return False
 
     def call(self, name: str, params: tuple[Any, ...], *, caller: Caller) -> Any:
-        """Calls one method of the table; returns its value or an awaitable of it.
+        """Call one method of the table; return its value or an awaitable of it.
 
         Raises:
             UnknownMethod: the method does not exist.
@@ -186,7 +187,7 @@ class RpcServer:
             current_caller.reset(before)
 
     async def _multicall(self, calls: Any) -> list[Any]:
-        """Encodes each answer separately: the limit counts a large value as often as it is returned."""
+        """Run the calls and encode each answer separately: a value counts as often as it is returned."""
         loop = asyncio.get_running_loop()
         caller = current_caller.get()
         answers: list[Any] = []
@@ -195,14 +196,14 @@ class RpcServer:
         calls = calls if type(calls) is list else list(calls)
         calls.reverse()
         while calls:
-            call = calls.pop()  # the only reference: many objects are freed one by one
+            call = calls.pop()  # the only reference, so that many objects are freed one by one
             try:
                 answer = self.call(call["methodName"], tuple(call["params"]), caller=caller)
                 encoded = await self._encode([await answer if inspect.isawaitable(answer) else answer])
                 bytes_left -= len(encoded.text)
                 if bytes_left < 0:
                     limit = limit_text("multicall_answer_bytes", self.limits.multicall_answer_bytes)
-                    raise LimitExceeded(f"the answers of a system.multicall are too large together; {limit}")
+                    raise LimitExceeded(f"the combined answers of a system.multicall are too large; {limit}")
                 answers.append(encoded)
             except Exception as error:
                 answers.append({"faultCode": 1, "faultString": fault_text(error)})
@@ -223,7 +224,7 @@ def _bad_arity(_name: str, _params: tuple[Any, ...]) -> list[Any]:
 
 
 def _arity(method: Method) -> tuple[int, int]:
-    """The least and the largest number of positional parameters that `method` takes."""
+    """Return the minimum and maximum number of positional parameters that `method` takes."""
     least = most = 0
     for parameter in inspect.signature(method).parameters.values():
         if parameter.kind is parameter.VAR_POSITIONAL:

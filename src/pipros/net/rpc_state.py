@@ -1,7 +1,7 @@
 """The states of a connection of an `RpcServer`, and their transitions. Pure.
 
-Theory of operation. In `READING` the connection waits for bytes, or handles some. Three states
-are busy: further requests wait in the reader, and the socket is not read.
+Theory of operation. In `READING` the connection waits for bytes or handles received ones. Three states are
+busy: further requests wait in the reader, and the socket is not read.
 
     QUEUED     a later turn of the event loop sends the next slice, or answers the next request
     ANSWERING  a task works on an answer: the method waits, or a thread reads or writes a large value
@@ -11,7 +11,7 @@ Data is written only in turns and at the end of a task, so a connection that is 
 become STALLED. Three states are final, in this order:
 
     DRAINING   a request was refused: further bytes are discarded until the peer has read the answer
-    CLOSING    everything is written; the transport closes after sending it
+    CLOSING    everything is written; the transport closes once it is sent
     CLOSED     aborted or lost
 
 An event that the table does not list for a state does nothing.
@@ -84,7 +84,7 @@ _TRANSITIONS: Final[dict[State, dict[Event, State]]] = {
 
 
 def after(state: State, event: Event) -> State:
-    """The state after an event.
+    """Return the state after an event.
 
     >>> after(State.READING, Event.TASK_BEGAN), after(State.CLOSED, Event.TASK_DONE)
     (<State.ANSWERING: 3>, <State.CLOSED: 7>)
@@ -93,7 +93,7 @@ def after(state: State, event: Event) -> State:
 
 
 def next_step(*, has_unsent: bool, is_last_answer: bool, has_input: bool, has_peer_ended: bool) -> Step:
-    """The next step of a connection that is not busy.
+    """Return the next step of a connection that is not busy.
 
     Args:
         has_unsent: a part of the last answer has not been written to the transport.

@@ -1,4 +1,4 @@
-"""Functions for TCP sockets, with the differences between operating systems."""
+"""Functions for TCP sockets that hide the differences between operating systems."""
 
 from __future__ import annotations
 
@@ -17,25 +17,26 @@ _DONTWAIT: int = getattr(socket, "MSG_DONTWAIT", 0)
 _QUICKACK: int = getattr(socket, "TCP_QUICKACK", 0)
 
 GATHER_LIMIT = 512
-"""The most buffers that one gathered write may take (IOV_MAX on Linux, macOS and Windows is no less)."""
+"""Maximum number of buffers in one gathered write (IOV_MAX on Linux; macOS and Windows allow no fewer)."""
 
 KEEPALIVE_IDLE_S = 20
 KEEPALIVE_INTERVAL_S = 5
 KEEPALIVE_COUNT = 4
 KEEPALIVE_LIMIT_S = KEEPALIVE_IDLE_S + KEEPALIVE_INTERVAL_S * KEEPALIVE_COUNT
-"""A peer that is gone without closing is detected after about idle + interval * count seconds."""
+"""A peer that vanishes without closing is detected after about idle + interval * count seconds."""
 
 _ATTEMPTS = 10
-"""How many ports are tried to find one that is free at all addresses."""
+"""How many ports are tried to find one that is free on all addresses."""
 
 _TCP_INFO = struct.Struct("=8B13I")
 """The beginning of Linux's `struct tcp_info`: bytes 2 and 3 count unanswered retransmissions and probes;
-the 13th of the 32-bit numbers is the age of the last acknowledgement in milliseconds."""
+the 13th of the 32-bit numbers is the age of the last acknowledgement in milliseconds.
+"""
 
 
 @contextlib.contextmanager
 def closed_on_error(sock: socket.socket) -> Iterator[socket.socket]:
-    """Closes a socket when the block raises, whatever it raises."""
+    """Close a socket if the block raises any exception."""
     try:
         yield sock
     except BaseException:
@@ -44,7 +45,7 @@ def closed_on_error(sock: socket.socket) -> Iterator[socket.socket]:
 
 
 def listen(host: str, port: int = 0, backlog: int = 128) -> socket.socket:
-    """A listening TCP socket, non-blocking; port 0 selects a free one. `::` accepts IPv4 connections, too."""
+    """Return a non-blocking listening TCP socket; port 0 selects a free one. `::` also accepts IPv4."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     with closed_on_error(socket.socket(family, socket.SOCK_STREAM)) as server:
         if hasattr(socket, "SO_EXCLUSIVEADDRUSE"):  # Windows: SO_REUSEADDR would share the port
@@ -60,7 +61,7 @@ def listen(host: str, port: int = 0, backlog: int = 128) -> socket.socket:
 
 
 def listen_all(hosts: Sequence[str], port: int = 0) -> list[socket.socket]:
-    """Listening sockets at several addresses with the same port; port 0 selects one that is free at all."""
+    """Return listening sockets on several addresses with one port; 0 selects one that is free on all."""
     attempts = 1 if port else _ATTEMPTS
     while True:
         attempts -= 1
@@ -78,14 +79,15 @@ def listen_all(hosts: Sequence[str], port: int = 0) -> list[socket.socket]:
 
 
 def connections_that_fit(share: float = 0.5) -> int:
-    """The number of connections for a share of the process's descriptors; the rest is for other files."""
+    """Return how many connections fit into a share of the process's descriptors, which files also need."""
     return max(32, int(min(descriptor_limit(), 32768) * share))
 
 
 def close_in_children(descriptors: Callable[[], Iterable[int]]) -> None:
-    """Closes these sockets in forked children, so that a port closes with the process that opened it.
+    """Close these sockets in forked children, so that a port closes with the process that opened it.
 
-    `descriptors` is called in each child. Their numbers stay in use there, because objects refer to them.
+    `descriptors` is called in each child. The descriptor numbers stay in use there, because objects refer to
+    them.
     """
 
     def replace_by_null() -> None:
@@ -98,7 +100,7 @@ def close_in_children(descriptors: Callable[[], Iterable[int]]) -> None:
 
 
 def prepare(sock: socket.socket, *, no_delay: bool = True) -> None:
-    """Sets the options of TCPROS links: small messages are sent at once, and lost peers are detected."""
+    """Set the options of TCPROS links: small messages are sent at once, and lost peers are detected."""
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, int(no_delay))
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     for name, value in (
@@ -111,11 +113,11 @@ def prepare(sock: socket.socket, *, no_delay: bool = True) -> None:
 
 
 def is_unanswered(sock: socket.socket, limit_s: float) -> bool:
-    """True when the peer has not acknowledged retransmitted data for longer than `limit_s`.
+    """Return True if the peer has not acknowledged retransmitted data for longer than `limit_s`.
 
-    Keepalive only checks idle connections; the system closes one with unacknowledged data after
-    a quarter of an hour. A peer that is alive but does not read does acknowledge, so this is False for it.
-    Always False on systems other than Linux.
+    Keepalive only checks idle connections; the system closes one with unacknowledged data after a quarter of
+    an hour. A live peer that does not read still acknowledges, so this is False for it. Always False on
+    systems other than Linux.
     """
     if sys.platform != "linux":
         return False
@@ -127,7 +129,7 @@ def is_unanswered(sock: socket.socket, limit_s: float) -> bool:
 
 
 def is_nearly_drained(sock: socket.socket) -> bool:
-    """True when at most a quarter of the send buffer is unacknowledged.
+    """Return True if at most a quarter of the send buffer is unacknowledged.
 
     Always True on systems other than Linux.
     """
@@ -143,14 +145,14 @@ def is_nearly_drained(sock: socket.socket) -> bool:
 
 
 def acknowledge(sock: socket.socket) -> None:
-    """Acknowledges received data at once, on systems that support it (Linux)."""
+    """Acknowledge received data at once, on systems that support it (Linux)."""
     if _QUICKACK:
         with contextlib.suppress(OSError):  # closed meanwhile
             sock.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
 
 
 def share_packets(sock: socket.socket, *, share: bool) -> None:
-    """Whether small messages wait to share a packet while others are unacknowledged (Nagle's algorithm).
+    """Set whether small messages wait to share a packet while others are unacknowledged (Nagle's algorithm).
 
     Waiting messages are sent at once when `share` becomes False.
     """
@@ -159,7 +161,7 @@ def share_packets(sock: socket.socket, *, share: bool) -> None:
 
 
 def receive_now(sock: socket.socket, buffer: memoryview) -> int:
-    """Receives available bytes from a blocking socket without waiting; 0 at the end of the stream.
+    """Receive available bytes from a blocking socket without waiting; return 0 at the end of the stream.
 
     Raises:
         BlockingIOError: no bytes are available.
@@ -170,19 +172,19 @@ def receive_now(sock: socket.socket, buffer: memoryview) -> int:
 
 
 def send_gathered(sock: socket.socket, buffers: Sequence[bytes | memoryview]) -> int:
-    """Writes several buffers in one call; returns how many bytes the socket accepted."""
+    """Write several buffers in one call; return how many bytes the socket accepted."""
     if sys.platform == "win32":
         return sock.send(b"".join(buffers))
     return sock.sendmsg(buffers)
 
 
 def wait_writable(sock: socket.socket, timeout_s: float) -> bool:
-    """Waits until the socket is writable, or has failed; False after the timeout."""
+    """Wait until the socket is writable or has failed; return False after the timeout."""
     return _wait(sock, timeout_s, is_write=True)
 
 
 def wait_readable(sock: socket.socket, timeout_s: float) -> bool:
-    """Waits until the socket is readable, or has ended; False after the timeout."""
+    """Wait until the socket is readable or has ended; return False after the timeout."""
     return _wait(sock, timeout_s, is_write=False)
 
 
@@ -192,13 +194,15 @@ def _wait(sock: socket.socket, timeout_s: float, *, is_write: bool) -> bool:
         poll.register(sock, select.POLLOUT if is_write else select.POLLIN)
         return bool(poll.poll(timeout_s * 1000))
     reading, writing = ([], [sock]) if is_write else ([sock], [])
-    return any(select.select(reading, writing, writing, timeout_s))  # Windows: where connecting failed
+    return any(
+        select.select(reading, writing, writing, timeout_s)
+    )  # Windows reports a failed connect as exceptional
 
 
 def wait_any_writable(socks: Sequence[socket.socket], timeout_s: float) -> Sequence[socket.socket]:
-    """Waits until one of the sockets is writable, or has failed.
+    """Wait until one of the sockets is writable or has failed, and return those sockets.
 
-    Returns those sockets: none after the timeout, or when all are closed.
+    The result is empty after the timeout, or if all are closed.
     """
     numbers = {number: sock for sock in socks if (number := sock.fileno()) >= 0}
     if not numbers:
@@ -212,13 +216,13 @@ def wait_any_writable(socks: Sequence[socket.socket], timeout_s: float) -> Seque
 
 
 def abort(sock: socket.socket) -> None:
-    """Ends a connection now and wakes threads that are blocked on it. May be repeated."""
-    with contextlib.suppress(OSError):  # it is not connected any more
+    """End a connection now and wake threads that are blocked on it. May be called repeatedly."""
+    with contextlib.suppress(OSError):  # no longer connected
         sock.shutdown(socket.SHUT_RDWR)
 
 
 def local_port(sock: socket.socket) -> int:
-    """The port of this end of a connection; 0 when it has gone."""
+    """Return the port of this end of a connection; 0 if the connection has ended."""
     try:
         return int(sock.getsockname()[1])
     except OSError:
@@ -226,7 +230,7 @@ def local_port(sock: socket.socket) -> int:
 
 
 def peer_name(sock: socket.socket) -> str:
-    """`host:port` of the other end, `?` when the connection has ended."""
+    """Return `host:port` of the other end, `?` if the connection has ended."""
     try:
         name = sock.getpeername()
     except OSError:

@@ -25,7 +25,7 @@ from pipros.wire.handshake import refuse
 from pipros.wire.header import HeaderReader, encode_header
 
 RETRY_ACCEPT_S = 0.1
-"""The delay before the next attempt when there were no descriptors for new connections."""
+"""The delay before the next attempt if no descriptors were left for a new connection."""
 
 DESCRIPTORS_SHARE = 0.75
 """The share of the process's descriptors for a node's TCPROS connections."""
@@ -33,7 +33,7 @@ DESCRIPTORS_SHARE = 0.75
 _CHECK_OVERDUE_EVERY_S = 1.0
 
 _BACKLOG = 1024
-"""Connections that wait to be accepted. Beyond them, clients try again after a second."""
+"""Maximum number of connections that wait to be accepted. Beyond it, clients try again after a second."""
 
 _CHUNK_BYTES = 16 * 1024
 
@@ -47,7 +47,7 @@ class TcprosConnection:
     Attributes:
         sock: non-blocking; the receiver of this object must close it.
         fields: the peer's connection header.
-        rest: bytes that came directly after the header.
+        rest: bytes that arrived directly after the header.
         peer: the IP address of the other side.
     """
 
@@ -60,10 +60,10 @@ class TcprosConnection:
 class TcprosServer:
     """Accepts TCPROS connections and passes each to `on_connection` when its header has arrived.
 
-    Connections of peers that are silent, send garbage or announce too much are closed without an answer,
-    as genuine nodes do. When too many are in their handshake, the oldest of them is closed
-    for the new one, so that silent peers do not lock others out. It uses callbacks of the event loop, not
-    coroutines, because every service call that is not persistent opens a connection.
+    Connections of peers that are silent, send garbage or announce too much are closed without an answer, as
+    genuine nodes do. If too many are in their handshake, the oldest of them is closed for a new one, so that
+    silent peers do not lock others out. It uses callbacks of the event loop, not coroutines, because every
+    service call that is not persistent opens a connection.
 
     Attributes:
         refusals: the refusals of peers.
@@ -79,7 +79,7 @@ class TcprosServer:
         limits: Limits | None = None,
         log: logging.Logger = _log,
     ) -> None:
-        """Opens the port; accepts nothing until `start`.
+        """Open the port; accept nothing until `start`.
 
         Args:
             host: the address to listen on.
@@ -110,18 +110,18 @@ class TcprosServer:
         self._loop: asyncio.AbstractEventLoop
 
     def start(self) -> None:
-        """Begins to accept. Called in the event loop, as `stop` is."""
+        """Start accepting. Called in the event loop, as `stop` is."""
         self._loop = asyncio.get_running_loop()
         self._loop.add_reader(self._server, self._accept)
         self._close_overdue()
 
     @property
     def descriptors(self) -> list[int]:
-        """The descriptor of the listening socket; empty when it is closed."""
+        """The descriptor of the listening socket; empty once it is closed."""
         return [number] if (number := self._server.fileno()) >= 0 else []
 
     def stop(self) -> None:
-        """Closes the port and every connection that is still in its handshake."""
+        """Close the port and every connection that is still in its handshake."""
         self._loop.remove_reader(self._server)
         self._server.close()
         if self._overdue_timer:
@@ -134,7 +134,7 @@ class TcprosServer:
             sock, address = self._server.accept()
         except (BlockingIOError, InterruptedError, ConnectionAbortedError):
             return
-        except OSError:  # out of descriptors: others go on, and it may pass
+        except OSError:  # out of descriptors: existing connections continue, and some may end
             self._loop.remove_reader(self._server)
             self._loop.call_later(RETRY_ACCEPT_S, self._accept_again)
             return
@@ -178,7 +178,7 @@ class _Handshake:
         self._unregister: Callable[[], None] = _nothing
 
     def wait(self, loop: asyncio.AbstractEventLoop, on_end: Callable[[_Handshake], None]) -> None:
-        """Continues to read in the loop, up to a deadline; `on_end` is called when the handshake is over."""
+        """Continue reading in the loop until a deadline; `on_end` is called when the handshake is over."""
         deadline = loop.call_later(self._limit_s, self.dismiss)
         number = self._sock.fileno()  # registering a socket object would compute its repr
 
@@ -191,12 +191,12 @@ class _Handshake:
         loop.add_reader(number, self.read)
 
     def dismiss(self) -> None:
-        """Closes the connection without an answer."""
+        """Close the connection without an answer."""
         self._unregister()
         self._sock.close()
 
     def read(self) -> bool:
-        """Reads available bytes; False when more are needed."""
+        """Read available bytes; return False if more are needed."""
         try:
             data = self._sock.recv(_CHUNK_BYTES)
             fields = self._reader.feed(data) if data else None
@@ -223,11 +223,11 @@ def _nothing() -> None:
 async def connect(
     host: str, port: int, fields: Mapping[str, str], *, no_delay: bool = True, limits: Limits | None = None
 ) -> TcprosConnection:
-    """Connects to a TCPROS server, sends `fields`, and returns with the peer's answer.
+    """Connect to a TCPROS server, send `fields`, and return the connection with the peer's reply header.
 
     Raises:
         Unreachable: no process listens there, or it did not answer within `Limits.handshake_s`.
-        ProtocolError: the peer closed without an answer, or its answer is malformed.
+        ProtocolError: the peer closed without a reply, or its reply is malformed.
     """
     loop = asyncio.get_running_loop()
     bounds = limits or process_limits()
@@ -248,14 +248,14 @@ async def connect(
 
 
 def refuse_connection(sock: socket.socket, reason: str) -> None:
-    """Sends a peer the reason for a refusal, if the socket accepts it at once, and closes."""
+    """Send a peer the reason for a refusal, if the socket accepts it at once, and close the socket."""
     with contextlib.suppress(OSError):
         sock.send(encode_header(refuse(reason)))
     sock.close()
 
 
 async def _connect_first(loop: asyncio.AbstractEventLoop, host: str, port: int) -> socket.socket:
-    """A connection to the first address of the host that accepts."""
+    """Return a connection to the first address of the host that accepts."""
     failure: OSError = OSError(f"the name {host} has no address")
     for family, kind, protocol, _, address in await _addresses(loop, host, port):
         try:
@@ -272,7 +272,7 @@ async def _connect_first(loop: asyncio.AbstractEventLoop, host: str, port: int) 
 async def _addresses(
     loop: asyncio.AbstractEventLoop, host: str, port: int
 ) -> Sequence[tuple[int, int, int, str, Any]]:
-    """The addresses of a host. Only names are looked up in threads, whose number is limited."""
+    """Return the addresses of a host. Only names are looked up in threads, whose number is limited."""
     with contextlib.suppress(socket.gaierror):
         return socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_NUMERICHOST)
     return await loop.getaddrinfo(host, port, type=socket.SOCK_STREAM)

@@ -1,9 +1,9 @@
 """Whether an address, a host name or a caller belongs to this machine.
 
-All code that trusts "this machine" uses this module. It means the network namespace of this process: a
-container with its own network is another machine. An address belongs to this machine when the system
-uses it as its own. Only configured names are looked up, never the name of a caller:
-that could take half a minute, and the server that answers the look-up would decide.
+All code that trusts "this machine" uses this module. The term means the network namespace of this process: a
+container with its own network is another machine. An address belongs to this machine if the system uses it as
+its own. Only configured names are looked up, never the name of a caller: that could take half a minute, and
+the name server would decide.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ _SOCKET_TABLES: Final = (Path("/proc/net/tcp"), Path("/proc/net/tcp6"))
 _ESTABLISHED: Final = "01"
 _LISTENING: Final = "0A"
 _ORPHAN: Final = "0"
-"""The inode of a socket that no process has open any more. Its owner is shown as root."""
+"""The inode of a socket that no process has open any more. The table shows root as its owner."""
 
 
 @dataclass(frozen=True, slots=True)
 class Caller:
-    """The two ends of a connection to a server in this process; empty when it has ended.
+    """The two ends of a connection to a server in this process; empty if it has ended.
 
     Attributes:
         host, port: the caller's end.
@@ -47,7 +47,7 @@ class Caller:
 
     @classmethod
     def from_names(cls, peer_name: object, socket_name: object) -> Caller:
-        """From the results of `getpeername` and `getsockname`; empty when one is missing.
+        """Return a caller from the results of `getpeername` and `getsockname`; empty if one is missing.
 
         >>> Caller.from_names(("::ffff:10.0.0.5", 4711, 0, 0), ("::ffff:10.0.0.1", 11311, 0, 0))
         Caller(host='10.0.0.5', port=4711, own_host='10.0.0.1', own_port=11311)
@@ -59,7 +59,7 @@ class Caller:
 
     @property
     def is_here(self) -> bool:
-        """True when the caller is on this machine, with any of its addresses.
+        """Whether the caller is on this machine, with any of its addresses.
 
         A connection to an address of this machine comes from that address, from another one of this machine,
         or from loopback. Never blocks.
@@ -67,9 +67,9 @@ class Caller:
         return bool(self.host) and (self.host == self.own_host or has_address(self.host))
 
     def user_id(self) -> int | None:
-        """The user of the local process at the caller's end; None when it is unknown.
+        """Return the user id of the local process at the caller's end; None if unknown.
 
-        Linux only. Reads the table of all connections of the machine, so it is for rare calls only.
+        Linux only. Slow: it reads the table of all connections of the machine.
         """
         ends = {
             (_table_entry(host, self.port), _table_entry(own, self.own_port))
@@ -82,14 +82,14 @@ class Caller:
 
 
 def knows_users() -> bool:
-    """True if the owner of a connection can be found: on Linux with `/proc`."""
+    """Return True if the owner of a connection can be found: on Linux with `/proc`."""
     return any(table.exists() for table in _SOCKET_TABLES)
 
 
 def user_listening(host: str, port: int) -> int | None:
-    """The user of the process that listens at an address of this machine; None if unknown.
+    """Return the user id of the process that listens on an address of this machine; None if unknown.
 
-    Cost and limits as for `Caller.user_id`.
+    As slow as `Caller.user_id`, and also for Linux only.
     """
     hosts = (host, _mapped(host), ANY, ANY_IPV6)
     places = {_table_entry(place, port) for place in hosts}
@@ -100,7 +100,7 @@ def user_listening(host: str, port: int) -> int | None:
 
 
 def has_address(host: str) -> bool:
-    """True when an IP address belongs to this machine. Nothing is sent, and names are not looked up."""
+    """Return True if an IP address belongs to this machine. Nothing is sent, and names are not looked up."""
     if is_loopback(host):
         return True
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
@@ -108,21 +108,22 @@ def has_address(host: str) -> bool:
         socket.inet_pton(family, host)
     except (OSError, ValueError):  # a name
         return False
-    # The source towards an own address is that address, except for the second address of an interface.
+    # The source address on the route to one of our addresses is that address, except for the second address
+    # of an interface.
     return _source_towards(family, host) == host or (
         _can_bind(family, host) and not _can_bind(family, _DOCUMENTATION_ADDRESSES[family])
     )
 
 
 def is_this_machine(host: str) -> bool:
-    """True when a configured host name or address means this machine. Waits as `addresses_of`."""
+    """Return True if a configured host name or address means this machine. Blocks as `addresses_of` does."""
     return is_loopback(host) or any(has_address(found) for found in addresses_of(host))
 
 
 def addresses_of(host: str, limits: Limits | None = None, lookups: Lookups | None = None) -> tuple[str, ...]:
-    """The IP addresses of a host name or address; empty when it was not resolved within `lookup_s`.
+    """Return the IP addresses of a host name or address; empty if it was not resolved within `lookup_s`.
 
-    Blocks: not for an event loop.
+    Blocks, so do not call it in an event loop.
     """
     deadline = time.monotonic() + (limits or process_limits()).lookup_s
     try:
@@ -144,7 +145,7 @@ class _SocketEnd:
 
 
 def _socket_table() -> Iterator[_SocketEnd]:
-    """All TCP sockets of this machine; empty on systems other than Linux."""
+    """Yield all TCP sockets of this machine; none on systems other than Linux."""
     for table in _SOCKET_TABLES:
         try:
             lines = table.read_text().splitlines()[1:]
@@ -174,12 +175,12 @@ def _can_bind(family: socket.AddressFamily, host: str) -> bool:
 
 
 def _mapped(host: str) -> str:
-    """An IPv4 address as a dual-stack socket shows it."""
+    """Return an IPv4 address as a dual-stack socket reports it."""
     return host if ":" in host else f"::ffff:{host}"
 
 
 def _table_entry(host: str, port: int) -> str:
-    """An address as in Linux's table of connections: words in the byte order of the machine."""
+    """Return an address as in Linux's table of connections: words in the byte order of the machine."""
     packed = socket.inet_pton(socket.AF_INET6 if ":" in host else socket.AF_INET, host)
     words = (int.from_bytes(packed[start : start + 4], sys.byteorder) for start in range(0, len(packed), 4))
     return f"{''.join(f'{word:08X}' for word in words)}:{port:04X}"

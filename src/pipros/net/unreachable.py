@@ -10,10 +10,10 @@ from pipros.wire.uri import split_uri
 
 
 async def explain(peer: str) -> str:
-    """Advice about a peer, `http://host:port/` or `host:port`, that did not answer.
+    """Return advice about a peer, `http://host:port/` or `host:port`, that did not answer.
 
-    Most problems of ROS 1 with topics that are listed but silent are names and addresses that are unknown, or
-    mean something else, on another machine (ros_comm#222).
+    Most ROS 1 topics that are listed but silent are caused by names and addresses that are unknown, or mean
+    something else, on another machine (ros_comm#222).
     """
     host = host_of(peer)
     if not await _is_known(host):
@@ -33,7 +33,7 @@ async def explain(peer: str) -> str:
 
 
 def host_of(peer: str) -> str:
-    """The host in a URI or an address; the whole text if it is neither.
+    """Return the host in a URI or an address; the whole text if it is neither.
 
     >>> host_of("http://robot:123/"), host_of("10.0.0.1:5"), host_of("rosrpc://[::1]:80"), host_of("robot")
     ('robot', '10.0.0.1', '::1', 'robot')

@@ -10,7 +10,7 @@ from queue import SimpleQueue
 from typing import Any
 
 KEPT_IDLE = 4
-"""The number of idle threads that are kept; starting one takes longer than many service calls."""
+"""The number of idle threads that are kept; starting a thread takes longer than many service calls."""
 
 _AT_SHUTDOWN = "interpreter shutdown"
 
@@ -18,15 +18,15 @@ Job = tuple[Callable[..., object], tuple[Any, ...]]
 
 
 def interpreter_ends(error: RuntimeError) -> bool:
-    """Whether a thread was refused because the interpreter is about to end, as Python 3.12 and later do."""
+    """Return whether a thread could not start because the interpreter is ending (Python 3.12 and later)."""
     return _AT_SHUTDOWN in str(error)
 
 
 class Workers:
     """Runs each job at once, in an idle thread or in a new one: a job that blocks does not delay others.
 
-    With a limit of threads, further jobs wait in the order in which they came.
-    The threads are daemons, because a job may never end: the interpreter does not wait for them.
+    With a limit of threads, further jobs are queued in order. The threads are daemons, because a job may
+    never end: the interpreter does not wait for them.
     """
 
     def __init__(self, name: str, limit: int | None = None, *, kept_idle: int = KEPT_IDLE) -> None:
@@ -41,7 +41,7 @@ class Workers:
         self._lock = threading.Lock()
 
     def run(self, job: Callable[..., object], *args: Any) -> None:
-        """Returns at once.
+        """Start `job` in a thread and return at once.
 
         Raises:
             RuntimeError: the system cannot start another thread.
@@ -63,7 +63,7 @@ class Workers:
             raise
 
     def close(self) -> None:
-        """Ends the idle threads; the others end when no job waits."""
+        """End the idle threads; the others end when no job is queued."""
         with self._lock:
             self._is_closed = True
             for _ in range(self._idle):
@@ -76,7 +76,7 @@ class Workers:
             function, args = job
             try:
                 function(*args)
-            except BaseException:  # reported as for a thread that ends, but this one goes on
+            except BaseException:  # reported as for a thread that ends, but this one continues
                 report = threading.ExceptHookArgs((*sys.exc_info(), threading.current_thread()))
                 threading.excepthook(report)
             del function, args, job

@@ -12,7 +12,7 @@ from pipros.node.codec import encoder
 
 
 class RawMessage(Message):
-    """The body of a message of any type, as received. Subscribe with it to any topic.
+    """The serialized body of a message of any type. Pass this class to `subscribe` for any topic.
 
     Attributes:
         body: the serialized message.
@@ -43,9 +43,9 @@ class RawMessage(Message):
 
 
 def taking_raw(callback: Callable[..., object] | None) -> Callable[..., object] | None:
-    """A callback for decoded messages that gives `callback` the same messages undecoded.
+    """Return a callback for `RawMessage`s that passes `callback` the decoded messages' bytes.
 
-    A `MessageStream` is returned as it is: its subscription has to find it again.
+    A `MessageStream` is returned unchanged, because its subscription looks it up again.
     """
     if callback is None or isinstance(callback, MessageStream):
         return callback

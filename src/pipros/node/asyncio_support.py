@@ -1,4 +1,4 @@
-"""What the asynchronous methods of a node need beyond the blocking ones. All logic is shared."""
+"""Support for the asynchronous methods of a node, which share all logic with the blocking ones."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ AnyMessage = TypeVar("AnyMessage")
 class MessageStream(Generic[AnyMessage]):
     """The messages of a subscription as an asynchronous iterator; ends with the node.
 
-    With `queue_size` n it holds the n newest messages that were not taken yet, and counts the
-    others in `dropped`; without one it holds all.
+    With `queue_size` n it keeps the n newest messages that were not consumed yet, and counts the others in
+    `dropped`; without one it keeps all.
     """
 
     def __init__(self, queue_size: int | None) -> None:
@@ -31,11 +31,11 @@ class MessageStream(Generic[AnyMessage]):
         self._is_closed = False
 
     def __call__(self, message: AnyMessage) -> None:
-        """Takes a message from the thread of a link."""
+        """Add a message, from the thread of a link."""
         self._call(self._put, message)
 
     def close(self) -> None:
-        """Ends the iteration once what has arrived is taken; from any thread."""
+        """End the iteration once the queued messages are consumed. May be called from any thread."""
         self._call(self._end)
 
     def __aiter__(self) -> AsyncIterator[AnyMessage]:
@@ -66,18 +66,20 @@ class MessageStream(Generic[AnyMessage]):
 
 
 async def call(client: ServiceClient, request: Any, timeout_s: float | None) -> Any:
-    """Calls a service without holding up the event loop. Cancelling it ends the client's calls."""
+    """Call a service without blocking the event loop. Cancelling it ends the client's calls."""
     task = in_daemon_thread(client.call, request, timeout_s)
     try:
         return await asyncio.shield(task)
     except asyncio.CancelledError:
         client.calls.interrupt()
-        task.add_done_callback(lambda ended: ended.exception())  # no caller waits for it any more
+        task.add_done_callback(
+            lambda ended: ended.exception()
+        )  # retrieve the exception: no caller awaits it any more
         raise
 
 
 def is_in_event_loop() -> bool:
-    """True when called from a coroutine or a callback of an asyncio loop."""
+    """Return True if called from a coroutine or a callback of an asyncio loop."""
     try:
         asyncio.get_running_loop()
     except RuntimeError:
@@ -88,7 +90,7 @@ def is_in_event_loop() -> bool:
 def run_in_loop(
     handler: Callable[[Any], Coroutine[Any, Any, Any]], loop: asyncio.AbstractEventLoop
 ) -> Callable[[Any], Any]:
-    """A blocking service handler that runs an asynchronous one in `loop`."""
+    """Return a blocking service handler that runs an asynchronous one in `loop`."""
 
     def handle(request: Any) -> Any:
         return asyncio.run_coroutine_threadsafe(handler(request), loop).result()

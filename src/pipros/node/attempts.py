@@ -1,4 +1,4 @@
-"""How many connections a node tries to make at a time."""
+"""Limits how many connections a node tries to open at a time."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from typing import Final, TypeVar
 T = TypeVar("T")
 
 SLOW_S: Final = 1.0
-"""An attempt that takes longer makes room for others: most hosts that take so long do not answer at all."""
+"""An attempt that takes longer makes room for others: most hosts that take this long do not answer at all."""
 
 SLOW_FACTOR: Final = 10
-"""For each attempt that is allowed, so many slow ones may go on at the same time."""
+"""How many slow attempts may continue per allowed attempt."""
 
 
 class Attempts:
-    """Bounds the attempts of a node to connect to publishers. For the event loop only.
+    """Limits a node's concurrent attempts to connect to publishers. For the event loop only.
 
-    First attempts come before repeated ones, so that a peer that lists publishers which do not exist does not
-    keep others waiting for long.
+    First attempts take precedence over repeated ones, so that a peer that lists publishers which do not exist
+    does not delay others for long.
     """
 
     def __init__(self, limit: int) -> None:
@@ -35,7 +35,7 @@ class Attempts:
         return self._quick + self._slow
 
     async def make(self, attempt: Callable[[], Awaitable[T]], *, is_first: bool) -> T:
-        """Makes an attempt when it is its turn; returns and raises what it does."""
+        """Run `attempt` when its turn comes; return its result, or raise its exception."""
         loop = asyncio.get_running_loop()
         if self._quick < self._limit:
             self._quick += 1
@@ -65,12 +65,12 @@ class Attempts:
         try:
             await turn
         except asyncio.CancelledError:
-            if turn.done() and not turn.cancelled():  # the turn was granted, but is not needed any more
+            if turn.done() and not turn.cancelled():  # the turn was granted, but is no longer needed
                 self._pass_on()
             raise
 
     def _pass_on(self) -> None:
-        """Passes the turn of an attempt to the next, if there is one."""
+        """Pass the turn to the next attempt, if any."""
         for queue in (self._first, self._again):
             while queue:
                 turn = queue.popleft()

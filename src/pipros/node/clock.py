@@ -1,4 +1,4 @@
-"""Time as a node sees it: the wall clock, or the one that `/clock` simulates.
+"""A node's clock: the wall clock, or the simulated time of `/clock`.
 
 All waits end when the node shuts down. Source: http://wiki.ros.org/Clock
 """
@@ -15,14 +15,14 @@ from pipros.interruptible_wait import OnceEvent, wait_in_slices
 from pipros.msg.time import NS_PER_S
 
 SILENCE_S = 5.0
-"""A wait for simulated time that has not started is reported after so many seconds (ros_comm#2111)."""
+"""Seconds after which a wait for simulated time that has not started is reported (ros_comm#2111)."""
 
 
 class TimeMovedBackwards(PiprosError):
     """Simulated time jumped back during a wait for a later time.
 
     Attributes:
-        jump_s: seconds by which it went back, negative.
+        jump_s: the jump in seconds; negative.
     """
 
     def __init__(self, jump_s: float) -> None:
@@ -37,11 +37,11 @@ class Clock(Protocol):
     def is_simulated(self) -> bool: ...
 
     def now_ns(self) -> int:
-        """Nanoseconds since the epoch; 0 while a simulated clock has not started."""
+        """Return nanoseconds since the epoch; 0 while a simulated clock has not started."""
         ...
 
     def sleep(self, duration_s: float) -> bool:
-        """Waits; False when the node shut down meanwhile.
+        """Wait; return False if the node shut down meanwhile.
 
         Raises:
             TimeMovedBackwards: simulated time jumped back.
@@ -49,7 +49,7 @@ class Clock(Protocol):
         ...
 
     def interrupt(self, exempt: int | None = None) -> None:
-        """Ends all waits, those to come too, except in the thread `exempt` (a `threading.get_ident`)."""
+        """End all current and future waits, except in the thread `exempt` (a `threading.get_ident`)."""
         ...
 
 
@@ -84,7 +84,7 @@ class SimulatedClock:
     is_simulated = True
 
     def __init__(self, on_silence: Callable[[], object] = lambda: None) -> None:
-        """`on_silence` is called when a wait began and no time was published for SILENCE_S."""
+        """Call `on_silence` if a thread waits and no time is published for SILENCE_S."""
         self._on_silence = on_silence
         self.changed = threading.Condition()
         self._now_ns = 0
@@ -95,7 +95,7 @@ class SimulatedClock:
         self._exempt: int | None = None
 
     def set_ns(self, now_ns: int) -> None:
-        """Takes over a message of `/clock`."""
+        """Set the time from a message of `/clock`."""
         with self.changed:
             if now_ns < self._now_ns:
                 self._jumps += 1
@@ -107,7 +107,7 @@ class SimulatedClock:
         return self._now_ns
 
     def sleep(self, duration_s: float) -> bool:
-        """Waits for simulated time; one that has not started is waited for first."""
+        """Wait for simulated time; if it has not started, wait for its start first."""
         self._wait_for_start()
         with self.changed:
             end_ns, jumps = self._now_ns + int(duration_s * NS_PER_S), self._jumps
@@ -124,7 +124,7 @@ class SimulatedClock:
 
     @property
     def sleeper_count(self) -> int:
-        """How many threads sleep until a time of this clock."""
+        """The number of threads that sleep on this clock."""
         return self._sleepers
 
     def _wait_for_start(self) -> None:

@@ -1,4 +1,4 @@
-"""How the messages of a class are turned into bytes and back; chosen once per topic or service."""
+"""Encoders and decoders of a message class, chosen once per topic or service."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ AnyMessage = TypeVar("AnyMessage", bound="Message")
 
 
 def encoder(message_class: type[Message]) -> Callable[[Any], list[Buffer]]:
-    """The fastest way from a message to its bytes, in one buffer or several, without a length field."""
+    """Return the fastest encoder of a class. Its result is one or more buffers without a length field."""
     to_buffers: Callable[[Any], list[Buffer]] | None = getattr(message_class, "_to_buffers", None)
     return to_buffers if to_buffers is not None else _serialize
 
 
 def decoder(message_class: type[Message]) -> Callable[[memoryview | bytes], Any]:
-    """The fastest way from a frame to a message; classes from genuine generators take only bytes."""
+    """Return the fastest decoder of a class. Classes from genuine generators accept only bytes."""
     from_bytes: Callable[[memoryview | bytes], Any] | None = getattr(message_class, "_from_bytes", None)
     if from_bytes is not None:
         return from_bytes
@@ -38,7 +38,7 @@ def number(message: Message, sequence: int) -> None:
 
 
 def _serialize(message: Message) -> list[Buffer]:
-    """For classes from genuine generators, which can only write to a file."""
+    """Serialize a message of a class from a genuine generator, which can only write to a file."""
     file = io.BytesIO()
     message.serialize(file)
     return [file.getvalue()]

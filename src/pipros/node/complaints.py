@@ -13,13 +13,13 @@ REPORT_S: Final = 10.0
 
 
 class Complaints:
-    """Has the first warnings logged in full, and of later ones only the number and the last.
+    """Allows the first warnings to be logged in full, and reports only the number and the last of later ones.
 
     For the event loop only.
     """
 
     def __init__(self, log: logging.Logger, loop: BackgroundLoop, more: str) -> None:
-        """`more` reports `%d` suppressed warnings, the last of which is about `%s`."""
+        """Report later warnings with the format `more`: `%d` were suppressed, the last is about `%s`."""
         self._log = log
         self._loop = loop
         self._more = more
@@ -29,7 +29,7 @@ class Complaints:
         self._is_reporting = False
 
     def may_say(self, last: str) -> bool:
-        """Whether to log this one in full; if not, it is counted. `last` is what a report names."""
+        """Return whether to log this warning in full; if not, count it. `last` names it in the report."""
         if not self._is_reporting:
             self._is_reporting = True
             self._loop.asyncio.call_later(REPORT_S, self._report)

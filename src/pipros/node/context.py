@@ -1,4 +1,4 @@
-"""What the parts of a node share."""
+"""The objects that the parts of a node share."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from pipros.node.attempts import Attempts
 
 @dataclass(frozen=True, slots=True)
 class NodeContext:
-    """What a topic or service knows of the node it belongs to.
+    """The part of a node that its topics and services use.
 
     Attributes:
         node_name: its full name, the `callerid` of connection headers.
-        loop: where its control traffic lives.
-        log: where to report.
+        loop: runs its control traffic.
+        log: the node's logger.
         next_link_number: numbers its links, for `getBusInfo`.
-        limits: what its peers may cost.
+        limits: the limits on the cost of its peers.
         connections: its TCPROS connections.
         attempts: its attempts to connect to publishers.
         published: changes with each message that it publishes.

@@ -21,7 +21,7 @@ from pipros.net.workers import Workers
 from pipros.node.any_msg import RawMessage, taking_raw
 from pipros.node.attempts import Attempts
 from pipros.node.context import NodeContext
-from pipros.node.publisher import FAREWELL_S, Publication, Publisher
+from pipros.node.publisher import CLOSE_FLUSH_S, Publication, Publisher
 from pipros.node.registration import (
     Entry,
     PublicationEntry,
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 TOPICS_LISTED = 50
-"""How many topics the error names when a subscriber asks for an unknown one."""
+"""How many topics the error names if a subscriber requests an unknown one."""
 
 
 class TypeConflict(PiprosError):
@@ -57,7 +57,7 @@ class NameInUse(PiprosError):
 
 
 class Endpoints:
-    """What a node publishes, subscribes and serves. All names are global ones here."""
+    """The publications, subscriptions and services of a node. All names here are global."""
 
     def __init__(
         self,
@@ -88,7 +88,7 @@ class Endpoints:
         self._observer: MessageObserver | None = None
         self._lock = threading.RLock()
 
-    # -- what there is ----------------------------------------------------------
+    # -- queries ------------------------------------------------------------------
 
     @property
     def publications(self) -> Sequence[Publication]:
@@ -111,7 +111,7 @@ class Endpoints:
         return found[0] if found else None
 
     def statistics(self) -> Mapping[str, Any]:
-        """For each topic, a dictionary of its links by peer: frames, bytes, and what was dropped."""
+        """Return for each topic a dictionary of its links by peer: frames, bytes, and dropped frames."""
         return {
             "publications": {
                 publication.topic: {peer.caller_id: peer.link.statistics for peer in publication.links}
@@ -134,9 +134,9 @@ class Endpoints:
         latch: bool,
         headers: Mapping[str, str] | None = None,
     ) -> Publisher[Any]:
-        """A new handle on a topic, which is registered at the master with the first one.
+        """Return a new handle on a topic; the first one registers the topic at the master.
 
-        `headers` are further fields for the connection headers that subscribers get.
+        `headers` are further fields for the connection headers that subscribers receive.
 
         Raises:
             TypeConflict: this node publishes the topic with another type already.
@@ -159,7 +159,7 @@ class Endpoints:
         return Publisher(publication, self._release_publication)
 
     def restrict_publishing_to(self, thread: int) -> None:
-        """From now on only the given thread's messages go out; the others' are dropped silently."""
+        """Publish only the given thread's messages from now on; drop those of other threads silently."""
         for publication in self.publications:
             publication.only_thread = thread
 
@@ -183,11 +183,11 @@ class Endpoints:
         queue_size: int | None,
         tcp_nodelay: bool,
     ) -> Subscriber[Any]:
-        """A new callback on a topic, which is registered at the master with the first one.
+        """Add a callback to a topic and return it; the first one registers the topic at the master.
 
-        If the node receives the topic already, the callback gets the last message of each connected
-        publisher that latches before this returns. One that asks for `RawMessage` gets it also where the node
-        receives the topic by its class, as a tool with simulated time does `/clock`.
+        If the node receives the topic already, the callback gets the last message of each connected publisher
+        that latches before this returns. A callback for `RawMessage` also gets them if the node receives the
+        topic by its class, as a tool with simulated time does with `/clock`.
 
         Raises:
             TypeConflict: this node subscribes to the topic with another type already.
@@ -216,14 +216,14 @@ class Endpoints:
         return Subscriber(subscription, listener, self._release_subscription)
 
     def observe(self, observer: MessageObserver) -> None:
-        """Calls `observer` for each message of each topic from now on, before the callbacks."""
+        """Call `observer` for each further message of each topic, before the callbacks."""
         with self._lock:
             self._observer = observer
             for subscription, _ in self._subscriptions.values():
                 subscription.observe = observer
 
     def ask_for_publishers(self, topic: str) -> None:
-        """Registers a subscription again, because the master's answer lists the publishers. Blocks."""
+        """Register a subscription again, because the master's answer lists the publishers. Blocks."""
         if found := self._subscriptions.get(topic):
             self._registrations.renew(found[1])
 
@@ -246,7 +246,7 @@ class Endpoints:
         handler: Callable[[Any], Message],
         on_error: Callable[[BaseException], object] | None,
     ) -> ServiceServer:
-        """Answers a service from now on.
+        """Start answering a service.
 
         Raises:
             NameInUse: this node serves that name already.
@@ -270,7 +270,7 @@ class Endpoints:
         return server
 
     def stop_serving(self, server: ServiceServer) -> None:
-        """Takes a service back and ends its connections. May be repeated."""
+        """Unregister a service and end its connections. May be called repeatedly."""
         with self._lock:
             found = self._services.get(server.name)
             if found is not None and found[0] is server:
@@ -284,8 +284,8 @@ class Endpoints:
     # -- connections --------------------------------------------------------------------
 
     def attach(self, connection: TcprosConnection) -> None:
-        """Hands a peer that has introduced itself to the topic or service that it asks for."""
-        if not connection.fields:  # nothing that could be answered
+        """Pass a connection to the topic or service that its header requests."""
+        if not connection.fields:  # no reply is possible
             connection.sock.close()
             return
         topic, service = connection.fields.get("topic"), connection.fields.get("service")
@@ -308,11 +308,11 @@ class Endpoints:
         refuse_connection(connection.sock, reason)
 
     def close(self) -> None:
-        """Ends every link and every connection.
+        """End every link and every connection.
 
-        What another thread adds meanwhile is not registered, and its ports are about to be closed.
+        Endpoints that another thread adds meanwhile are not registered, and the ports close soon.
         """
-        end = time.monotonic() + FAREWELL_S  # for all topics together
+        end = time.monotonic() + CLOSE_FLUSH_S  # one deadline for all topics together
         for publication in self.publications:
             publication.close(end)
         for subscription in self.subscriptions:

@@ -1,4 +1,4 @@
-"""The name of a node, and how it resolves other names with its command line and environment."""
+"""The name of a node, and its resolution of other names by command line and environment."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ UNNAMED = "unnamed"
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """A node's names, settled once for its whole life.
+    """A node's names, determined once.
 
     Attributes:
         name: the full name: `/robot/talker`.
-        namespace: of the node, with a slash at the end: `/robot/`.
-        arguments: the command line, sorted.
-        remappings: what the command line renames, as global names.
-        environment: the variables, with the changes of `__master:=` and the like.
+        namespace: the node's namespace with a trailing slash: `/robot/`.
+        arguments: the classified command line.
+        remappings: those of the command line, as global names.
+        environment: the variables, as changed by `__master:=` and similar arguments.
     """
 
     name: str
@@ -33,12 +33,13 @@ class Identity:
 
     @classmethod
     def settle(cls, name: str, *, anonymous: bool, argv: Sequence[str], environment: Environment) -> Identity:
-        """`__name:=` and `__ns:=` win over the name given and over `ROS_NAMESPACE`.
+        """Determine a node's names.
 
-        `__name:=` may have a namespace, which the node is then in, as in rospy.
+        `__name:=` and `__ns:=` take precedence over `name` and `ROS_NAMESPACE`. `__name:=` may include a
+        namespace, which then applies to the node, as in rospy.
 
         Raises:
-            InvalidName: a name with a namespace in it that is not from `__name:=`, or none.
+            InvalidName: the name is empty, or includes a namespace and is not from `__name:=`.
         """
         arguments = names.parse_arguments(argv)
         special = arguments.special
@@ -65,24 +66,24 @@ class Identity:
 
     @classmethod
     def unnamed(cls, *, argv: Sequence[str], environment: Environment) -> Identity:
-        """The identity of a process before its node has a name.
+        """Return the identity of a process before its node has a name.
 
-        Names resolve without remappings, as in rospy: they may mention the node's name. The topics
-        made at that time are an exception, see `resolve_topic_without_name`.
+        Names resolve without remappings, as in rospy: they may mention the node's name. Topics created at
+        that time are an exception, see `resolve_topic_without_name`.
         """
         arguments = names.parse_arguments(argv)
         namespace = names.make_global_namespace(arguments.special.get("__ns", environment.namespace))
         return cls(namespace + UNNAMED, namespace, arguments, {}, environment)
 
     def resolve(self, name: str) -> str:
-        """The global name that `name` means in this node, remappings applied."""
+        """Return the global name of `name` in this node, with remappings applied."""
         return self.resolve_for(self.name, name)
 
     def resolve_for(self, node_name: str, name: str) -> str:
-        """As `resolve`, for a relative or private name of the node `node_name`.
+        """Resolve `name` as `resolve` does, relative to the node `node_name`.
 
-        Nodes resolve two private names otherwise than the rest of ROS does, in rospy's way: `~` ends in a
-        slash, and `~/x` is `/x`.
+        Nodes resolve two private names differently from the rest of ROS, as rospy does: `~` ends in a slash,
+        and `~/x` is `/x`.
         """
         if names.is_private(name):
             name = names.canonicalize(name)
@@ -91,10 +92,10 @@ class Identity:
         return names.resolve(name, node_name, self.remappings)
 
     def resolve_topic_without_name(self, topic: str) -> str:
-        """The global name of a topic that is made before the node has its name, remappings applied.
+        """Return the remapped global name of a topic that is created before the node has its name.
 
         Raises:
-            InvalidName: for a private name.
+            InvalidName: the name is private.
         """
         if names.is_private(topic):
             raise InvalidName("~name topics cannot be created before init_node() has been called")
@@ -102,6 +103,6 @@ class Identity:
         return names.resolve_remappings(self.arguments.remappings, self.name).get(resolved, resolved)
 
     def remap(self, name: str, node_name: str) -> str:
-        """What a remapping argument that reads just like `name` makes of it; `name` without one."""
+        """Return the target of the remapping argument whose source is literally `name`, else `name`."""
         new = self.arguments.remappings.get(name)
         return name if new is None else names.resolve(new, node_name)

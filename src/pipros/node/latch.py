@@ -1,4 +1,4 @@
-"""The last message of publishers that latch, for callbacks that are added later."""
+"""The last message of latching publishers, for callbacks that are added later."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 
 class LastMessage:
-    """The last message that came over one link from a publisher that latches; None before the first."""
+    """The last message received over one link from a latching publisher; None before the first."""
 
     __slots__ = ("message",)
 
@@ -18,9 +18,9 @@ class LastMessage:
 
 
 class LatchedFirst:
-    """Stands in for a new callback until it has had the latched messages, which come before newer ones.
+    """Stands in for a new callback until it has received the latched messages, before any newer ones.
 
-    Messages that arrive meanwhile, from the threads of links, wait; `give` calls back with them too.
+    Messages that arrive meanwhile, from the threads of links, are queued; `give` passes them on too.
     """
 
     def __init__(self, latched: Iterable[Any], call_back: Callable[[Any], object]) -> None:
@@ -30,7 +30,7 @@ class LatchedFirst:
         self._lock = threading.Lock()
 
     def __call__(self, message: Any) -> None:
-        """A message from a link."""
+        """Queue a message from a link, or pass it on once `give` has finished."""
         with self._lock:
             if not self._is_over:
                 self._waiting.append(message)
@@ -38,7 +38,7 @@ class LatchedFirst:
         self._call_back(message)
 
     def give(self) -> None:
-        """Calls back with what waits, in the thread of the caller, until nothing does."""
+        """Call back with the queued messages, in the caller's thread, until none is left."""
         while True:
             with self._lock:
                 if not self._waiting:

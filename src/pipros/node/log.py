@@ -1,6 +1,6 @@
-"""Where a node's log lines go: the console, a file, and the topic `/rosout`.
+"""Log handlers of a node: the console, a file, and the topic `/rosout`.
 
-Handlers for Python's `logging`; the node's logger carries them. The console format is that of
+They are handlers of Python's `logging`, added to the node's logger. The console format is that of
 `ROSCONSOLE_FORMAT`, see http://wiki.ros.org/rosconsole#Console_Output_Formatting
 """
 
@@ -38,7 +38,7 @@ _RESET = "\033[0m"
 
 
 class Severity:
-    """One level as ROS sees it: its name, its number on `/rosout`, its colour on a terminal."""
+    """A ROS log level: its name, its number on `/rosout`, and its colour on a terminal."""
 
     __slots__ = ("colour", "name", "number")
 
@@ -49,7 +49,7 @@ class Severity:
 
     @staticmethod
     def of(levelno: int) -> Severity:
-        """The ROS level of a level of Python's logging; levels in between count as the one below."""
+        """Return the ROS level of a level of Python's logging; one in between counts as the next lower."""
         return next((severity for lowest, severity in _SEVERITIES if levelno >= lowest), _DEBUG)
 
 
@@ -97,7 +97,7 @@ def ros_logger(name: str) -> logging.Logger:
 
 
 class ConsoleHandler(logging.Handler):
-    """Writes DEBUG and INFO to stdout, the rest to stderr; in colour where that is a terminal.
+    """Writes DEBUG and INFO to stdout, the rest to stderr; in colour if the stream is a terminal.
 
     The streams are looked up at each line, so that redirecting `sys.stdout` works.
     """
@@ -112,7 +112,7 @@ class ConsoleHandler(logging.Handler):
         stdout: TextIO | None = None,
         stderr: TextIO | None = None,
     ) -> None:
-        """`stdout` and `stderr` are written to in place of the process's own."""
+        """Write to `stdout` and `stderr`, if given, in place of the process's own streams."""
         super().__init__()
         self._streams = stdout, stderr
         self._is_coloured = is_coloured
@@ -128,14 +128,14 @@ class ConsoleHandler(logging.Handler):
         )
         if stream is None:  # a process without a console
             return
-        line = self._render(record, severity)  # raises what wrong arguments of the log call raise
+        line = self._render(record, severity)  # raises if the arguments of the log call are wrong
         try:
             if self._is_coloured and severity.colour and stream.isatty():
                 write_line(stream, f"{severity.colour}{line}", end=f"\n{_RESET}")
             else:
                 write_line(stream, line)
         except (OSError, ValueError):
-            pass  # the console was closed: a node runs on without one
+            pass  # the console was closed: the node continues without one
 
     def _render(self, record: logging.LogRecord, severity: Severity) -> str:
         message = full_text(record)
@@ -187,7 +187,7 @@ class RosoutHandler(logging.Handler):
         self.node_name = node_name
         self.clock = clock
         self._topics = topics
-        self._busy = threading.local()  # a line that publishing a line brings about is not published
+        self._busy = threading.local()  # lines logged while publishing a line are not published
 
     def emit(self, record: logging.LogRecord) -> None:
         if getattr(self._busy, "is_set", False):
@@ -213,7 +213,7 @@ class RosoutHandler(logging.Handler):
 
 
 class FileHandler(logging.Handler):
-    """Appends each record to a `LogFile`, which documents what happens on a full disk."""
+    """Appends each record to a `LogFile`, which also handles a full disk."""
 
     def __init__(self, file: LogFile) -> None:
         super().__init__()
@@ -234,20 +234,20 @@ class FileHandler(logging.Handler):
 
 
 def open_file_handler(path: Path) -> FileHandler:
-    """A handler that appends to `path`, put aside when it grows too large; its folder is made.
+    """Return a handler that appends to `path` and rotates it if it grows too large. The folder is created.
 
     Raises:
-        OSError: the folder or the file cannot be made, or another user could have put it there.
+        OSError: the folder or the file cannot be created, or another user could have put it there.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     return FileHandler(LogFile(path))
 
 
 def find_log_config(environment: Environment) -> Path | None:
-    """The configuration of Python's logging that replaces our way; None without one.
+    """Return the configuration file of Python's logging that replaces the default one; None without one.
 
-    That is `ROS_PYTHON_LOG_CONFIG_FILE`, else `config/python_logging.conf` or `.yaml` in `ROS_HOME`. Such a
-    file can run code, so one in `ROS_HOME` counts only if nobody else may write to it or its folder.
+    This is `ROS_PYTHON_LOG_CONFIG_FILE`, else `config/python_logging.conf` or `.yaml` in `ROS_HOME`. Such a
+    file can run code, so one in `ROS_HOME` is used only if no other user may write to it or its folder.
     """
     if environment.python_log_config is not None:
         return environment.python_log_config
@@ -267,9 +267,9 @@ def find_log_config(environment: Environment) -> Path | None:
 
 
 def configure_by_file(config: Path, log_path: Path) -> None:
-    """Configures Python's logging by a file in its own format, or in YAML, instead of our way.
+    """Configure Python's logging from a file in its own format or in YAML.
 
-    The file finds the path to log to in the environment, as `ROS_LOG_FILENAME`.
+    The environment variable `ROS_LOG_FILENAME` gives the file the path to log to.
 
     Raises:
         PiprosError: the file is missing or malformed.
@@ -291,14 +291,14 @@ def configure_by_file(config: Path, log_path: Path) -> None:
 
 
 def log_file(log_dir: Path, node_name: str, given: str | None) -> Path:
-    """Where a node logs to: the file given by `__log:=`, else one named after the node."""
+    """Return the log file of a node: the one given by `__log:=`, else one named after the node."""
     if given:
         return Path(given)
     return log_dir / (node_name.strip("/").replace("/", "_") + ".log")
 
 
 def full_text(record: logging.LogRecord) -> str:
-    """A record's message, with the traceback behind it if it has one."""
+    """Return a record's message, followed by its traceback if it has one."""
     text = record.getMessage()
     if record.exc_info and record.exc_info[0]:
         text += "\n" + logging.Formatter().formatException(record.exc_info)
@@ -312,7 +312,7 @@ def wall_time(seconds: float, time_format: str | None) -> str:
 
 
 def logger_levels() -> list[tuple[str, str]]:
-    """All loggers of the process and their levels by ROS's names, as `~get_loggers` answers."""
+    """Return all loggers of the process and their ROS level names, as `~get_loggers` does."""
     known = logging.Logger.manager.loggerDict
     loggers = [logger for logger in known.values() if isinstance(logger, logging.Logger)]
     return [(logger.name, Severity.of(logger.getEffectiveLevel()).name) for logger in loggers]
@@ -329,7 +329,7 @@ def logger_exists(name: str) -> bool:
 
 
 def set_logger_level(name: str, level: str) -> None:
-    """What `~set_logger_level` does. A level that ROS does not know is ignored, as genuine nodes do."""
+    """Set a logger's level, as `~set_logger_level` does. An unknown level is ignored, as in genuine nodes."""
     for lowest, severity in _SEVERITIES:
         if severity.name == level.upper():
             logging.getLogger(name).setLevel(lowest)

@@ -1,4 +1,4 @@
-"""Opens what a node logs to: the console, a file, `/rosout`."""
+"""Opens the log outputs of a node: the console, a file, `/rosout`."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ _LOGGING_LEVELS = {
 
 
 def open_console_and_file(node: Node, logger: logging.Logger, level: int | None) -> list[logging.Handler]:
-    """Sends `logger` to the console and all that the process logs to a file, as Noetic is configured.
+    """Log `logger` to the console, and all loggers of the process to a file, as Noetic's configuration does.
 
-    A configuration of Python's logging (`find_log_config`) is used instead.
-    `level` is one of ROS' numbers; None leaves the configured one.
+    If a configuration of Python's logging exists (`find_log_config`), it is used instead. `level` is a ROS
+    level number; None keeps the configured one.
 
     Returns:
-        What was added to the logger and to the root logger; nothing with a configuration.
+        The handlers that were added to the logger and to the root logger; none with a configuration.
     """
     handlers: list[logging.Handler] = []
     given = node.identity.arguments.special.get("__log")
@@ -76,10 +76,10 @@ def _log_to_file(path: Path) -> list[logging.Handler]:
 
 
 def open_rosout(node: Node, logger: logging.Logger) -> RosoutHandler:
-    """Sends `logger` to `/rosout`; its messages name the node's topics unless a parameter turns that off.
+    """Publish the records of `logger` on `/rosout`, with the node's topics unless a parameter turns that off.
 
     Returns:
-        What sends them, which was added to the logger.
+        The handler that was added to the logger.
     """
     from pipros.msg import load_message_class
 

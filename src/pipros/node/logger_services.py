@@ -15,9 +15,9 @@ _NAME_CHARACTERS = 200
 
 
 def serve_loggers(node: Node) -> None:
-    """Offers both services, for the loggers of this process.
+    """Offer both services, for the loggers of this process.
 
-    As in Noetic a level may be set before the program makes the logger. Loggers stay for the life of the
+    As in Noetic a level may be set before the program creates the logger. Loggers live as long as the
     process, so their number is limited.
     """
     created = 0

@@ -47,10 +47,10 @@ MASTER_RETRY_S = 0.2
 
 
 class Node:
-    """A node: its names, its place in the graph, and all that it publishes, subscribes and serves.
+    """A node: its names, its registrations at the master, and its publications, subscriptions and services.
 
-    Use it as a context manager, or call `start` and `shutdown`. Every method may be called from
-    any thread. Nothing here touches signals or other state of the process.
+    Use it as a context manager, or call `start` and `shutdown`. Every method may be called from any thread.
+    The class changes no signal handlers or other state of the process.
 
     Examples:
         >>> with Node("listener") as node:  # doctest: +SKIP
@@ -71,21 +71,21 @@ class Node:
         tcpros_port: int = 0,
         limits: Limits | None = None,
     ) -> None:
-        """Nothing is connected until `start`.
+        """Store the settings; `start` connects.
 
         Args:
-            name: the base name; `__name:=` in `argv` wins over it.
+            name: the base name; `__name:=` in `argv` takes precedence.
             anonymous: make the name unique.
             argv: command-line arguments; the remappings among them apply.
             environment: by default that of the process.
-            log: by default a logger of the node's own.
-            on_shutdown_request: called with the reason when a peer asks the node to end.
-            rpc_port: the port of the slave API; 0 takes a free one.
-            tcpros_port: the port for topics and services; 0 takes a free one.
-            limits: what peers may cost; by default those of the process.
+            log: by default a logger named after the node.
+            on_shutdown_request: called with the reason when a peer requests the node's shutdown.
+            rpc_port: the port of the slave API; 0 selects a free one.
+            tcpros_port: the port for topics and services; 0 selects a free one.
+            limits: the limits on the cost of peers; by default those of the process.
 
         Raises:
-            InvalidName: a name with a namespace in it.
+            InvalidName: the name includes a namespace.
         """
         self.identity = Identity.settle(
             name, anonymous=anonymous, argv=argv, environment=environment or Environment.from_os()
@@ -113,10 +113,10 @@ class Node:
     # -- life -----------------------------------------------------------------
 
     def start(self) -> None:
-        """Opens the node's ports. The master learns of the node with its first entry.
+        """Open the node's ports. The master learns of the node with its first registration.
 
         Raises:
-            OSError: the address that the environment names is not of this machine.
+            OSError: the address in the environment does not belong to this machine.
         """
         bind_host = address.bind_host(self.environment)
         self._loop.start()
@@ -148,7 +148,7 @@ class Node:
 
     @property
     def uri(self) -> str:
-        """Where the slave API answers; empty before `start`."""
+        """The URI of the slave API; empty before `start`."""
         return self._running.uri if self._running is not None else ""
 
     @property
@@ -158,7 +158,7 @@ class Node:
 
     @property
     def registrations(self) -> Registrations:
-        """The entries of the node at the master."""
+        """The registrations of the node at the master."""
         return self._started.registrations
 
     def _registrations_if_started(self) -> Registrations | None:
@@ -170,7 +170,7 @@ class Node:
         return self._started.connections
 
     def wait_for_master(self, on_missing: Callable[[Unreachable], object] | None = None) -> None:
-        """Waits until the master answers; `on_missing` is called once when it does not.
+        """Wait until the master answers; call `on_missing` once if it does not.
 
         Raises:
             Interrupted: the node was shut down meanwhile.
@@ -188,7 +188,7 @@ class Node:
         raise Interrupted(f"{self.name} was shut down while it waited for the master")
 
     def use_simulated_time(self) -> SimulatedClock:
-        """Makes the node's clock follow `/clock`; waits on the wall clock end."""
+        """Make the node's clock follow `/clock`. Waits on the wall clock end."""
         from pipros.msg import load_message_class
         from pipros.msg.time import Time
 
@@ -203,7 +203,7 @@ class Node:
         return clock
 
     def use_clock(self, clock: Clock) -> None:
-        """Makes another clock the node's own; waits on the one before end."""
+        """Replace the node's clock. Waits on the previous one end."""
         self.clock, before = clock, self.clock
         before.interrupt()
 
@@ -214,11 +214,11 @@ class Node:
         )
 
     def add_reader(self, descriptor: socket.socket, on_readable: Callable[[], object]) -> None:
-        """Calls `on_readable` in the node's event loop whenever the socket can be read."""
+        """Call `on_readable` in the node's event loop whenever the socket can be read."""
         self._loop.call(self._loop.asyncio.add_reader, descriptor, on_readable)
 
     def enable_statistics(self, limits: WindowLimits | None = None) -> None:
-        """Publishes on `/statistics` what the subscriptions measure."""
+        """Publish the topic statistics of the subscriptions on `/statistics`."""
         from pipros.node.statistics_publisher import StatisticsPublisher
         from pipros.node.topic_statistics import WindowLimits
 
@@ -234,38 +234,38 @@ class Node:
 
     @property
     def is_shutdown(self) -> bool:
-        """True once the shutdown has begun; only the hooks still see False, and may still publish."""
+        """Whether the shutdown has begun; in the hooks, which may still publish, this is False."""
         return self._ended.is_set() or (self._ending_thread or get_ident()) != get_ident()
 
     @property
     def is_ending(self) -> bool:
-        """True once the shutdown has begun, for hooks too."""
+        """Whether the shutdown has begun; True in the hooks, too."""
         return self._ending_thread is not None
 
     def wait_for_shutdown(self, timeout_s: float | None = None) -> bool:
-        """Waits until the node has been shut down; False when the time is up first."""
+        """Wait until the node has been shut down; return False if the timeout expires first."""
         return self._ended.wait(timeout_s)
 
     def on_shutdown(self, hook: Callable[[], object]) -> None:
-        """Calls `hook` when the node shuts down, while it can still publish; in order of addition."""
+        """Call `hook` when the node shuts down, while it can still publish; in order of addition."""
         self._shutdown_hooks.append(hook)
 
     def shutdown_async(self, reason: str) -> None:
-        """Shuts the node down in a thread of its own, for callers that must not wait."""
+        """Shut the node down in another thread, for callers that must not block."""
         end = self._on_shutdown_request
         threading.Thread(target=end, args=(reason,), name=f"end {self.name}", daemon=True).start()
 
     def shutdown(self, reason: str = "") -> None:
-        """Ends the node: hooks, then the entries at the master, then all links. Returns when it is done.
+        """End the node: run the hooks, unregister at the master, then close all links. Blocks until done.
 
-        From the beginning on, only the hooks may publish: their last message (a robot's "stop") is not
-        followed by one of another thread. An exception in a hook is logged.
-        May be repeated; a second caller waits for the first.
+        From the start, only the hooks may publish: no message of another thread follows their last one (a
+        robot's "stop"). An exception in a hook is logged. May be called repeatedly; a second caller waits for
+        the first.
         """
         with self._lock:
             is_first, self._ending_thread = self._ending_thread is None, self._ending_thread or get_ident()
         if not is_first:
-            if self._ending_thread != get_ident():  # a hook that asks for the end is in the middle of it
+            if self._ending_thread != get_ident():  # a hook that calls this runs inside the shutdown
                 self._ended.wait()
             return
         self.log.debug("signal_shutdown [%s]", reason)
@@ -273,7 +273,7 @@ class Node:
         if running is not None:
             running.endpoints.restrict_publishing_to(get_ident())
         self.clock.interrupt(exempt=get_ident())
-        # A hook may call services itself, and may wait for a thread that waits for one.
+        # A hook may call services, or wait for a thread that calls one.
         self._calls.interrupt_present()
         for hook in list(self._shutdown_hooks):
             try:
@@ -320,9 +320,9 @@ class Node:
         queue_size: int | None = 10,
         latch: bool = False,
     ) -> Publisher[AnyMessage]:
-        """Publishes on a topic; see `pipros.net.outgoing` for what `queue_size` means.
+        """Advertise a topic; `pipros.net.outgoing` explains `queue_size`.
 
-        A latched topic gives its newest message to every subscriber that comes later.
+        A latched topic sends its newest message to every later subscriber.
         """
         return self.endpoints.advertise(
             self.resolve(topic), message_class, queue_size=queue_size, latch=latch
@@ -338,7 +338,7 @@ class Node:
         queue_size: int | None = None,
         tcp_nodelay: bool = True,
     ) -> Subscriber[AnyMessage]:
-        """Has `callback` called with each message of a topic, in a thread of the link it came over.
+        """Subscribe to a topic; call `callback` with each message, in the thread of its link.
 
         With `queue_size` n, a slow callback gets the n newest messages and misses older ones.
         In an asyncio loop and without a callback, the subscriber is an asynchronous iterator:
@@ -365,7 +365,7 @@ class Node:
         handler: Callable[[Any], Any],
         on_error: Callable[[BaseException], object] | None = None,
     ) -> ServiceServer:
-        """Answers a service; see `ServiceServer`. A coroutine function runs in the caller's asyncio loop."""
+        """Offer a service; see `ServiceServer`. A coroutine function runs in the caller's asyncio loop."""
         if inspect.iscoroutinefunction(handler):
             handler = asyncio_support.run_in_loop(handler, asyncio.get_running_loop())
         return self.endpoints.serve(self.resolve(service), service_class, handler, on_error)
@@ -378,7 +378,7 @@ class Node:
         persistent: bool = False,
         headers: Mapping[str, str] | None = None,
     ) -> ServiceClient:
-        """What calls a service; see `ServiceClient`. Its calls end with the node."""
+        """Return a client of a service; see `ServiceClient`. Its calls end with the node."""
         return ServiceClient(
             self.resolve(service),
             service_class,
@@ -392,9 +392,9 @@ class Node:
     async def call(
         self, service: str, service_class: ServiceClass, request: Message, timeout_s: float | None = None
     ) -> Any:
-        """Calls a service from a coroutine; cancelling it ends the call. Raises as `ServiceClient.call`."""
+        """Call a service from a coroutine; cancelling it ends the call. Raises as `ServiceClient.call`."""
         return await asyncio_support.call(self.client(service, service_class), request, timeout_s)
 
     def statistics(self) -> Mapping[str, Any]:
-        """What the node did so far; see `Endpoints.statistics`."""
+        """Return the traffic of the node so far; see `Endpoints.statistics`."""
         return self.endpoints.statistics()

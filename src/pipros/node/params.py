@@ -1,13 +1,13 @@
-"""The parameter server as a node sees it, with a cache that follows changes.
+"""A node's access to the parameter server, with a cache that follows changes.
 
-Theory of operation. `get_cached` subscribes to a parameter with its first read: the master answers with
-the value, and from then on sends `paramUpdate` notices when another node changes the parameter or one
-below it. Each cached parameter has a state:
+Theory of operation. `get_cached` subscribes to a parameter on the first read: the master answers with the
+value, and from then on sends `paramUpdate` notices when another node changes the parameter or one below it.
+Each cached parameter has a state:
 
-    JOINING    subscribed, the first value is still on its way. Reads ask the master.
-    OVERTAKEN  as JOINING, but a notice came first, so the first value may be older than the notice.
+    JOINING    subscribed, the first value has not arrived. Reads query the master.
+    OVERTAKEN  as JOINING, but a notice arrived first, so the first value may be older than the notice.
     CURRENT    reads return the cached value.
-    STALE      the value may be out of date. The next read asks the master and makes it CURRENT.
+    STALE      the value may be out of date. The next read queries the master and makes it CURRENT.
 
     event                      JOINING    OVERTAKEN  CURRENT                    STALE
     first value, or a new one
@@ -18,9 +18,9 @@ below it. Each cached parameter has a state:
                                                      from the notice
     invalidation               OVERTAKEN  OVERTAKEN  STALE                      STALE
 
-The master sends a node no notice of the node's own changes, and a notice about another node's change may
-have been under way for longer than a change of the node's own. So once a node has set or deleted a key,
-notices about it, or about keys above and below it, only make cached parameters STALE.
+The master sends a node no notice of the node's own changes, and a notice about another node's change may be
+older than a change by this node. So once a node has set or deleted a key, notices about it, or about keys
+above and below it, only make cached parameters STALE.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from pipros.node.registration import ParameterEntry, Registrations
 
 
 class CacheState(Enum):
-    """What is known about a cached parameter; see the module."""
+    """The state of a cached parameter; see the module."""
 
     JOINING = auto()
     OVERTAKEN = auto()
@@ -65,7 +65,7 @@ class CachedParameter:
     """One cached parameter. The value `{}` means "not set": the master sends it for a deleted parameter.
 
     Attributes:
-        changes: how often it was changed or invalidated, so that an answer that was overtaken is noticed.
+        changes: how often it was changed or invalidated, to detect an outdated answer.
     """
 
     key: str
@@ -74,22 +74,22 @@ class CachedParameter:
     changes: int = 0
 
     def registered(self, value: Any) -> None:
-        """Takes the value with which the master answered the subscription."""
+        """Store the value with which the master answered the subscription."""
         self.changes += 1
         self.state, self.value = _REGISTERED[self.state], value
 
     def invalidate(self) -> None:
-        """The value may be out of date."""
+        """Mark the value as possibly out of date."""
         self.changes += 1
         self.state = _INVALIDATED[self.state]
 
     def refreshed(self, value: Any, changes: int) -> None:
-        """Takes a value that the master was asked for when `changes` was as given."""
+        """Store a value that was requested from the master when `changes` had the given value."""
         if self.state is CacheState.STALE and changes == self.changes:
             self.state, self.value = CacheState.CURRENT, value
 
     def notice(self, key: str, value: Any) -> None:
-        """Takes a new value of the parameter itself, or of one below it."""
+        """Apply a notice about the parameter itself, or about one below it."""
         if self.state is not CacheState.CURRENT:
             self.invalidate()
         elif key == self.key:
@@ -115,11 +115,10 @@ class CachedParameter:
 
 
 class Parameters:
-    """Reads and writes parameters by names as the node resolves them.
+    """Reads and writes parameters, by names that the node resolves.
 
-    A missing parameter raises NotFound; a value that XML-RPC cannot carry raises TypeError or
-    OverflowError before anything is sent. Values of a namespace are nested dictionaries.
-    May be used from any thread.
+    A missing parameter raises NotFound; a value without an XML-RPC form raises TypeError or OverflowError
+    before anything is sent. Values of a namespace are nested dictionaries. May be used from any thread.
     """
 
     def __init__(
@@ -128,7 +127,7 @@ class Parameters:
         resolve: Callable[[str], str],
         registrations: Callable[[], Registrations | None],
     ) -> None:
-        """`registrations` returns None as long as the node has not started: nothing is cached before."""
+        """Cache values once `registrations` returns an object: it returns None until the node has started."""
         self._master = master
         self._resolve = resolve
         self._registrations = registrations
@@ -140,9 +139,9 @@ class Parameters:
         return self._fetch(self._resolve(name))
 
     def get_cached(self, name: str) -> Any:
-        """As `get`, but asks the master only once; changes then reach the node as notices.
+        """Return a parameter as `get` does, but query the master only once; changes then arrive as notices.
 
-        What the node itself has set or deleted is seen at once, in all cached parameters concerned.
+        Changes by the node itself take effect at once, in all cached parameters concerned.
         """
         key = self._resolve(name)
         registrations = self._registrations()
@@ -168,7 +167,7 @@ class Parameters:
             raise NotFound(f"parameter [{key}] is not set") from error
 
     def _refresh(self, cached: CachedParameter, changes: int) -> Any:
-        """Asks the master for a stale value. It stays stale when the master cannot be reached."""
+        """Request a stale value from the master. It stays stale if the master cannot be reached."""
         try:
             value = self._fetch(cached.key)
         except NotFound:
@@ -203,7 +202,7 @@ class Parameters:
             self._note_own_change(key)
 
     def search(self, name: str) -> str | None:
-        """The full name of the closest parameter, searching upwards from the node; None if there is none."""
+        """Return the full name of the closest parameter, from the node upwards; None if not found."""
         try:
             return self._master.search_param(name)
         except Refused:
@@ -213,7 +212,7 @@ class Parameters:
         return self._master.get_param_names()
 
     def update(self, key: str, value: Any) -> bool:
-        """Takes over a change that the master announced; False when the parameter is not cached.
+        """Apply a change that the master announced; return False if the parameter is not cached.
 
         The key may name a parameter below a cached namespace. Source: the `paramUpdate` call of
         http://wiki.ros.org/ROS/Slave_API
@@ -230,13 +229,13 @@ class Parameters:
             return bool(concerned)
 
     def cached_around(self, key: str) -> list[str]:
-        """The cached parameters at, above and below a key."""
+        """Return the cached parameters at, above and below a key."""
         key = names.canonicalize(key)
         with self._lock:
             return [cached for cached in self._cache if _are_related(key, cached)]
 
     def invalidate(self, key: str) -> None:
-        """Has cached parameters at, above and below a key fetched again: they may have changed."""
+        """Mark cached parameters at, above and below a key as stale, so that the next read fetches them."""
         key = names.canonicalize(key)
         with self._lock:
             for cached in self._cache.values():
@@ -254,5 +253,5 @@ def _is_within(key: str, namespace: str) -> bool:
 
 
 def _are_related(key: str, other: str) -> bool:
-    """Whether one of the two keys is the other, or a namespace that holds it."""
+    """Return whether the keys are equal, or one is a namespace that contains the other."""
     return _is_within(key, other) or _is_within(other, key)

@@ -14,18 +14,18 @@ from pipros.posix import give_to
 
 
 def log_program(logname: str, level: int, filename: str | None, environment: Environment) -> Path | None:
-    """Has what the process logs written to a file in the folder of ROS' logs.
+    """Write all log records of the process to a file in the ROS log folder.
 
     Args:
         logname: names the file, `<logname>-<pid>.log`.
-        level: lines below it are left out, unless a configuration file is used.
-        filename: in place of that name. It may have folders, which `latest` will lead to.
+        level: records below it are omitted, unless a configuration file is used.
+        filename: replaces that name. It may include folders, to which `latest` then links.
 
     Returns:
-        The file; None when its folder cannot be made, which is reported on stderr.
+        The file; None if its folder cannot be created, which is reported on stderr.
 
     Raises:
-        PiprosError: a file has the name of the folder, or `ROS_PYTHON_LOG_CONFIG_FILE` cannot be used.
+        PiprosError: the log folder is a file, or `ROS_PYTHON_LOG_CONFIG_FILE` cannot be used.
     """
     path = environment.log_dir / (filename or f"{logname or 'unknown'}-{os.getpid()}.log")
     folder = path.parent
@@ -56,10 +56,10 @@ def log_program(logname: str, level: int, filename: str | None, environment: Env
 
 
 def make_folders_as_parent(folder: Path) -> None:
-    """Makes a folder and those above it, each with owner and mode of the one that it lies in.
+    """Create a folder and its missing parents, each with the owner and mode of its own parent.
 
     Raises:
-        OSError: one cannot be made.
+        OSError: one cannot be created.
     """
     folder = folder.absolute()
     if folder.exists():
@@ -74,10 +74,10 @@ def make_folders_as_parent(folder: Path) -> None:
 
 
 def link_latest(folder: Path) -> bool:
-    """Points the link `latest` beside the folder to it; False when there is a `latest` that is not a link.
+    """Point the link `latest` beside the folder to it; return False if `latest` exists and is not a link.
 
     Raises:
-        OSError: the link cannot be made.
+        OSError: the link cannot be created.
     """
     latest = folder.parent / "latest"
     if latest.is_symlink():

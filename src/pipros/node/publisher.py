@@ -29,14 +29,16 @@ if TYPE_CHECKING:
 JOIN_LIMIT_BYTES = 32 * 1024
 """Frames up to this size are joined and written by one plain send; larger ones are never copied."""
 
-FAREWELL_S = 0.2
-"""What was published last should arrive, but no slow subscriber keeps a node from ending."""
+CLOSE_FLUSH_S = 0.2
+"""How long closing waits for the last messages to be sent, in total, so that no slow subscriber blocks a
+node's end.
+"""
 
 _pack_length = struct.Struct("<I").pack
 
 
 class PeerListener(Protocol):
-    """Is notified when subscribers come and go; see `rospy.SubscribeListener`."""
+    """Is notified when subscribers connect or disconnect; see `rospy.SubscribeListener`."""
 
     def peer_subscribe(
         self, topic_name: str, topic_publish: Callable[..., None], peer_publish: Callable[..., None]
@@ -55,7 +57,7 @@ class PublisherLink:
 
 
 class Publication:
-    """All that a node publishes on one topic, however many handles it has.
+    """A topic that a node publishes, shared by all its handles.
 
     Invariant: `links` is replaced, never changed, so that `publish` reads it without a lock.
     """
@@ -71,28 +73,30 @@ class Publication:
         self.headers: dict[str, str] = {}  # further fields for the connection header
         self.listeners: list[PeerListener] = []
         self._listeners_thread = Workers(f"subscribe listeners of {topic}", limit=1, kept_idle=0)
-        self.only_thread: int | None = None  # while the node shuts down, only this thread may publish
+        self.only_thread: int | None = None  # during shutdown, the only thread that may publish
         self.links_ended = 0
-        self._sent = SendStatistics()  # by links that have ended
+        self._sent = SendStatistics()  # totals of links that have ended
         self._context = context
         self._published = context.published
         self._encode = encoder(message_class)
         self._has_header = bool(getattr(message_class, "_has_header", False))
         self._sequence = 0
         self._latched: Message | None = None
-        self._lock = threading.Lock()  # keeps sequence numbers and frames of several threads in step
+        self._lock = (
+            threading.Lock()
+        )  # keeps sequence numbers and frames of several threads in the same order
         self._sharing = PacketSharing(context.loop, self._lock, lambda: [peer.link for peer in self.links])
         self._is_closed = False
 
     def publish(self, message: Message) -> None:
-        """Sends a message to every subscriber; serialises it once, and not at all without subscribers.
+        """Send a message to every subscriber; serialise it once, and not at all without subscribers.
 
-        Waits for subscribers no longer than `Limits.stall_s`, for all of them together and whatever the
-        `queue_size` (see `pipros.net.outgoing`). One that was waited for in vain has stalled: it is not
-        waited for again until it has caught up, and gets the newest message only.
+        Blocks for at most `Limits.stall_s`, for all subscribers together and whatever the `queue_size` (see
+        `pipros.net.outgoing`). A subscriber that does not catch up in that time has stalled: until it has
+        caught up, `publish` does not wait for it, and it gets only the newest message.
 
         Raises:
-            SerializationError: a field has a value that its type cannot hold. Nothing was sent.
+            SerializationError: a value does not fit the type of its field. Nothing was sent.
         """
         if self.only_thread is not None and self.only_thread != threading.get_ident():
             return
@@ -114,13 +118,13 @@ class Publication:
                 return
 
     def publish_to(self, peer: PublisherLink, message: Message) -> None:
-        """Sends a message to one subscriber only."""
+        """Send a message to a single subscriber."""
         with self._lock:
             peer.link.send(*self._frame(message))
         flush_or_queue([peer.link], self._context.limits.stall_s)
 
     def attach(self, connection: TcprosConnection) -> None:
-        """Answers a subscriber's header: links it and sends the latched message, or refuses it."""
+        """Answer a subscriber's header: link it and send the latched message, or refuse it."""
         refusal = topic_refusal(connection.fields, self.interface)
         if refusal:
             self._context.log.warning(refusal)
@@ -145,11 +149,11 @@ class Publication:
         entry.close = link.close
         peer = PublisherLink(printable(connection.fields["callerid"]), self._context.next_link_number(), link)
         with self._lock:
-            link.greet(header)
+            link.send_header(header)
             self._send_latched(link)
-            self._sharing.welcome(link)
+            self._sharing.apply_to(link)
             self.links = (*self.links, peer)
-        if self._is_closed:  # and `close` may not have seen this link
+        if self._is_closed:  # `close` may have missed this link
             link.close()
         self._notify_listeners(
             lambda listener: listener.peer_subscribe(
@@ -163,7 +167,7 @@ class Publication:
         try:
             link.send(*self._frame(self._latched))
             link.queue_for_loop()
-        except Exception as error:  # without subscribers it was not serialised when it was published
+        except Exception as error:  # without subscribers it was not serialised at its publication
             self._context.log.error("the latched message of [%s] cannot be sent: %s", self.topic, error)
 
     def set_queue_size(self, queue_size: int | None) -> None:
@@ -172,20 +176,20 @@ class Publication:
             peer.link.queue_size = queue_size
 
     def close(self, end: float | None = None) -> None:
-        """Closes all links; new messages go nowhere.
+        """Close all links; later messages are discarded.
 
-        What waits gets until `end` (of `time.monotonic`) to go out, by default for FAREWELL_S.
+        Queued messages are sent until `end` (of `time.monotonic`), by default for CLOSE_FLUSH_S.
         """
         self._is_closed = True
         self._sharing.close()
-        end = time.monotonic() + FAREWELL_S if end is None else end
+        end = time.monotonic() + CLOSE_FLUSH_S if end is None else end
         for peer in self.links:
             if peer.link.is_behind:
                 peer.link.drain(end - time.monotonic())
             peer.link.close()
 
     def statistics(self) -> dict[str, int]:
-        """See `Publisher.statistics`."""
+        """Return the totals of all links; see `Publisher.statistics`."""
         total = SendStatistics()
         with self._lock:
             total.add(self._sent)
@@ -194,9 +198,9 @@ class Publication:
             return {**asdict(total), "links_ended": self.links_ended}
 
     def _frame(self, message: Message) -> tuple[Frame, int]:
-        """The message as it goes over the wire, and its length with the length field."""
+        """Return the message in wire format, and its size including the length field."""
         if self._has_header:
-            self._sequence = (self._sequence + 1) & 0xFFFFFFFF  # a uint32: it starts over after the last one
+            self._sequence = (self._sequence + 1) & 0xFFFFFFFF  # a uint32, which wraps around
             header: Any = message.header  # type: ignore[attr-defined]
             header.seq = self._sequence
             if header.frame_id is None:
@@ -229,9 +233,9 @@ class Publication:
         self._notify_listeners(lambda listener: listener.peer_unsubscribe(self.topic, len(self.links)))
 
     def _notify_listeners(self, notify: Callable[[PeerListener], None]) -> None:
-        """Calls the users' listeners in a thread: they may block, the event loop must not.
+        """Call the users' listeners in a thread, because they may block.
 
-        One after the other, in the order in which the subscribers came and went.
+        The calls are sequential, in the order in which subscribers connected and disconnected.
         """
         if self.listeners:
             self._listeners_thread.run(self._call_listeners, notify)
@@ -245,7 +249,7 @@ class Publication:
 
 
 class Publisher(Generic[AnyMessage]):
-    """A handle on a topic that the node publishes. Made by `Node.advertise`."""
+    """A handle on a topic that the node publishes. Returned by `Node.advertise`."""
 
     def __init__(self, publication: Publication, release: Callable[[Publication], None]) -> None:
         self.publication = publication
@@ -260,23 +264,23 @@ class Publisher(Generic[AnyMessage]):
         return len(self.publication.links)
 
     def publish(self, message: AnyMessage) -> None:
-        """Sends a message to every subscriber; does nothing once the node has shut down.
+        """Send a message to every subscriber; do nothing once the node has shut down.
 
-        Waits for subscribers no longer than `Limits.stall_s`, for all of them together: see
-        `Publication.publish`, also for what it raises.
+        Blocks for at most `Limits.stall_s`, for all subscribers together. See `Publication.publish` for
+        details and errors.
         """
         self.publication.publish(message)
 
     def statistics(self) -> Mapping[str, int]:
-        """What this node did with the topic since the first `advertise`, for all subscribers together.
+        """Return the traffic of the topic since the first `advertise`, for all subscribers together:
 
-        `frames` and `bytes` sent; frames `dropped` because a subscriber was too slow or left before they were
-        sent; `links_ended`: each may have cost what was under way.
+        `frames` and `bytes` sent; frames `dropped` because a subscriber was too slow, or disconnected before
+        they were sent; and `links_ended`, each of which may have lost messages in transit.
         """
         return self.publication.statistics()
 
     def unregister(self) -> None:
-        """Gives the handle up; with the last one the topic is unregistered. May be repeated."""
+        """Release the handle; releasing the last one unregisters the topic. May be called repeatedly."""
         release, self._release = self._release, None
         if release is not None:
             release(self.publication)

@@ -17,20 +17,21 @@ RETRY_LONGEST_S = 5.0
 
 RETRY_REFUSED_FIRST_S = 5.0
 RETRY_REFUSED_LONGEST_S = 60.0
-"""After a refusal: what is wrong is seldom cured by itself, but a publisher without room has room later."""
+"""Waits after a refusal: its cause rarely disappears by itself, but a publisher without room has room later.
+"""
 
 LinkEnd = asyncio.Future[str]
-"""Is done when a link has ended: what broke it, or an empty text."""
+"""Completes when a link has ended, with the error that broke it or an empty string."""
 
 Connect = Callable[[str], Awaitable[LinkEnd]]
-"""Links to the publisher at a URI; returns what tells the end of the link."""
+"""Links to the publisher at a URI; returns the future of the link's end."""
 
 
 class PublisherConnector:
     """Connects to each publisher of a topic, and again whenever the link ends. For the event loop only.
 
-    A link to a publisher that is no longer listed stays until the publisher ends it: a master that
-    has just been restarted does not know every node yet.
+    A link to a publisher that is no longer listed stays until the publisher ends it: a master that has just
+    restarted does not know every node yet.
 
     Attributes:
         attempts: how many attempts to reach a publisher were made.
@@ -43,7 +44,7 @@ class PublisherConnector:
         self._connect = connect
         self._listed: set[str] = set()
         self._linked: set[str] = set()
-        self._refused: set[str] = set()  # that a task waits to ask again
+        self._refused: set[str] = set()  # publishers that refused, and will be tried again
         self._tasks: dict[str, asyncio.Task[None]] = {}
         self._complaints = Complaints(
             context.log, context.loop, f"cannot receive [{topic}] from %d more publishers; the last is %s"
@@ -51,7 +52,7 @@ class PublisherConnector:
         self._is_stopped = False
 
     def update(self, uris: Iterable[str]) -> None:
-        """Takes over the master's list of publishers."""
+        """Apply the master's list of publishers."""
         if self._is_stopped:
             return
         listed = list(dict.fromkeys(uri for uri in uris if isinstance(uri, str)))
@@ -77,21 +78,21 @@ class PublisherConnector:
                 task.add_done_callback(self._collect)
 
     def stop(self) -> None:
-        """Stops connecting to publishers."""
+        """Stop connecting to publishers."""
         self._is_stopped = True
         self._listed = set()
         for task in self._tasks.values():
             task.cancel()
 
     async def _keep_linked(self, uri: str) -> None:
-        """Keeps a link to one publisher for as long as the master lists it."""
+        """Keep a link to one publisher for as long as the master lists it."""
         delay_s, explained, is_first = RETRY_FIRST_S, "", True
         refused_s = RETRY_REFUSED_FIRST_S
         try:
             while uri in self._listed:
                 try:
                     ended = await self._context.attempts.make(lambda: self._attempt(uri), is_first=is_first)
-                except (PiprosError, ValueError) as error:  # ValueError: what it registered is not a URI
+                except (PiprosError, ValueError) as error:  # ValueError: it registered an invalid URI
                     is_first = False
                     if str(error) != explained:  # each problem is explained once
                         explained = str(error)
@@ -109,7 +110,7 @@ class PublisherConnector:
                 del self._tasks[uri]
 
     async def _wait_for_end(self, uri: str, ended: LinkEnd) -> bool:
-        """Waits for the end of a link; True when it held for a while."""
+        """Wait for the end of a link; return True if it lasted for a while."""
         loop = asyncio.get_running_loop()
         self._linked.add(uri)
         began = loop.time()
@@ -122,7 +123,7 @@ class PublisherConnector:
         return loop.time() - began > RETRY_LONGEST_S
 
     async def _wait_refused(self, uri: str, delay_s: float) -> float:
-        """Waits after a refusal; `update` ends the wait. Returns how long the next one takes."""
+        """Wait after a refusal, until `update` at most; return the duration of the next wait."""
         self._refused.add(uri)
         try:
             await asyncio.sleep(delay_s)
@@ -135,11 +136,11 @@ class PublisherConnector:
         return await self._connect(uri)
 
     async def _explain(self, uri: str, error: Exception) -> None:
-        """Warns why a publisher cannot be received from, and what to do about it (ros_comm#222)."""
+        """Warn that a publisher cannot be received from, with the reason and a cure (ros_comm#222)."""
         if not self._complaints.may_say(f"{printable(uri)}: {printable(error)}"):
             return
         explain = await unreachable.explain(error.peer) if isinstance(error, Unreachable) else ""
-        if uri in self._listed:  # not one that has left meanwhile
+        if uri in self._listed:  # not one that has unregistered meanwhile
             self._context.log.warning(
                 "cannot receive [%s] from the publisher at %s: %s%s",
                 self._topic,
@@ -149,6 +150,6 @@ class PublisherConnector:
             )
 
     def _collect(self, task: asyncio.Task[None]) -> None:
-        """Logs an unexpected exception, which ends this link only."""
+        """Log an unexpected exception, which ends this link only."""
         if not task.cancelled() and (error := task.exception()) is not None:
             self._context.log.error("following a publisher of [%s] failed", self._topic, exc_info=error)

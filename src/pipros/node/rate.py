@@ -1,4 +1,4 @@
-"""Loops at a fixed rate, and callbacks by a timer, on a node's clock."""
+"""Loops at a fixed rate, and timers, on a node's clock."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from pipros.node.clock import Clock, TimeMovedBackwards
 
 
 class Rate:
-    """Keeps a loop at a rate: `sleep` waits for what is left of the current cycle.
+    """Keeps a loop at a rate: `sleep` waits for the rest of the current cycle.
 
-    A loop that is late does not hurry to make up for it once it is two cycles behind.
+    A loop that is two or more cycles late does not catch up.
     """
 
     def __init__(self, clock: Clock, period_ns: int, *, reset: bool = False) -> None:
-        """`reset` starts over when simulated time goes back, instead of raising."""
+        """With `reset`, start over instead of raising if simulated time goes back."""
         self.period_ns = period_ns
         self.last_ns = clock.now_ns()
         self._clock = clock
         self._reset = reset
 
     def remaining_ns(self) -> int:
-        """Nanoseconds until the current cycle ends; negative when it is over."""
+        """Return the nanoseconds until the current cycle ends; negative if it is over."""
         now_ns = self._clock.now_ns()
         if self.last_ns > now_ns:  # simulated time has gone back: the cycle begins now
             self.last_ns = now_ns
         return self.last_ns + self.period_ns - now_ns
 
     def sleep(self) -> bool:
-        """Waits for the end of the cycle; False when the node shut down meanwhile.
+        """Wait for the end of the cycle; return False if the node shut down meanwhile.
 
         Raises:
-            TimeMovedBackwards: simulated time went back, and `reset` is off.
+            TimeMovedBackwards: simulated time went back, and `reset` is False.
         """
         now_ns = self._clock.now_ns()
         try:
@@ -52,14 +52,14 @@ class Rate:
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """What a timer passes to its callback; all times in nanoseconds.
+    """The argument of a timer's callback.
 
     Attributes:
-        last_expected_ns: when the callback before this one should have been called; None at first.
-        last_real_ns: when it really was.
-        current_expected_ns: when this one should have been called.
-        current_real_ns: when it really is.
-        last_duration_s: how long the callback before took.
+        last_expected_ns: when the previous callback was due; None at first.
+        last_real_ns: when it was called.
+        current_expected_ns: when this callback was due.
+        current_real_ns: when it is called.
+        last_duration_s: how long the previous callback took.
     """
 
     last_expected_ns: int | None
@@ -70,7 +70,7 @@ class Tick:
 
 
 class Timer(threading.Thread):
-    """A daemon thread, running already, that calls a function until it or the node is shut down."""
+    """A daemon thread, started on construction, that calls a function until it or the node is shut down."""
 
     def __init__(
         self,
@@ -92,11 +92,11 @@ class Timer(threading.Thread):
         self.start()
 
     def shutdown(self) -> None:
-        """No more calls; one under way ends by itself."""
+        """Stop calling the function. A running call is not interrupted."""
         self._is_shutdown = True
 
     def run(self) -> None:
-        """What the thread does; not for callers."""
+        """Run the timer; only for the thread itself."""
         rate = Rate(self._clock, self._period_ns, reset=self._reset)
         expected_ns = rate.last_ns + self._period_ns
         last_expected_ns = last_real_ns = last_duration_s = None

@@ -1,4 +1,4 @@
-"""Asks the master itself, because a caller may not be the master."""
+"""Verifies the claims of untrusted callers with the master."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ Question = Callable[[], object]
 
 
 class Recheck:
-    """Asks the master to confirm what an untrusted caller claims.
+    """Queries the master to confirm the claims of untrusted callers.
 
-    The first question goes out at once. Those that come while it is under way, and for `interval_s` after
-    its answer, go out together then, each once. So a peer that calls a thousand times costs the master one
-    call, and what a master says from an unexpected address takes effect, though later. A thread of its own
-    asks, so that the event loop never waits.
+    The first query is sent at once. Those requested while it runs, and for `interval_s` after its answer, are
+    then sent together, each once. So a peer that calls a thousand times costs the master one call, and a
+    notice from a master with an unexpected address still takes effect, though later. Queries run in a
+    separate thread, so that the event loop never waits.
     """
 
     def __init__(self, interval_s: float) -> None:
@@ -25,16 +25,16 @@ class Recheck:
         self._is_busy = False
 
     def ask(self, about: str, question: Question) -> None:
-        """Has `question` called soon, in another thread. Called in the event loop.
+        """Call `question` soon, in another thread. Called in the event loop.
 
         Args:
-            about: what it is about; one that waits already is not asked twice.
+            about: the subject; a question whose subject is queued already is not queued twice.
         """
         self._waiting[about] = question
         if not self._is_busy:
-            self._go_on()
+            self._send_next()
 
-    def _go_on(self) -> None:
+    def _send_next(self) -> None:
         questions, self._waiting = self._waiting, {}
         self._is_busy = bool(questions)
         if questions:
@@ -49,4 +49,4 @@ class Recheck:
                 question()
         finally:
             with suppress(RuntimeError):  # the node has ended, and its loop with it
-                loop.call_soon_threadsafe(loop.call_later, self._interval_s, self._go_on)
+                loop.call_soon_threadsafe(loop.call_later, self._interval_s, self._send_next)

@@ -1,7 +1,7 @@
-"""A node's entries at the master: made, removed, and made again after the master lost them.
+"""A node's registrations at the master: added, removed, and repeated after the master lost them.
 
-The master is asked about the node once a second. A master that was restarted does not know it
-any more, and gets all its entries again; links between nodes need no master and carry on.
+The node checks once a second whether the master knows it. A restarted master does not, and gets all
+registrations again; links between nodes need no master and continue.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from pipros.printable import listed
 from pipros.wire.xmlrpc import encode_call
 
 WATCH_INTERVAL_S = 1.0
-"""How often the master is asked whether it still knows the node."""
+"""How often the node checks whether the master still knows it."""
 WATCH_DEADLINE_S = 5.0
-"""A master that takes longer is busy; the next round asks again."""
-FAREWELL_DEADLINE_S = 0.3
-"""A node that ends waits no longer than this for a master that hangs."""
+"""A master that takes longer is busy; the next round checks again."""
+UNREGISTER_TIMEOUT_S = 0.3
+"""How long a node that shuts down waits for a master that hangs."""
 
 
 class Entry(Protocol):
-    """Something a node has at the master. `api` is the URI of the node's slave API."""
+    """A registration of a node at the master. `api` is the URI of the node's slave API."""
 
     def register(self, master: MasterClient, api: str, /) -> None: ...
 
     def unregister(self, master: MasterClient, api: str, /) -> None: ...
 
     def __str__(self) -> str:
-        """What it is, as messages name it: `publication [/chatter]`."""
+        """Return a description for log messages: `publication [/chatter]`."""
         ...
 
 
@@ -56,7 +56,7 @@ class PublicationEntry:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SubscriptionEntry:
-    """A subscription. `ask` is called before the master is asked, and returns what takes its answer."""
+    """A subscription. `ask` is called before the master, and returns the function that takes its answer."""
 
     topic: str
     type: str
@@ -104,7 +104,7 @@ class ParameterEntry:
 
 
 class Registrations:
-    """Keeps the master's view of a node equal to what the node has."""
+    """Keeps a node's registrations at the master up to date."""
 
     def __init__(self, master: MasterClient, node_name: str, api: str, log: logging.Logger) -> None:
         self._master = master
@@ -117,21 +117,21 @@ class Registrations:
         self._is_closed = False
 
     def add(self, entry: Entry) -> None:
-        """Registers an entry. A refusal is reported; a master that cannot be reached gets the entry later."""
+        """Register an entry. A refusal is logged; a master that cannot be reached gets the entry later."""
         with self._lock:
             if not self._is_closed:
                 self._entries.append(entry)
                 self._register(entry)
-                self._tell(entry, is_added=True)
+                self._notify_observers(entry, is_added=True)
 
     def renew(self, entry: Entry) -> None:
-        """Registers an entry once more, if it was not taken back meanwhile, for what the master answers."""
+        """Register an entry again, unless it was removed meanwhile, to get the master's answer."""
         with self._lock:
             if entry in self._entries and not self._is_closed:
                 self._register(entry)
 
     def is_replaced(self) -> bool:
-        """True when the master has another node by this name. Blocks; False when the master does not say."""
+        """Return whether the master has another node with this name; False if it does not answer. Blocks."""
         try:
             api: object = self._master.call("lookupNode", self._node_name, timeout_s=WATCH_DEADLINE_S)
         except PiprosError:
@@ -139,30 +139,30 @@ class Registrations:
         return isinstance(api, str) and api != self._api
 
     def remove(self, entry: Entry) -> None:
-        """Takes an entry back. After `close`, which took all of them back, it does nothing."""
+        """Unregister an entry. Does nothing after `close`, which unregistered all of them."""
         with self._lock:
             if entry in self._entries:
                 if self._unregister(entry, self._master) or not self._is_closed:
                     self._entries.remove(entry)  # otherwise `close`, which interrupted the call, repeats it
-                self._tell(entry, is_added=False)
+                self._notify_observers(entry, is_added=False)
 
     def observe(self, observer: Callable[[Entry, bool], object]) -> None:
-        """Calls the function with each entry that is added (True) or removed (False) from now on.
+        """Call `observer` with each entry that is added (True) or removed (False) from now on.
 
-        It is called while entries cannot change, and must not raise.
+        It is called with the entries locked, and must not raise.
         """
         self._observers.append(observer)
 
-    def _tell(self, entry: Entry, *, is_added: bool) -> None:
+    def _notify_observers(self, entry: Entry, *, is_added: bool) -> None:
         for observer in self._observers:
             observer(entry, is_added)
 
     def close(self) -> None:
-        """Takes all entries back, the last one first; gives up when the master does not answer."""
+        """Unregister all entries, the last one first; give up if the master does not answer."""
         self._is_closed = True
-        # A thread that still registers something holds the lock, and may wait for ever.
-        self._master.interrupt(FAREWELL_DEADLINE_S)
-        master = MasterClient(self._master.uri, self._node_name, timeout_s=FAREWELL_DEADLINE_S)
+        # A thread that still registers an entry holds the lock, and may wait forever.
+        self._master.interrupt(UNREGISTER_TIMEOUT_S)
+        master = MasterClient(self._master.uri, self._node_name, timeout_s=UNREGISTER_TIMEOUT_S)
         with self._lock:
             while self._entries and self._unregister(self._entries.pop(), master):
                 pass
@@ -170,7 +170,7 @@ class Registrations:
         master.close()
 
     async def watch(self) -> None:
-        """Runs until cancelled: registers all entries again whenever the master does not know the node."""
+        """Register all entries again whenever the master does not know the node. Runs until cancelled."""
         client = AsyncRpcClient(self._master.uri)
         try:
             await self._watch(client)
@@ -178,7 +178,7 @@ class Registrations:
             client.close()
 
     async def _watch(self, client: AsyncRpcClient) -> None:
-        # Over one connection and encoded once: a node that is silent should cost next to nothing.
+        # Over one connection and encoded once: a silent node should cost almost nothing.
         question = encode_call("lookupNode", (self._node_name, self._node_name))
         is_away = False
         while True:
@@ -219,12 +219,12 @@ class Registrations:
         try:
             entry.unregister(master, self._api)
         except (Refused, ValueError):
-            pass  # the master does not know the entry: it is gone anyway
+            pass  # the master does not know the entry: it is unregistered already
         except PiprosError:
             return False
         return True
 
 
 def _has_forgotten(answer: Any) -> bool:
-    """Whether a master says that it does not know a node. A malformed answer does not count."""
+    """Return whether a master's answer says that it does not know a node; False for a malformed one."""
     return isinstance(answer, list) and answer[:1] in ([-1], [0])

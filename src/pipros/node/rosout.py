@@ -1,4 +1,4 @@
-"""The `/rosout` node: repeats on `/rosout_agg` what nodes publish on `/rosout`, and logs it to a file."""
+"""The `/rosout` node: republishes `/rosout` on `/rosout_agg`, and logs the messages to a file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pipros.node.node import Node
 from pipros.printable import listed, printable_lines
 
 QUEUE_SIZE = 1000
-"""Lines that may wait for one reader of `/rosout_agg`, as in genuine rosout."""
+"""Maximum number of lines queued for one subscriber of `/rosout_agg`, as in genuine rosout."""
 
 _NAMES = {1: "DEBUG", 2: "INFO", 4: "WARN", 8: "ERROR", 16: "FATAL"}
 
@@ -23,12 +23,12 @@ _NAMES = {1: "DEBUG", 2: "INFO", 4: "WARN", 8: "ERROR", 16: "FATAL"}
 class RosoutAggregator:
     """Runs the `/rosout` node inside this process. Use it as a context manager, or start and stop it.
 
-    In the file every message is one line and the rest follows after tabs below it: no sender can forge a
-    line of another. Control characters are escaped.
+    In the file, continuation lines of a message are indented by a tab, so no sender can forge a line of
+    another. Control characters are escaped.
     """
 
     def __init__(self, environment: Environment, log_file: Path | None = None) -> None:
-        """Nothing is connected until `start`.
+        """Store the settings; `start` connects.
 
         Args:
             environment: names the master.
@@ -40,10 +40,10 @@ class RosoutAggregator:
         self._handler: logging.Handler | None = None
 
     def start(self) -> None:
-        """Registers the node with the master.
+        """Register the node with the master.
 
         Raises:
-            OSError: the log file cannot be made. The node was not started.
+            OSError: the log file cannot be created. The node was not started.
         """
         if self._log_file is not None:
             self._handler = open_file_handler(self._log_file)
@@ -56,7 +56,7 @@ class RosoutAggregator:
         serve_loggers(self.node)
 
     def stop(self) -> None:
-        """Ends the node and closes the file. May be repeated."""
+        """End the node and close the file. May be called repeatedly."""
         self.node.shutdown("the end of rosout")
         if self._handler is not None:
             self._handler.close()

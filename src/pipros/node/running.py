@@ -1,4 +1,4 @@
-"""The parts of a node that exist from start to shutdown: its ports, and its entries at the master."""
+"""The parts of a node that exist from start to shutdown: its ports, and its registrations at the master."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from pipros.node.registration import Registrations
 from pipros.node.slave import on_bad_arity
 
 SHUTDOWN_DEADLINE_S = 2.0
-"""How long the end of a node may wait for its event loop to close everything."""
+"""How long shutdown waits for the event loop to close everything."""
 RPC_SHARE = 0.125
-"""How much of the process's descriptors the connections of the slave API may take."""
+"""The share of the process's descriptors for connections of the slave API."""
 
 
 class RunningNode:
-    """The servers of a node that was started, and what depends on their ports.
+    """The servers of a started node, and the objects that depend on their ports.
 
     Attributes:
-        uri: where the slave API answers.
-        registrations: the entries of the node at the master.
+        uri: the URI of the slave API.
+        registrations: those of the node at the master.
         endpoints: its topics and services.
     """
 
@@ -39,7 +39,7 @@ class RunningNode:
     endpoints: Endpoints
 
     def __init__(self, name: str, master: MasterClient, loop: BackgroundLoop, log: logging.Logger) -> None:
-        """Nothing is open until `open`."""
+        """Store the settings; `open` opens the ports."""
         self._name = name
         self._master = master
         self._loop = loop
@@ -56,19 +56,19 @@ class RunningNode:
         ports: tuple[int, int],
         limits: Limits,
     ) -> None:
-        """Opens the ports of the slave API and of TCPROS. In the event loop.
+        """Open the ports of the slave API and of TCPROS. Runs in the event loop.
 
         No request is answered before this has returned.
 
         Args:
-            methods: what the slave API answers.
+            methods: the methods of the slave API.
             host: the host that peers connect to.
             bind_host: the address to listen on.
-            ports: those of the slave API and of TCPROS; 0 takes a free one.
-            limits: what peers may cost.
+            ports: those of the slave API and of TCPROS; 0 selects a free one.
+            limits: the limits on the cost of peers.
 
         Raises:
-            OSError: the address is not of this machine, or a port is taken.
+            OSError: the address does not belong to this machine, or a port is in use.
         """
         rpc_connections = limits.rpc_connections or connections_that_fit(RPC_SHARE)
         self._rpc = RpcServer(
@@ -111,7 +111,7 @@ class RunningNode:
         return [*self._tcpros.descriptors, *self._rpc.descriptors]
 
     def leave(self) -> None:
-        """Takes back all entries at the master, ends all links and closes the ports. Blocks."""
+        """Unregister at the master, end all links and close the ports. Blocks."""
         self.registrations.close()
         self.endpoints.close()
         try:

@@ -39,11 +39,11 @@ _LARGEST_CHUNK_BYTES = 4 * 1024 * 1024
 
 
 class ServiceFailed(PiprosError):
-    """A service call brought no response: no server, refused, answered with an error, or broken."""
+    """A service call failed: no server, a refusal, an error reply, or a broken connection."""
 
 
 class CallTimeout(ServiceFailed):
-    """A service call took longer than it was given."""
+    """A service call exceeded its timeout."""
 
 
 class Interruptible(Protocol):
@@ -55,7 +55,7 @@ class Interruptible(Protocol):
 
 
 class OpenCalls:
-    """Calls under way, to be ended together; may be a part of others."""
+    """Running calls that can be interrupted together; may be a part of another such group."""
 
     def __init__(self, part_of: OpenCalls | None = None) -> None:
         self._open: WeakSet[Interruptible] = WeakSet()
@@ -76,7 +76,7 @@ class OpenCalls:
             self._open.discard(call)
 
     def interrupt(self) -> None:
-        """Ends every call under way, and those to come."""
+        """End all running and future calls."""
         with self._lock:
             self._is_interrupted = True
             calls = list(self._open)
@@ -84,7 +84,7 @@ class OpenCalls:
             call.interrupt()
 
     def interrupt_present(self) -> None:
-        """Ends every call under way; later ones are made as before."""
+        """End all running calls; later ones are not affected."""
         with self._lock:
             calls = list(self._open)
         for call in calls:
@@ -92,7 +92,7 @@ class OpenCalls:
 
 
 class ServiceClient:
-    """Calls one service. Calls of several threads go over connections of their own, unless persistent."""
+    """Calls one service. Each call has its own connection, unless the client is persistent."""
 
     def __init__(
         self,
@@ -105,38 +105,38 @@ class ServiceClient:
         headers: Mapping[str, str] | None = None,
         limits: Limits | None = None,
     ) -> None:
-        """Nothing is connected yet.
+        """Store the settings; the first call connects.
 
         Args:
             service: the global name.
             service_class: its class.
-            master: the master to ask where the service is.
-            calls: the open calls to be interrupted together.
+            master: the master that is queried for the service's URI.
+            calls: the running calls that are interrupted together.
             persistent: keeps one connection for all calls.
             headers: reach the handler in the connection header.
-            limits: what the server may cost; by default those of the process.
+            limits: the limits on the cost of the server; by default those of the process.
         """
         self._limits = limits
         self.calls = OpenCalls(part_of=calls)
         self.service = service
-        self.uri: str | None = None  # where the server was at the last call
+        self.uri: str | None = None  # the server's URI at the last call
         self._interface = WireType(service_class._type, service_class._md5sum)
         self._decode = decoder(service_class._response_class)
         self._master = master
         self._persistent = persistent
         self._headers = headers
         self._numbers = itertools.count(1)
-        # Outlives the connections: whether servers answer at once is learnt.
+        # Outlives the connections, because it learns whether servers answer at once.
         self._poller = PollingReceiver(REPLY_POLL_S)
         self._kept: ServiceLink | None = None
-        self._turn = threading.Lock()  # of the kept link
+        self._turn = threading.Lock()  # for use of the kept link
 
     def call(self, request: Message, timeout_s: float | None = None) -> Any:
-        """Sends the request and returns the response.
+        """Send the request and return the response.
 
         Raises:
-            CallTimeout: there was none within `timeout_s`.
-            ServiceFailed: nobody offers the service, or it answered with an error.
+            CallTimeout: there was no response within `timeout_s`.
+            ServiceFailed: no node offers the service, or it replied with an error.
         """
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         number(request, next(self._numbers))
@@ -159,7 +159,7 @@ class ServiceClient:
         return response
 
     def probe(self, timeout_s: float) -> None:
-        """Asks whether a server really answers; raises ServiceFailed if not."""
+        """Check that a server really answers; raise ServiceFailed if not."""
         deadline = time.monotonic() + timeout_s
         interface = WireType("*", "*")
         link = ServiceLink(
@@ -177,11 +177,11 @@ class ServiceClient:
 
     @property
     def kept(self) -> ServiceLink | None:
-        """The connection that a persistent client keeps; None before its first call."""
+        """The open connection of a persistent client; None before its first call."""
         return self._kept
 
     def close(self) -> None:
-        """Closes the kept connection of a persistent client; another call raises."""
+        """Close the connection of a persistent client; later calls raise."""
         kept, self._kept = self._kept, None
         if kept is not None:
             kept.close()
@@ -228,24 +228,24 @@ class ServiceLink:
         calls: OpenCalls | None = None,
         limits: Limits | None = None,
     ) -> None:
-        """Connects and shakes hands.
+        """Connect and exchange headers.
 
         Args:
-            uri: where the server is, `rosrpc://host:port`.
+            uri: the URI of the server, `rosrpc://host:port`.
             service: the global name.
-            caller_id: the name of the node that calls.
+            caller_id: the name of the calling node.
             interface: the type and md5 sum that the server must have; `*` for any.
-            deadline: of `time.monotonic`, for all of it.
-            persistent: tells the server that several calls will come.
-            probe: tells the server that none will come.
+            deadline: of `time.monotonic`, for connecting and the headers.
+            persistent: announces several calls to the server.
+            probe: announces that no call will follow.
             extra: further fields for the connection header.
             poller: decides whether to busy-poll, and learns from it.
             calls: the open calls that the link belongs to until it is closed.
-            limits: what the server may cost; by default those of the process.
+            limits: the limits on the cost of the server; by default those of the process.
 
         Raises:
             CallTimeout: the deadline passed.
-            ServiceFailed: nobody answers at `uri`, the server refuses, or it was interrupted.
+            ServiceFailed: no server answers at `uri`, it refuses, or the call was interrupted.
         """
         self._poller = poller or PollingReceiver(REPLY_POLL_S)
         self._calls = calls or OpenCalls()
@@ -279,11 +279,11 @@ class ServiceLink:
         self._is_busy = False
 
     def call(self, service: str, request: Message, deadline: float | None) -> bytes:
-        """Sends a request and returns the body of the response.
+        """Send a request and return the body of the response.
 
         Raises:
             CallTimeout: the deadline (of `time.monotonic`) passed; the link is closed.
-            ServiceFailed: the server answered with an error, or the connection broke.
+            ServiceFailed: the server replied with an error, or the connection broke.
         """
         body = encoder(type(request))(request)
         self._is_busy = True
@@ -307,14 +307,14 @@ class ServiceLink:
     def _connect(self, host: str, port: int, deadline: float | None) -> None:
         self.sock = self._connector.connect(host, port, deadline, self._limits.handshake_s)
         self._is_connected = True
-        if self._connector.is_interrupted:  # and `interrupt` may not have seen the socket
+        if self._connector.is_interrupted:  # `interrupt` may have missed the socket
             raise Interrupted("the call was interrupted")
         sockets.prepare(self.sock)
 
     def _exchange_headers(
         self, header: Mapping[str, str], deadline: float | None
     ) -> tuple[Mapping[str, str], bytes]:
-        """Sends a connection header; returns that of the server, and what was received after it."""
+        """Send a connection header; return that of the server, and the bytes received after it."""
         self.sock.settimeout(_remaining(deadline, self._limits.handshake_s))
         self.sock.sendall(encode_header(header))
         self.sock.settimeout(None)
@@ -330,7 +330,7 @@ class ServiceLink:
                 return fields, reader.rest
 
     def _receive_reply(self, deadline: float | None) -> tuple[bool, bytes]:
-        """Whether the call succeeded, and the response or the text of the error."""
+        """Return whether the call succeeded, and the response or the error text."""
         replies = self._replies
         while (reply := replies.next_reply()) is None:
             most = min(max(replies.missing_bytes, _CHUNK_BYTES), _LARGEST_CHUNK_BYTES)
@@ -341,13 +341,13 @@ class ServiceLink:
         return reply
 
     def interrupt(self) -> None:
-        """Ends a call that another thread waits for, whatever it waits for."""
+        """End a call of another thread, in any phase."""
         self._connector.interrupt()
         if self._is_connected:
             sockets.abort(self.sock)
 
     def interrupt_present(self) -> None:
-        """The same, unless nobody waits: a link that is kept for the next call stays."""
+        """End a running call; an idle link, kept for the next call, stays open."""
         if self._is_busy:
             self.interrupt()
 
@@ -363,7 +363,7 @@ class ServiceLink:
 
 
 def split_service_uri(uri: str) -> tuple[str, int]:
-    """Host and port of `rosrpc://host:port`. Raises ServiceFailed for anything else."""
+    """Return the host and port of `rosrpc://host:port`. Raises ServiceFailed for any other URI."""
     with contextlib.suppress(ValueError):
         host, port, _ = split_uri(uri, ["rosrpc"])
         if port:
@@ -380,10 +380,10 @@ def _cannot_connect(service: str, error: Exception, deadline: float | None) -> S
 
 
 def _remaining(deadline: float | None, longest_s: float | None = None) -> float | None:
-    """Seconds until the deadline, for a socket's time limit; raises TimeoutError when it has passed."""
+    """Return the seconds until the deadline, for a socket's timeout; raise TimeoutError if it has passed."""
     if deadline is None:
         return longest_s
     remaining = deadline - time.monotonic()
     if remaining <= 0:
-        raise TimeoutError("the time is up")
+        raise TimeoutError("the deadline has passed")
     return remaining if longest_s is None else min(remaining, longest_s)

@@ -2,12 +2,12 @@
 
 Theory of operation. At any moment, one of these owns a connection:
 
-- the event loop, while it waits for a request: that costs no thread;
+- the event loop, while it waits for a request, which needs no thread;
 - a worker thread, while it answers a call. Before that, and after the reply to a client that keeps its
-  connection, the thread waits up to `THREAD_WAIT_S` for the next request, because it answers one that
-  follows at once much sooner than the event loop would. Only `WAITING_THREADS` connections of a node have a
-  thread that waits: a flood of connections costs no more threads than that;
-- the event loop, while it sends the rest of a reply that the client did not take at once.
+  connection, the thread waits up to `THREAD_WAIT_S` for the next request, because it answers a prompt one
+  much sooner than the event loop would. Only `WAITING_THREADS` connections of a node have a waiting thread,
+  so a flood of connections costs no more threads than that;
+- the event loop, while it sends the rest of a reply that the client did not read at once.
 
 The owner closes the connection. Others `abort` it, and the owner closes it soon after.
 """
@@ -30,10 +30,10 @@ from pipros.net.tcpros import TcprosConnection
 from pipros.wire.frames import FrameBuffer
 
 THREAD_WAIT_S = 0.05
-"""How long a thread waits for a request, or for room for a reply, before the event loop does."""
+"""How long a thread waits for a request, or for room for a reply, before the event loop takes over."""
 
 SEND_S = 0.5
-"""How long a thread sends a reply to a client that keeps taking some of it."""
+"""How long a thread sends a reply to a client that keeps reading some of it."""
 
 WAITING_THREADS = 8
 """How many connections of a node may have a thread that waits for a request."""
@@ -42,10 +42,10 @@ PROGRESS_BYTES = 1024 * 1024
 """A peer that sends or reads this much gets another `Limits.request_s` for the rest."""
 
 _TURN_BYTES = 256 * 1024
-"""The most that the event loop takes from one connection in one turn."""
+"""Maximum number of bytes that the event loop reads from one connection in one turn."""
 
 _FLOWING_BYTES = 4 * 1024
-"""A thread waits for a client that sends or takes at least this much at a time."""
+"""A thread waits for a client that sends or reads at least this many bytes at a time."""
 
 _PIECES = 8
 """How many smaller pieces of a request a thread waits for."""
@@ -53,17 +53,17 @@ _PIECES = 8
 _pack_reply = struct.Struct("<BI").pack
 
 Reply = tuple[bool, Sequence[bytes | memoryview]]
-"""Whether the call succeeded, and the response or the text of the error."""
+"""Whether the call succeeded, and the response or the error text."""
 
 
 class Slots:
-    """Bounds how many may do something at a time, without waiting. Quicker than a semaphore."""
+    """A non-blocking limit on concurrent users. Faster than a semaphore."""
 
     def __init__(self, count: int) -> None:
         self._free = deque([None] * count)
 
     def try_acquire(self) -> bool:
-        """False when none is free."""
+        """Acquire a slot; return False if none is free."""
         try:
             self._free.pop()
         except IndexError:
@@ -75,13 +75,13 @@ class Slots:
 
 
 class Server(Protocol):
-    """What a connection asks of the service that it belongs to.
+    """The part of a service that its connections use.
 
     Attributes:
-        loop: where its connections wait.
+        loop: the event loop in which its connections wait.
         connections: the table of all connections of the node.
-        waiting_threads: bounds the threads that wait for a request.
-        unread: the replies that clients do not take.
+        waiting_threads: limits the threads that wait for a request.
+        unread: the bytes of replies that clients have not read.
         request_s, frame_bytes: see `Limits`.
         is_closed: no more calls are answered.
     """
@@ -95,13 +95,13 @@ class Server(Protocol):
     is_closed: bool
 
     def run(self, serve: Callable[[], None]) -> bool:
-        """Has a worker thread call `serve` when one is free; False when there is and will be none."""
+        """Call `serve` in a worker thread when one is free; return False if none is or will be."""
 
     def answer(self, frame: memoryview, fields: Mapping[str, str]) -> Reply | None:
-        """Answers one call; None when the request was malformed, and the link must end."""
+        """Answer one call; return None if the request was malformed and the link must end."""
 
     def forget(self, connection: ServiceConnection) -> None:
-        """The connection is closed."""
+        """Remove a connection that is closed."""
 
 
 class ServiceConnection:
@@ -133,13 +133,13 @@ class ServiceConnection:
         self._poller = PollingReceiver(REPLY_POLL_S)
         self._buffer = FrameBuffer(server.frame_bytes)
         self._frames: Iterator[memoryview] = self._buffer.feed(connection.rest)
-        self._frame: memoryview | None = None  # the next, if the loop has found it
+        self._frame: memoryview | None = None  # the next request, if the loop has received it
         self._unsent = memoryview(b"")
         self._is_answered = False
         self._moved = 0
 
     def start(self, unsent: bytes) -> None:
-        """Begins to serve; `unsent` is what is left of the answering header. Called in the event loop."""
+        """Start serving; `unsent` is the rest of the reply header. Called in the event loop."""
         self._unsent = memoryview(unsent)
         if not self.is_persistent:
             self._expect_progress()
@@ -148,10 +148,10 @@ class ServiceConnection:
         elif self._server.waiting_threads.try_acquire():
             self._have_served(self._wait_and_serve)
         else:
-            self._go_on()
+            self._continue()
 
     def abort(self) -> None:
-        """Ends the connection; its owner closes it. From any thread, may be repeated."""
+        """End the connection; its owner closes it. May be called repeatedly, from any thread."""
         sockets.abort(self._sock)
 
     # -- in a worker thread -------------------------------------------------------
@@ -160,9 +160,9 @@ class ServiceConnection:
         self._serve(waits=True)
 
     def _serve(self, *, waits: bool = False) -> None:
-        """Answers calls for as long as they follow each other closely.
+        """Answer calls for as long as they follow each other closely.
 
-        `waits`: waits for the first one; a slot of `waiting_threads` was acquired for that.
+        With `waits`, wait for the first one; a slot of `waiting_threads` was acquired for this.
         """
         server = self._server
         is_held = is_handed_over = False
@@ -185,22 +185,22 @@ class ServiceConnection:
                 waits = server.waiting_threads.try_acquire()
             is_handed_over = self._hand_over(self._wait_in_loop)
         except (OSError, ProtocolError):
-            pass  # the client has gone, or talks garbage: its connection ends, others go on
+            pass  # the client has disconnected or sent garbage: only its connection ends
         finally:
             if waits:
                 server.waiting_threads.release()
             if not is_handed_over:
                 self.close()
 
-    def _hand_over(self, go_on: Callable[[], None]) -> bool:
-        """Has the event loop go on with the connection, unless that is about to end."""
+    def _hand_over(self, proceed: Callable[[], None]) -> bool:
+        """Pass the connection to the event loop, which calls `proceed`; return False if it is ending."""
         if self._server.is_closed:
             return False
-        self._server.loop.call(go_on)
+        self._server.loop.call(proceed)
         return True
 
     def _next_frame(self, wait_s: float) -> memoryview | None:
-        """The next request; None when it does not come in time.
+        """Return the next request; None if it does not arrive in time.
 
         Raises:
             OSError: the connection has ended.
@@ -225,13 +225,13 @@ class ServiceConnection:
         return frame
 
     def _send(self, reply: Reply) -> bool:
-        """Sends a reply; False when the client does not take it at once."""
+        """Send a reply; return False if the client does not read it at once."""
         is_success, body = reply
         self._is_answered = True
         data = b"".join((_pack_reply(is_success, sum(map(len, body))), *body))
         try:
             sent = self._sock.send(data)
-        except BlockingIOError:  # it has not read what was sent before
+        except BlockingIOError:  # it has not read the previous bytes
             sent = 0
         if sent == len(data):
             return True
@@ -254,8 +254,8 @@ class ServiceConnection:
                 self._server.waiting_threads.release()
             self.close()
 
-    def _go_on(self) -> None:
-        """Has the next request answered if it is there already, or waits for it."""
+    def _continue(self) -> None:
+        """Have the next request answered if it has arrived, else wait for it."""
         try:
             self._frame = next(self._frames, None)
         except ProtocolError:
@@ -276,7 +276,7 @@ class ServiceConnection:
         self._server.loop.asyncio.add_reader(self._sock.fileno(), self._read)
 
     def _read(self) -> None:
-        """Takes a part of a request; when it is complete, a worker goes on."""
+        """Read a part of a request; pass a complete one to a worker."""
         try:
             count = self._sock.recv_into(self._buffer.space()[:_TURN_BYTES])
             if count:
@@ -297,7 +297,7 @@ class ServiceConnection:
             self.close()
 
     def _send_in_loop(self) -> None:
-        """Sends what is unsent as the client takes it, up to a deadline."""
+        """Send the rest of a reply as the client reads it, until a deadline."""
         self._server.connections.mark_used(self)
         self._expect_progress()
         self._server.unread.note(self, len(self._unsent))
@@ -323,12 +323,12 @@ class ServiceConnection:
         if self.is_persistent:
             self._server.connections.clear_deadline(self)
         self._unsent = memoryview(b"")
-        self._go_on()
+        self._continue()
 
     # -- in either --------------------------------------------------------------------
 
     def _note_progress(self, count: int) -> None:
-        """Bytes have moved: with enough of them, there is time for more."""
+        """Count transferred bytes: enough of them extend the deadline."""
         self._moved += count
         if self._moved >= PROGRESS_BYTES:
             self._moved = 0
@@ -340,7 +340,7 @@ class ServiceConnection:
         self._server.connections.set_deadline(self, self.last_used + self._server.request_s)
 
     def close(self) -> None:
-        """Closes the connection. For its owner only."""
+        """Close the connection. For its owner only."""
         self._sock.close()
         self._server.connections.remove(self)
         self._server.forget(self)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class ServiceClass(Protocol):
-    """What a generated service type offers: `std_srvs.srv.Empty` for example."""
+    """A generated service class, for example `std_srvs.srv.Empty`."""
 
     _type: str
     _md5sum: str
@@ -37,14 +37,14 @@ class ServiceClass(Protocol):
 
 
 class HandlerError(Exception):
-    """Raised by a handler's adapter: the text goes to the client without a log entry here."""
+    """Raised by a handler's adapter: the text is sent to the client without being logged here."""
 
 
 class ServiceServer:
-    """Answers the calls of one service. Those of different connections run at the same time, in threads.
+    """Answers the calls of one service. Calls on different connections run concurrently, in threads.
 
-    `handler` gets the request and returns the response; it may block. When it raises, the client
-    gets the text, and `on_error` is called.
+    `handler` gets the request and returns the response; it may block. If it raises, the client gets the error
+    text, and `on_error` is called.
     """
 
     def __init__(
@@ -80,9 +80,9 @@ class ServiceServer:
         self.is_closed = False
 
     def attach(self, connection: TcprosConnection) -> None:
-        """Takes over a connection whose header names this service: answers it, and has it served.
+        """Take over a connection whose header names this service: send the reply header, and serve it.
 
-        Called in the event loop, which answers at once, while a thread gets ready for the request.
+        Called in the event loop, which replies at once, while a thread gets ready for the request.
         """
         refusal = service_refusal(connection.fields, self.interface)
         if refusal:
@@ -104,36 +104,36 @@ class ServiceServer:
             return
         try:
             sent = connection.sock.send(answer)
-        except OSError:  # it left while it was being answered
+        except OSError:  # it disconnected during the reply
             is_probe = True
         if is_probe:
             served.close()
             return
         self._open.add(served)
-        if self.is_closed:  # and `close` may not have seen this connection
+        if self.is_closed:  # `close` may have missed this connection
             served.abort()
         served.start(answer[sent:])
 
     def close(self) -> None:
-        """Ends all connections; a handler under way ends by itself."""
+        """End all connections. A running handler is not interrupted."""
         self.is_closed = True
         for connection in list(self._open):
             connection.abort()
 
-    # -- for its connections ----------------------------------------------------------
+    # -- called by connections --------------------------------------------------------
 
     def run(self, serve: Callable[[], None]) -> bool:
-        """Calls `serve` in a worker thread; False, and a logged error, when the system gives no thread."""
+        """Call `serve` in a worker thread; log an error and return False if the system cannot start one."""
         try:
             self._workers.run(serve)
-        except RuntimeError as error:  # rather no answer at all than one to wait for
+        except RuntimeError as error:  # better no reply than one that never arrives
             if not interpreter_ends(error):
                 self._context.log.error("service [%s]: cannot serve a call: %s", self.name, error)
             return False
         return True
 
     def answer(self, frame: memoryview, fields: Mapping[str, str]) -> Reply | None:
-        """Handles one call; None when the request was malformed, and the link must end."""
+        """Handle one call; return None if the request was malformed and the link must end."""
         try:
             request = self._decode(frame)
         except Exception as error:
@@ -160,7 +160,7 @@ class ServiceServer:
 
 
 def _text_of(what: str, error: BaseException) -> bytes:
-    """The text of an exception for the client. File names may hold what UTF-8 cannot."""
+    """Return the text of an exception for the client. File names in it may have characters outside UTF-8."""
     try:
         return f"{what}: {error}".encode("utf-8", "backslashreplace")
     except Exception:  # its __str__ raises

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM, which end the node whatever the main thread is doing."""
+"""Ctrl-C and SIGTERM handling that ends the node whatever the main thread is doing."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from pipros.node.node import Node
 from pipros.posix import call_in_children
 
 _FROM_HANDLER = 0x80
-"""Set in the byte that the handler writes, beside the number of the signal."""
+"""A bit of the byte that the handler writes, in addition to the number of the signal."""
 
 _BOTH_REPORT_WITHIN_S = 1.0
 """The handler and the interpreter report the same signal within this time, if both do."""
 
 _SENT_TWICE_WITHIN_S = 0.2
-"""A signal that comes again so soon counts once: `timeout` sends its command each signal twice."""
+"""A signal repeated within this time counts once: `timeout` sends its command each signal twice."""
 
 _INSIST_AFTER_S = 0.1
-"""How long the main thread may go on after the end of the node, and then how often it is interrupted."""
+"""How long the main thread may continue after the end of the node, and then how often it is interrupted."""
 
 
 class NotInMainThread(PiprosError, RuntimeError):
@@ -36,27 +36,27 @@ class NotInMainThread(PiprosError, RuntimeError):
 
 
 class Signals:
-    """Takes SIGINT and SIGTERM over, once a process.
+    """Handles SIGINT and SIGTERM; one per process.
 
     Theory of operation. Python calls handlers only when the main thread runs Python code, so a signal that
-    comes just before it begins to wait would be lost. The interpreter writes each signal's number to a
-    descriptor at once, though, and the node's event loop reads it. Other code may have that descriptor for a
-    while (asyncio, matplotlib), or call our handler from one of its own; so the handler writes to the same
-    descriptor, and a signal that is reported both ways counts once. When our handler has been replaced, the
-    new one alone decides what a signal means.
+    arrives just before it begins to wait would be lost. The interpreter writes each signal's number to a
+    descriptor at once, though, and the node's event loop reads it. Other code may replace that descriptor for
+    a while (asyncio, matplotlib), or call our handler from its own; so the handler writes to the same
+    descriptor, and a signal that is reported both ways counts once. If our handler has been replaced, only
+    the new one decides the effect of a signal.
 
     The handler raises nothing while the node runs: an exception between any two byte codes of the main thread
     could leave a lock taken that the end of the node needs. It raises KeyboardInterrupt once the node has
-    ended: a further Ctrl-C ends a main thread that goes on.
+    ended: a further Ctrl-C ends a main thread that continues.
 
-    A forked child gets the handlers that the process had before: it is not the node.
+    A forked child is not the node, and gets the previous handlers of the process.
     """
 
     def __init__(self, end: Callable[[str], object], *, insist: bool = False) -> None:
-        """`end` is called with the reason, in a thread of its own, at the first signal.
+        """Call `end` with the reason, in a separate thread, at the first signal.
 
-        With `insist` the main thread is interrupted if it has not called `uninstall` soon after that, and
-        also after an end that another thread began, for `rosnode kill`.
+        With `insist`, interrupt the main thread if it has not called `uninstall` soon after that; also after
+        a shutdown that another thread began, for `rosnode kill`.
         """
         self._end = end
         self._insist = insist
@@ -67,19 +67,21 @@ class Signals:
         self._has_ended = False
         self._is_uninstalled = OnceEvent()
         self._by_interpreter: set[int] = set()  # signals that the handler has not reported yet
-        self._by_handler: dict[int, float] = {}  # signals that the interpreter has not, and since when
+        self._by_handler: dict[
+            int, float
+        ] = {}  # signals that the interpreter has not reported yet, with their times
         self._sockets: tuple[socket.socket, socket.socket]
 
     @property
     def have_come(self) -> bool:
-        """True once a signal has ended the node, or, with `insist`, another thread has."""
+        """Whether a signal, or with `insist` another thread, has ended the node."""
         return self._ending is not None
 
     def install(self) -> None:
-        """Installs the handlers: signals are kept from now on for `listen`.
+        """Install the handlers: further signals are kept for `listen`.
 
         Raises:
-            NotInMainThread: this is another thread.
+            NotInMainThread: called from another thread.
         """
         if threading.current_thread() is not threading.main_thread():
             raise NotInMainThread("signals can be handled in the main thread only")
@@ -93,13 +95,13 @@ class Signals:
         call_in_children(self._uninstall_in_child)
 
     def listen(self, node: Node) -> None:
-        """Has signals end the node, also those since `install`. They are read in its event loop."""
+        """Let signals end the node, including those since `install`. They are read in its event loop."""
         node.add_reader(self._sockets[0], self._read)
         if self._insist:
             node.on_shutdown(self._insist_on_end)
 
     def listen_anew(self, node: Node) -> None:
-        """Has signals end a later node, as they did the one before. Those that came in between are lost."""
+        """Let signals end a later node. Those that arrived after the end of the previous node are lost."""
         if self._ending is not None and self._ending is not threading.current_thread():
             self._ending.join()
         with contextlib.suppress(BlockingIOError):
@@ -111,7 +113,7 @@ class Signals:
         self.listen(node)
 
     def uninstall(self) -> None:
-        """Restores what was there before `install`. In the main thread, once the node has ended."""
+        """Restore the previous handlers. Call it in the main thread, once the node has ended."""
         try:
             self._is_uninstalled.set()
             if self._ending is not None:
@@ -122,13 +124,13 @@ class Signals:
             sock.close()
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
-        """Our handler: called by Python in the main thread, or by a handler that replaced it."""
+        """Report a signal. Called by Python in the main thread, or by a handler that replaced this one."""
         if self._has_ended:
             if number not in self._by_interpreter:
                 raise KeyboardInterrupt
             self._by_interpreter.remove(number)  # the signal that ended the node
             return
-        with contextlib.suppress(OSError):  # the buffer is full of signals: this one changes nothing
+        with contextlib.suppress(OSError):  # the buffer is full of signals: another one has no effect
             self._sockets[1].send(bytes((number | _FROM_HANDLER,)))
         previous = self._previous_handlers[number]
         if callable(previous) and previous is not signal.default_int_handler:
@@ -136,7 +138,7 @@ class Signals:
                 previous(number, frame)
 
     def _read(self) -> None:
-        """Takes the reports that have arrived. In the event loop."""
+        """Handle the reports that have arrived. Runs in the event loop."""
         for report in self._sockets[0].recv(64):
             number = report & ~_FROM_HANDLER
             if number not in self._previous_handlers:
@@ -155,10 +157,10 @@ class Signals:
             self._end_by(number)
 
     def _end_by(self, number: int) -> None:
-        """Ends the node in a thread of its own; a second signal, unless it comes at once, ends the process.
+        """End the node in a separate thread; a second signal, unless it follows at once, ends the process.
 
-        The main thread may be in the middle of anything, a publish for example, and may hold what
-        the end needs, so the end does not run on top of it.
+        The main thread may be in the middle of a publish, for example, and hold a lock that the shutdown
+        needs, so the shutdown does not run in the main thread.
         """
         if self._ending is None:
             self._start_end(f"signal-{number}")
@@ -166,7 +168,7 @@ class Signals:
             os._exit(128 + number)
 
     def _insist_on_end(self) -> None:
-        """A shutdown hook: the main thread shall notice an end that neither it nor a signal began."""
+        """Interrupt the main thread after a shutdown that neither it nor a signal began (a shutdown hook)."""
         if self._ending is None and threading.current_thread() is not threading.main_thread():
             self._start_end("the node ends")
 

@@ -1,7 +1,7 @@
 """The slave API: the XML-RPC calls of the master and other nodes to a node.
 
-Every answer is `[code, text, value]`. Sources: http://wiki.ros.org/ROS/Slave_API and, where it is
-silent, genuine rospy. Methods are looked up in a table, so that nothing else can be called.
+Every answer is `[code, text, value]`. Sources: http://wiki.ros.org/ROS/Slave_API and, where it is silent,
+genuine rospy. Methods are looked up in a table, so that no others can be called.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ SHUTDOWN_REFUSED: Final = (
 )
 
 _DOUBTED_LIMIT: Final = 100
-"""How many callers that are not trusted are named in the log."""
+"""How many untrusted callers are named in the log."""
 
 
 class SlaveNode(Protocol):
-    """What the slave API needs of its node."""
+    """The part of a node that the slave API uses."""
 
     name: str
     host: str
@@ -57,7 +57,7 @@ class SlaveNode(Protocol):
 def slave_methods(
     node: SlaveNode, master_uri: str, limits: Limits | None = None
 ) -> Mapping[str, Callable[..., Answer]]:
-    """The table of the methods that `node` answers."""
+    """Return the table of the slave API's methods for `node`."""
     api = SlaveApi(node, master_uri, limits or process_limits())
     return {
         "getBusInfo": api.get_bus_info,
@@ -76,7 +76,7 @@ def slave_methods(
 
 
 def on_bad_arity(method: str, params: tuple[Any, ...]) -> Answer:
-    """What genuine nodes answer to a call with the wrong number of parameters."""
+    """Return the answer of genuine nodes to a call with the wrong number of parameters."""
     value: object = "" if method == "getUri" else 0 if method in ("shutdown", "paramUpdate") else -1
     if not params:
         return [-1, "missing required caller_id parameter", value]
@@ -84,7 +84,7 @@ def on_bad_arity(method: str, params: tuple[Any, ...]) -> Answer:
 
 
 class SlaveApi:
-    """Answers for one node. Runs in the node's event loop and never blocks."""
+    """The methods of one node. They run in the node's event loop and never block."""
 
     def __init__(self, node: SlaveNode, master_uri: str, limits: Limits) -> None:
         self._node = node
@@ -218,7 +218,7 @@ class SlaveApi:
         return [1, "", 0]
 
     def request_topic(self, caller_id: str, topic: str, protocols: Any) -> Answer:
-        """The TCPROS address of a topic. Unknown protocols are skipped, as genuine nodes do."""
+        """Return the TCPROS address of a topic. Unknown protocols are skipped, as genuine nodes do."""
         del caller_id
         if not isinstance(topic, str) or not topic:
             return [-1, "ERROR: parameter [topic] must be a non-empty string", []]
@@ -243,15 +243,16 @@ class SlaveApi:
         return [1, "shutdown", 0]
 
     def _end_if_replaced(self, reason: str) -> None:
-        """Ends the node if another one has taken its name, which is why a master demands that."""
+        """End the node if another one has taken its name, the reason for which a master calls `shutdown`."""
         if self._node.registrations.is_replaced():
             self._node.shutdown_async(reason)
 
     def _is_trusted(self, caller_id: str, request: str) -> bool:
-        """Whether a call comes from where the master was found, or from this machine.
+        """Return whether a call comes from the master's address or from this machine.
 
-        A master may call from another address than the one it is reached at: behind NAT, in a container,
-        or with several networks. So what others say is not believed, but is a reason to ask the master.
+        A master may call from an address other than the one at which it is reached: behind NAT, in a
+        container, or with several networks. So calls from elsewhere are not trusted, but cause a query to the
+        master.
         """
         caller = current_caller.get()
         if caller.host in self._node.master.addresses or caller.is_here:
@@ -259,16 +260,16 @@ class SlaveApi:
         if (request, caller.host) not in self._doubted and len(self._doubted) < _DOUBTED_LIMIT:
             self._doubted.add((request, caller.host))
             self._node.log.warning(
-                "%s of [%s] came from %s, which is neither where the master was found nor this machine: "
+                "%s of [%s] came from %s, which is neither the address of the master nor this machine: "
                 "asking the master instead. Further ones from there are not logged",
                 request,
                 printable(caller_id),
-                caller.host or "a connection that is gone",
+                caller.host or "a closed connection",
             )
         return False
 
 
 def _is_url(text: str) -> bool:
-    """True for a text with a scheme and what follows `//`."""
+    """Return True for text with a scheme and a part after `//`."""
     scheme, sign, rest = text.partition("://")
     return bool(scheme and sign and rest.partition("/")[0])

@@ -1,4 +1,4 @@
-"""Command-line arguments and parameters that decide how a node starts."""
+"""Command-line arguments and parameters that control the start of a node."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _WINDOW_PARAMETERS = {
 
 
 def set_private_params(node: Node) -> None:
-    """Sets the private parameters that arguments of the form `_name:=yaml` give.
+    """Set the private parameters from arguments of the form `_name:=yaml`.
 
     Raises:
         YamlError: one of them is not valid YAML.
@@ -35,7 +35,7 @@ def set_private_params(node: Node) -> None:
 
 
 def is_on(node: Node, switch: str) -> bool:
-    """True when the parameter is set to true: `/use_sim_time`, `/enable_statistics`."""
+    """Return True if the parameter is set to true: `/use_sim_time`, `/enable_statistics`."""
     try:
         return node.params.get(switch) is True
     except LookupError:
@@ -43,7 +43,7 @@ def is_on(node: Node, switch: str) -> bool:
 
 
 def window_limits(node: Node) -> WindowLimits:
-    """The windows of topic statistics: the limits that parameters set, else the defaults."""
+    """Return the window limits of topic statistics: those of the parameters, else the defaults."""
     from pipros.node.topic_statistics import WindowLimits
 
     given: dict[str, Any] = {}

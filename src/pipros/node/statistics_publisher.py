@@ -1,4 +1,4 @@
-"""Publishes on `/statistics` what a node's subscriptions measure; see `pipros.node.topic_statistics`."""
+"""Publishes a node's topic statistics on `/statistics`; see `pipros.node.topic_statistics`."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ UNMEASURED = ("/statistics", "/clock")
 """Topics that are not measured: measuring them would cause more messages on them."""
 
 _INT32_MAX = 2**31 - 1
-"""Stamps and sequence numbers come from peers; one that is too large for its field is cut to this."""
+"""Largest value of a field: stamps and sequence numbers come from peers, and larger ones are reduced to this.
+"""
 
 
 class StatisticsPublisher:
-    """Measures every link of a node's subscriptions, once `Node.enable_statistics` was called."""
+    """Measures every link of a node's subscriptions after `Node.enable_statistics`."""
 
     def __init__(
         self,
@@ -33,14 +34,14 @@ class StatisticsPublisher:
         self._node_name = node_name
         self._now_ns = now_ns
         self._limits = limits
-        self._meters: OrderedDict[tuple[str, str], TrafficMeter] = OrderedDict()  # silent longest first
+        self._meters: OrderedDict[tuple[str, str], TrafficMeter] = OrderedDict()  # the longest silent first
         self._most_links = most_links
         self._lock = threading.Lock()
         self._class: Any = load_message_class("rosgraph_msgs/TopicStatistics")
         self._publisher = advertise("/statistics", self._class, queue_size=10)
 
     def arrived(self, topic: str, header: Mapping[str, str], size: int, message: Any) -> None:
-        """Takes over an arrival, in the thread of its link."""
+        """Count a received message, in the thread of its link."""
         if topic in UNMEASURED:
             return
         publisher = header.get("callerid", "?")

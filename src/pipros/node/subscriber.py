@@ -35,7 +35,7 @@ MessageObserver = Callable[[str, Mapping[str, str], int, Any], None]
 """Called for every message that arrives: topic, connection header, size in bytes, message."""
 
 NO_ARGS = object()
-"""Stands for "no callback_args": None is a value that a callback may be given."""
+"""Sentinel for "no callback_args", because None is a valid value."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,7 +44,9 @@ class SubscriberCallback:
 
     callback: Callback
     args: object = NO_ARGS
-    stands_for: SubscriberCallback | None = None  # while that one has not had the latched messages
+    stands_for: SubscriberCallback | None = (
+        None  # the new callback, until it has received the latched messages
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,15 +57,15 @@ class SubscriberLink:
     caller_id: str
     number: int
     link: IncomingLink
-    last: LastMessage | None  # of a publisher that latches
+    last: LastMessage | None  # set for latching publishers
 
 
 class Subscription:
-    """All that a node receives on one topic, however many callbacks it has.
+    """A topic that a node receives, with all its callbacks.
 
-    The callbacks of a topic are called in the order they were added, one message after the
-    other, also with several publishers: they may block, which delays their own topic only.
-    An exception in one is logged; the others are still called.
+    The callbacks of a topic are called in the order they were added, one message at a time, also with several
+    publishers. They may block, which delays only their own topic. An exception in one is logged; the others
+    are still called.
     """
 
     def __init__(self, topic: str, message_class: type[Message], context: NodeContext) -> None:
@@ -75,24 +77,24 @@ class Subscription:
         self.links: tuple[SubscriberLink, ...] = ()
         self.listeners: tuple[SubscriberCallback, ...] = ()
         self.links_ended = 0
-        self._taken = ReceiveStatistics()  # by links that have ended
+        self._taken = ReceiveStatistics()  # totals of links that have ended
         self.handles = 0
         self.observe: MessageObserver | None = None
         self._context = context
         self._decode = decoder(message_class)
-        self._turn = DeliveryLock()
+        self._delivery_lock = DeliveryLock()
         self._lock = threading.Lock()
         self._connector = PublisherConnector(topic, context, self._link)
-        self._announcements = 0  # changed in the event loop only
+        self._announcements = 0  # changed only in the event loop
         self._is_closed = False
 
     # -- callbacks --------------------------------------------------------------
 
     def add(self, listener: SubscriberCallback) -> Callable[[], object]:
-        """Has a callback called from now on.
+        """Add a callback.
 
         Call the returned function next, without holding a lock: it calls back with the last message of each
-        connected publisher that latches, before newer ones.
+        connected latching publisher, before newer ones.
         """
         with self._lock:
             latched = [
@@ -122,7 +124,7 @@ class Subscription:
             peer.link.queue_size = queue_size
 
     def close(self) -> None:
-        """Ends all links and makes no others."""
+        """End all links and open no others."""
         self._is_closed = True
         for listener in self.listeners:
             if isinstance(listener.callback, MessageStream):
@@ -134,15 +136,15 @@ class Subscription:
     # -- publishers ---------------------------------------------------------------
 
     def update_publishers(self, uris: Iterable[str]) -> None:
-        """Takes over a list of publishers that the master announces. Called in the event loop."""
+        """Apply a list of publishers from the master. Called in the event loop."""
         self._announcements += 1
         self._connector.update(uris)
 
     def ask_for_publishers(self) -> Callable[[Iterable[str]], object]:
-        """To be called before the master is asked; the result takes its answer, in any thread.
+        """Prepare a registration at the master; pass its answer to the returned function, in any thread.
 
-        A list that the master announces meanwhile is newer: its answer, which may lack a publisher that came
-        just then, does not replace it.
+        A list that the master announces meanwhile is newer than the answer, which may lack a publisher that
+        has just registered, and so does not replace that list.
         """
         before = self._announcements
 
@@ -154,15 +156,16 @@ class Subscription:
 
     @property
     def attempts(self) -> int:
-        """How many attempts to reach a publisher were made."""
+        """The number of attempts to reach a publisher."""
         return self._connector.attempts
 
     async def _link(self, uri: str) -> LinkEnd:
-        """Connects to a publisher.
+        """Connect to a publisher.
 
         Raises:
-            PiprosError: the publisher is out of reach, refuses or violates the protocol; no room for a link.
-            ValueError: what it registered is not a URI.
+            PiprosError: the publisher is unreachable, refuses or violates the protocol, or there is no room
+                for a link.
+            ValueError: the publisher registered an invalid URI.
         """
         connections, limits = self._context.connections, self._context.limits
         if not connections.reserve_outgoing(limits.incoming_links):
@@ -198,7 +201,7 @@ class Subscription:
             connection.sock,
             name=f"topic {self.topic} from {header.get('callerid', uri)}",
             deliver=functools.partial(self._deliver, header, last),
-            turn=self._turn,
+            delivery_lock=self._delivery_lock,
             queue_size=self.queue_size,
             on_closed=lambda link, error: self._detach(link, error, ended),
             published=self._context.published,
@@ -219,7 +222,7 @@ class Subscription:
         return link
 
     async def _request(self, uri: str) -> tuple[str, int]:
-        """Asks a publisher for the TCPROS address of its topic."""
+        """Request the TCPROS address of a topic from a publisher."""
         answer = await call_async(
             uri,
             "requestTopic",
@@ -233,9 +236,9 @@ class Subscription:
                 return host, port
             case [int(code), str(text), _]:
                 raise Unreachable(
-                    uri, f"it does not offer the topic ({text})" if code != 1 else "it offers no TCPROS"
+                    uri, f"it does not offer the topic ({text})" if code != 1 else "it does not offer TCPROS"
                 )
-        raise ProtocolError(f"requestTopic was answered with {printable(answer)}")
+        raise ProtocolError(f"requestTopic returned {printable(answer)}")
 
     # -- messages -------------------------------------------------------------------
 
@@ -257,7 +260,7 @@ class Subscription:
             try:
                 self.observe(self.topic, header, len(frame), message)
             except Exception:
-                self._context.log.exception("what observes [%s] failed", self.topic)
+                self._context.log.exception("an observer of [%s] failed", self.topic)
         for listener in listeners:
             try:
                 if listener.args is NO_ARGS:
@@ -268,7 +271,7 @@ class Subscription:
                 self._log_bad_callback(listener, error)
 
     def _call_back(self, listener: SubscriberCallback, message: Any) -> None:
-        """As the loop above, which a call for each message would slow down."""
+        """Call one callback, as the loop above does inline to avoid a call per message."""
         try:
             listener.callback(*(message, listener.args) if listener.args is not NO_ARGS else (message,))
         except Exception as error:
@@ -284,7 +287,7 @@ class Subscription:
             self._taken.add(link.statistics)
 
     def statistics(self) -> dict[str, int]:
-        """See `Subscriber.statistics`."""
+        """Return the totals of all links; see `Subscriber.statistics`."""
         total = ReceiveStatistics()
         with self._lock:
             total.add(self._taken)
@@ -302,7 +305,7 @@ class Subscription:
 
 
 def _nothing() -> None:
-    """Returned by `add` when nothing was latched."""
+    """Do nothing; returned by `add` if no message was latched."""
 
 
 def _finish(ended: LinkEnd, broken: str) -> None:
@@ -311,7 +314,7 @@ def _finish(ended: LinkEnd, broken: str) -> None:
 
 
 class Subscriber(Generic[AnyMessage]):
-    """A handle on one callback of a topic. Made by `Node.subscribe`."""
+    """A handle on one callback of a topic. Returned by `Node.subscribe`."""
 
     def __init__(
         self,
@@ -332,15 +335,15 @@ class Subscriber(Generic[AnyMessage]):
         return len(self.subscription.links)
 
     def statistics(self) -> Mapping[str, int]:
-        """What this node did with the topic since the first `subscribe`, for all publishers together.
+        """Return the traffic of the topic since the first `subscribe`, for all publishers together:
 
         `frames` delivered and `bytes` received; frames `dropped` because callbacks were too slow, or one of
-        them could not be read; `links_ended`: each may have cost what was under way.
+        them could not be read; and `links_ended`, each of which may have lost messages in transit.
         """
         return self.subscription.statistics()
 
     def unregister(self) -> None:
-        """Ends the callback; with the last one the topic is unregistered. May be repeated."""
+        """Remove the callback; removing the last one unregisters the topic. May be called repeatedly."""
         release, self._release = self._release, None
         if release is not None:
             release(self.subscription, self._listener)
@@ -348,10 +351,10 @@ class Subscriber(Generic[AnyMessage]):
                 self._listener.callback.close()
 
     def __aiter__(self) -> AsyncIterator[AnyMessage]:
-        """The messages, for a subscriber that was made in an asyncio loop without a callback.
+        """Return an iterator over the messages.
 
         Raises:
-            TypeError: for any other subscriber.
+            TypeError: the subscriber has a callback, or was created outside an asyncio loop.
         """
         if self._listener is None or not isinstance(self._listener.callback, MessageStream):
             raise TypeError(f"[{self.topic}] was subscribed to with a callback, or outside an event loop")

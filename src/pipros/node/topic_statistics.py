@@ -1,7 +1,7 @@
-"""Topic statistics: what a subscriber measures of each publisher, sent on `/statistics`.
+"""Topic statistics: a subscriber's measurements of each publisher, published on `/statistics`.
 
-Source: http://wiki.ros.org/Topics#Topic_statistics. Off unless the parameter `/enable_statistics`
-is true. Pure: arrivals go in, figures come out.
+Source: http://wiki.ros.org/Topics#Topic_statistics. Off unless the parameter `/enable_statistics` is true.
+Pure: arrivals in, figures out.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from pipros.msg.time import NS_PER_S
 
 @dataclass(frozen=True, slots=True)
 class WindowLimits:
-    """How many messages a window should hold, and how long it may get, in seconds.
+    """The number of messages that a window should hold, and its length in seconds.
 
-    The parameters `/statistics_window_min_elements`, `..._max_elements`, `..._min_size` and
-    `..._max_size`, by default as genuine nodes have them.
+    The parameters `/statistics_window_min_elements`, `..._max_elements`, `..._min_size` and `..._max_size`,
+    with the defaults of genuine nodes.
     """
 
     min_elements: int = 10
@@ -58,9 +58,9 @@ class TrafficMeter:
     _last_sequence: int | None = None
 
     def add(self, now_ns: int, size: int, sequence: int | None, stamp_ns: int | None) -> Window | None:
-        """Takes over an arrival; returns the figures of a window when it is full.
+        """Count a received message; return the figures of the window once it is full.
 
-        `sequence` and `stamp_ns` are those of the message's header, None without one.
+        `sequence` and `stamp_ns` are those of the message's header; None without a header.
         """
         if not self._start_ns:
             self._start_ns = now_ns
@@ -96,7 +96,7 @@ class TrafficMeter:
         )
 
     def _adapt(self) -> None:
-        """Makes the next window shorter or longer, so that it holds a sensible number of messages."""
+        """Adjust the length of the next window, so that it holds a sensible number of messages."""
         limits = self.limits
         if len(self._arrivals_ns) > limits.max_elements and self.window_s / 2 >= limits.min_size_s:
             self.window_s /= 2
@@ -105,7 +105,7 @@ class TrafficMeter:
 
 
 def _spread(spans_ns: list[int]) -> tuple[float, float, float]:
-    """Mean, standard deviation and maximum, in seconds; zeros for nothing."""
+    """Return the mean, standard deviation and maximum, in seconds; zeros for an empty list."""
     if not spans_ns:
         return 0.0, 0.0, 0.0
     mean = sum(spans_ns) / len(spans_ns)

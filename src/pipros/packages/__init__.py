@@ -1,4 +1,4 @@
-"""Finds the folders of ROS packages, on `ROS_PACKAGE_PATH` and among those that come with pipros.
+"""Finds the folders of ROS packages, on `ROS_PACKAGE_PATH` and among those shipped with pipros.
 
 Every failed import in the environment runs this module, so it imports almost nothing.
 """
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pipros.packages.setup_modules import SetupModules
 
 SHARE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "share")
-"""The folder of the packages that come with pipros."""
+"""The folder of the packages shipped with pipros."""
 
 
 class ImportablePackages:
@@ -25,7 +25,7 @@ class ImportablePackages:
         self._modules: SetupModules | None = None
 
     def find(self, name: str) -> str | None:
-        """The folder of a package, or None. `ROS_PACKAGE_PATH` wins over the packages of pipros."""
+        """Return the folder of a package, or None. `ROS_PACKAGE_PATH` precedes the packages of pipros."""
         path = os.environ.get("ROS_PACKAGE_PATH", "")
         found = self._on_path(path).get(name) if path else None
         if found is None and name.isidentifier():
@@ -34,10 +34,10 @@ class ImportablePackages:
         return found
 
     def find_module(self, name: str, package: str | None) -> str | None:
-        """The path of a module, or of the folder of a Python package, that a `setup.py` names; or None.
+        """Return the path of a module or Python package that a `setup.py` names, or None.
 
         Args:
-            package: the folder of the ROS package of that name; only its `setup.py` counts then. None for the
+            package: the folder of the ROS package of that name, to read only its `setup.py`; None for all
                 packages of `ROS_PACKAGE_PATH`.
         """
         path = os.environ.get("ROS_PACKAGE_PATH", "")
@@ -60,7 +60,7 @@ class ImportablePackages:
 
 
 def cache_folder(name: str) -> str:
-    """A cache folder below `ROS_HOME`, as `pipros.env` computes it (which takes too long to import)."""
+    """Return a cache folder below `ROS_HOME`, without the slow import of `pipros.env`."""
     home = os.path.expanduser(os.environ.get("ROS_HOME") or "~/.ros")
     if home.startswith("~"):
         from pipros.home import expanded

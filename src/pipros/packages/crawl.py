@@ -5,9 +5,9 @@ the time before catkin. Packages do not nest, so nothing below it is searched.
 Hidden folders and folders marked by `CATKIN_IGNORE`, `COLCON_IGNORE` or `AMENT_IGNORE` are left out;
 `rospack_nosubdirs` ends the search below a folder. Links are followed; each folder is visited once.
 
-A crawl records the modification time of each folder that it listed and of each manifest that it read.
-While these times are the same, no package was added, removed or renamed. That check takes one `stat` an
-entry, about fifty times quicker than to crawl again.
+A crawl records the modification time of each folder that it listed and of each manifest that it read. While
+these times are unchanged, no package was added, removed or renamed. This check takes one `stat` per entry,
+about fifty times faster than crawling again.
 
 The first import of a message in every process runs this module, so it imports little: `re`, `pathlib` and
 `dataclasses` would each take longer than the crawl of a workspace.
@@ -28,16 +28,16 @@ WET, META, DRY = "wet", "meta", "dry"
 """The kinds of packages: of catkin, metapackages of catkin, and dry ones."""
 
 PACKAGES = (WET, DRY)
-"""What `rospack` and `rospkg.RosPack` take for packages."""
+"""The kinds that `rospack` and `rospkg.RosPack` treat as packages."""
 
 STACKS = (WET, META)
-"""What `rosstack` and `rospkg.RosStack` take for stacks, apart from dry ones."""
+"""The kinds that `rosstack` and `rospkg.RosStack` treat as stacks, apart from dry ones."""
 
 _IGNORE_MARKERS = frozenset(("CATKIN_IGNORE", "COLCON_IGNORE", "AMENT_IGNORE"))
 _NO_DESCENT_MARKER = "rospack_nosubdirs"
 
-# A file system may give two changes within one tick of its clock the same time. Times as recent as this
-# are therefore never trusted later (git's rule for its index).
+# A file system may give two changes within one clock tick the same time. Times as recent as this are
+# therefore never trusted later (git's rule for its index).
 _RACY_NS = 2_000_000_000
 
 
@@ -62,7 +62,7 @@ class CrawledPackage:
         self.kind = kind
 
     def is_current(self) -> bool:
-        """True while the manifest is there unchanged, so that a new crawl would find this package."""
+        """Return True while the manifest is unchanged, so that a new crawl would find this package."""
         try:
             manifest = DRY_MANIFEST if self.kind == DRY else MANIFEST
             return os.stat(os.path.join(self.path, manifest)).st_mtime_ns == self.manifest_ns
@@ -83,7 +83,7 @@ class Crawl:
         self.packages = packages
 
     def is_current(self) -> bool:
-        """True while a new crawl would find the same."""
+        """Return True while a new crawl would have the same result."""
         try:
             if not all(os.stat(path).st_mtime_ns == seen for path, seen in self.folders):
                 return False
@@ -93,7 +93,7 @@ class Crawl:
 
 
 def crawl(root: str) -> Crawl:
-    """Searches `root` and everything below it. Unreadable folders count as empty."""
+    """Search `root` and everything below it. Unreadable folders count as empty."""
     newest_trusted_ns = time.time_ns() - _RACY_NS
     folders: list[tuple[str, int]] = []
     packages: list[CrawledPackage] = []
@@ -143,14 +143,14 @@ def _is_folder(entry: os.DirEntry[str]) -> bool:
 
 
 def _read_package(folder: str, newest_trusted_ns: int) -> CrawledPackage | None:
-    """The package whose manifest is in `folder`; None if the manifest cannot be read.
+    """Return the package whose manifest is in `folder`; None if the manifest cannot be read.
 
     The name is searched for without parsing the XML: a crawl reads hundreds of manifests, and a package
     with a broken one must still be found, so that tools can report it.
     """
     manifest = os.path.join(folder, MANIFEST)
     try:
-        # A pipe or a device would block the crawl, or have no end.
+        # A pipe or a device would block the crawl, or never end.
         with open(os.open(manifest, READ), "rb") as file:
             status = os.fstat(file.fileno())
             if not S_ISREG(status.st_mode):
@@ -166,7 +166,7 @@ def _read_package(folder: str, newest_trusted_ns: int) -> CrawledPackage | None:
 
 
 def _dry_package(manifest: os.DirEntry[str], folder: str, newest_trusted_ns: int) -> CrawledPackage | None:
-    """The package of a `manifest.xml`, which has the name of its folder; None if that is not a file."""
+    """Return the package of a `manifest.xml`, named after its folder; None if that is not a file."""
     try:
         status = manifest.stat()
     except OSError:
@@ -186,7 +186,7 @@ def _without_comments(manifest: bytes) -> bytes:
 
 
 def _name_in(manifest: bytes) -> str:
-    """The text of the first `<name>` that contains one word; empty without one."""
+    """Return the text of the first `<name>` that contains one word; empty without one."""
     for part in manifest.split(b"<name>")[1:]:
         text, closing, _ = part.partition(b"</name>")
         words = text.split()
@@ -196,7 +196,7 @@ def _name_in(manifest: bytes) -> str:
 
 
 def dump(found: Crawl) -> str | None:
-    """A crawl as text for a cache file; None if a path or name contains a tab or a line end."""
+    """Return a crawl as text for a cache file; None if a path or name contains a tab or a line end."""
     texts = [found.root, *(path for path, _ in found.folders)]
     texts += [text for package in found.packages for text in (package.path, package.name)]
     if any("\t" in text or "\n" in text for text in texts):
@@ -210,7 +210,7 @@ def dump(found: Crawl) -> str | None:
 
 
 def load(text: str, root: str) -> Crawl | None:
-    """The crawl that `dump` wrote; None if the text is damaged or belongs to another folder."""
+    """Return the crawl that `dump` wrote; None if the text is damaged or belongs to another folder."""
     try:
         count, written_root, *lines = text.removesuffix("\n").split("\n")
         if written_root != root:

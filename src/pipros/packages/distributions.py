@@ -1,4 +1,4 @@
-"""Tells `importlib.metadata` the versions of the Python packages of ROS that come with pipros.
+"""Provides `importlib.metadata` with the versions of the ROS Python packages shipped with pipros.
 
 In Noetic `importlib.metadata.version("rospy")` is the version of the ROS package. Metadata files in the
 environment would do as well, but `pip freeze` would then list distributions that pip cannot install.
@@ -22,11 +22,11 @@ class ShippedDistribution(Distribution):
     """A ROS package with Python modules. Name and version are those of its manifest."""
 
     def __init__(self, name: str) -> None:
-        """Reads nothing yet; `name` is that of a package in `SHARE`."""
+        """Represent the package `name` in `SHARE`; its manifest is read later."""
         self._name = name
 
     def read_text(self, filename: str) -> str | None:
-        """The text of `METADATA`; None for all other files."""
+        """Return the text of `METADATA`; None for all other files."""
         if filename != "METADATA":
             return None
         with open(os.path.join(SHARE, self._name, MANIFEST), encoding="utf-8") as file:
@@ -35,14 +35,14 @@ class ShippedDistribution(Distribution):
         return "\n".join([*lines, f"Version: {version[1] if version else '0'}", ""])
 
     def locate_file(self, path: Any) -> Any:
-        """The path of one of its files, relative to the folder of its modules."""
+        """Return the path of one of its files, relative to the folder of its modules."""
         from pathlib import Path
 
         return Path(_MODULES, path)
 
 
 def shipped_distribution(name: str) -> Distribution | None:
-    """The distribution of that name. Dashes, dots and underscores are the same, as for pip."""
+    """Return the distribution of that name. Dashes, dots and underscores are equivalent, as in pip."""
     name = re.sub(r"[-.]+", "_", name)
     if not name.isidentifier() or not os.path.isfile(os.path.join(SHARE, name, MANIFEST)):
         return None

@@ -21,24 +21,24 @@ _WORTH_CACHING = 40
 
 
 class PackageFolders:
-    """Finds the folder of a package by name. If a name occurs twice, the earlier root wins.
+    """Finds the folder of a package by name. If a name occurs twice, the earlier root takes precedence.
 
-    A root is crawled when it is first searched, and again when it lacks a name and something on disk has
-    changed. Crawls of large roots are stored below `cache_folder`, so that the next process finds one of
-    hundreds of packages in a millisecond. A cache that cannot be read or written, or that others could
-    have written (`CacheFolder`), is not used. May be used from several threads.
+    A root is crawled when it is first searched, and again if it lacks a name and the disk has changed. Crawls
+    of large roots are stored below `cache_folder`, so that the next process finds one of hundreds of packages
+    in a millisecond. A cache that cannot be read or written, or that other users could have written
+    (`CacheFolder`), is not used. Thread-safe.
     """
 
     def __init__(
         self, roots: Sequence[str], cache_folder: str | None = None, kinds: Sequence[str] = PACKAGES
     ) -> None:
-        """Reads nothing yet; packages of other `kinds` are left out."""
+        """Store the settings and read nothing yet; packages of other `kinds` are ignored."""
         cache = None if cache_folder is None else CacheFolder(os.path.abspath(cache_folder))
         self._kinds = kinds
         self._roots = [_Root(os.path.abspath(root), cache, kinds) for root in roots]
 
     def get(self, name: str) -> str | None:
-        """The folder of that package, or None."""
+        """Return the folder of that package, or None."""
         for root in self._roots:
             folder = root.get(name)
             if folder is not None:
@@ -46,14 +46,14 @@ class PackageFolders:
         return None
 
     def by_name(self) -> dict[str, str]:
-        """Each name once, with the folder that wins."""
+        """Return the folder of each name; the earliest root takes precedence."""
         folders: dict[str, str] = {}
         for name, folder in self.occurrences():
             folders.setdefault(name, folder)
         return folders
 
     def occurrences(self) -> Iterator[tuple[str, str]]:
-        """Name and folder of every package; one that hides another comes before it."""
+        """Yield the name and folder of every package; one that hides another precedes it."""
         for root in self._roots:
             for package in root.crawl().packages:
                 if package.kind in self._kinds:
@@ -63,8 +63,8 @@ class PackageFolders:
 class _Root:
     """One folder to crawl, and the latest crawl of it.
 
-    Before the first call there is no crawl. One from the cache is trusted for a package whose manifest has
-    not changed; that a package is missing is trusted if nothing at all has changed. One of this process is
+    Before the first call there is no crawl. A cached one is trusted for a package whose manifest is
+    unchanged, and for the absence of a package if the whole folder is unchanged. A crawl by this process is
     trusted for its packages as long as the process runs.
     """
 
@@ -94,7 +94,7 @@ class _Root:
         return None if package is None else package.path
 
     def crawl(self) -> Crawl:
-        """All packages of the folder, as they were at the first call of this method or are now."""
+        """Return all packages of the folder, as of the first call of this method or later."""
         known = self._known
         if known is None or not self._is_own:
             kept = self._read_cache() if known is None else known[0]

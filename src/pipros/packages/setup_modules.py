@@ -1,8 +1,8 @@
 """Finds the Python modules that packages name in their `setup.py`, for imports without a build.
 
-The file is parsed, not run. Literal arguments of `setup()` or `generate_distutils_setup()` count, also in a
-dictionary and assigned to its keys (`d["packages"] = […]`); a list of packages that is computed, as by
-`find_packages()`, stands for every package in its folder.
+The file is parsed, not run. It reads literal arguments of `setup()` or `generate_distutils_setup()`, also in
+a dictionary and assigned to its keys (`d["packages"] = […]`); a computed list of packages, as from
+`find_packages()`, means every package in its folder.
 
 A failed import of any name may search all packages, so this module imports little, and parses only files that
 contain the name.
@@ -30,10 +30,10 @@ class SetupModules:
         self._texts: dict[str, bytes] = {}
 
     def find(self, name: str, packages: Iterable[str]) -> str | None:
-        """The path of a module or of the folder of a Python package.
+        """Return the path of a module, or of the folder of a Python package; None if not found.
 
         Args:
-            name: without dots.
+            name: the name, without dots.
             packages: the folders of the ROS packages to search, in order.
         """
         for package in packages:
@@ -48,11 +48,11 @@ class SetupModules:
 
 
 def declared_module(text: bytes, folder: str, name: str) -> str | None:
-    """The path of a module or Python package that a `setup.py` names and that exists; else None.
+    """Return the path of an existing module or Python package that a `setup.py` names; else None.
 
     Args:
         text: the content of the `setup.py`.
-        folder: where it is.
+        folder: the folder of the `setup.py`.
     """
     import ast
     import warnings
@@ -101,7 +101,7 @@ def _arguments(tree: ast.Module) -> list[dict[str, ast.expr]]:
 
 
 def _literal(node: ast.expr | None) -> object:
-    """The value of a literal; None for anything else."""
+    """Return the value of a literal; None for any other expression."""
     import ast
 
     try:
@@ -111,7 +111,7 @@ def _literal(node: ast.expr | None) -> object:
 
 
 def _read(file: str) -> bytes:
-    """The content of a file; empty if there is none, if it is too long, or no regular file."""
+    """Return the content of a file; empty if it is missing, too long, or not a regular file."""
     try:
         with open(os.open(file, READ), "rb") as opened:
             status = os.fstat(opened.fileno())

@@ -24,13 +24,13 @@ from pipros.safe import guarded, operators
 from pipros.safe.methods import find_method
 
 TYPE_NAMES = ("_type", "_md5sum")
-"""Names with an underscore that `fields` is asked for: the type of a message."""
+"""Names with a leading underscore that are looked up with `fields`: the type of a message."""
 
 DEPTH_LIMIT = 50
-"""Nesting, well below what would exhaust the interpreter's stack."""
+"""Maximum nesting, well below the depth that would exhaust the interpreter's stack."""
 
 _STEP = 2
-"""What one step of a loop costs of `expression_work`: about a microsecond."""
+"""The share of `expression_work` that one loop iteration uses: about a microsecond."""
 
 _TAKE_A_FUNCTION = ("map", "filter")
 _HAVE_A_KEY = ("sorted", "min", "max")
@@ -40,11 +40,11 @@ FieldAccess = Callable[[Any, str], Any]
 
 
 class ExpressionError(PiprosError, ValueError):
-    """An expression is malformed, uses what is not allowed, or fails.
+    """An expression is malformed, uses a forbidden feature, or fails.
 
     Attributes:
         text: the whole expression.
-        column: the position of the error, counted from 1; 0 when it has none.
+        column: the position of the error, counted from 1; 0 if it has none.
     """
 
     def __init__(self, text: str, column: int, reason: str) -> None:
@@ -70,17 +70,17 @@ def evaluate(
     fields: FieldAccess | None = None,
     limits: Limits | None = None,
 ) -> Any:
-    """The value of an expression.
+    """Return the value of an expression.
 
     It may contain literals, arithmetic, comparisons, `and`/`or`/`not`, `a if b else c`, subscripts,
-    f-strings, comprehensions, the methods of `methods.py`, and calls of named functions. Those of
-    `guarded.py` and its constants, which include `math`, exist; `functions` and `names` add to or replace
-    them. `map`, `filter` and `key=` take the name of a function. Generators and `map` give lists.
-    `a.b` calls `fields(a, "b")`, if given; a callable in the result is a method. The default limits are those
-    of the process.
+    f-strings, comprehensions, the methods of `methods.py`, and calls of named functions. The functions and
+    constants of `guarded.py`, which include `math`, are predefined; `functions` and `names` add to or replace
+    them. `map`, `filter` and `key=` take the name of a function. Generators and `map` give lists. `a.b` calls
+    `fields(a, "b")`, if given; a callable in the result is a method. The default limits are those of the
+    process.
 
     Raises:
-        ExpressionError: for every error, also of the functions (the original is the cause).
+        ExpressionError: for every error, also one raised by a function (which is the cause).
 
     >>> evaluate("rate * 2 if fast else max(rate, 1)", names={"rate": 5, "fast": True})
     10
@@ -89,7 +89,7 @@ def evaluate(
 
 
 class Expression:
-    """An expression that is parsed once and evaluated many times; arguments as those of `evaluate`.
+    """An expression that is parsed once and evaluated many times; its arguments are those of `evaluate`.
 
     Raises:
         ExpressionError: the text is malformed.
@@ -113,11 +113,11 @@ class Expression:
         self._fields = fields
 
     def names(self) -> set[str]:
-        """All names in it."""
+        """Return all names in the expression."""
         return {node.id for node in ast.walk(self._tree) if isinstance(node, ast.Name)}
 
     def value(self, names: Mapping[str, Any]) -> Any:
-        """Its value for these names. Raises `ExpressionError`, as `evaluate`."""
+        """Return the value for these names. Raises `ExpressionError`, as `evaluate`."""
         budget = guarded.Budget(self._limits)
         walk = _Walk(
             self._text,
@@ -130,10 +130,10 @@ class Expression:
 
 
 def arithmetic(text: str) -> float:
-    """The value of a sum of numbers and `pi`, such as `pi/2` or `-2*(pi+1)`.
+    """Return the value of a sum of numbers and `pi`, such as `pi/2` or `-2*(pi+1)`.
 
     Raises:
-        ExpressionError: for anything else.
+        ExpressionError: the text is anything else.
 
     >>> round(arithmetic("pi/2"), 4)
     1.5708
@@ -169,7 +169,7 @@ def _column(node: ast.AST) -> int:
 
 
 def _name_of(node: ast.expr) -> str:
-    """The name, when the node is a plain one."""
+    """Return the identifier of a name node; an empty string for other nodes."""
     return node.id if isinstance(node, ast.Name) else ""
 
 
@@ -300,7 +300,7 @@ class _Walk:
         return self._budget.charge(function(*arguments, **keywords))
 
     def _called(self, node: ast.expr) -> Function:
-        """The called function: a function by its name, or a method of a value."""
+        """Return the called function: a function by its name, or a method of a value."""
         if isinstance(node, ast.Name):
             function = self._functions.get(node.id)
             if function is None:
@@ -322,15 +322,15 @@ class _Walk:
         return found  # type: ignore[no-any-return]
 
     def _function_named(self, node: ast.expr) -> Function | None:
-        """The function that another one is given: by its name, which stands for nothing else here.
+        """Return the function that is passed to another one by its name.
 
-        It is charged as if the expression called it, which it may do a hundred thousand times.
+        Each call of it is charged as a call by the expression: there may be a hundred thousand.
         """
         if isinstance(node, ast.Constant) and node.value is None:
             return None
         name = _name_of(node)
         if name in _TAKE_A_FUNCTION or name not in self._functions:
-            raise self._error(node, "the name of a function has to stand here")
+            raise self._error(node, "this must be the name of a function")
         function = self._functions[name]
 
         def charged(*arguments: Any) -> Any:
@@ -361,7 +361,7 @@ class _Walk:
         return self._budget.charge(self._budget.functions["dict"](pairs))
 
     def _each(self, generators: list[ast.comprehension], make: Callable[[], Any]) -> list[Any]:
-        """The value of `make` for each round of the loops. Their variables are forgotten afterwards."""
+        """Return the value of `make` for each iteration of the loops, whose variables are discarded."""
         outer, made = self._names, list[Any]()
         names = dict(outer)
         self._names = names

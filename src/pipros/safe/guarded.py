@@ -11,7 +11,7 @@ from pipros.errors import PiprosError
 from pipros.limits import Limits
 
 BITS_LIMIT = 4096
-"""The most bits of an integer; a parameter has 32."""
+"""Maximum number of bits of an integer; a parameter has 32."""
 
 _COUNT_LIMIT = 1000
 _WIDTH = re.compile(r"\d+")
@@ -23,7 +23,7 @@ class ResultTooLarge(PiprosError, ValueError):
 
 
 class Budget:
-    """The remaining work of one evaluation, which bounds the sum of many results."""
+    """The remaining work of one evaluation, which limits the total size of its results."""
 
     def __init__(self, limits: Limits) -> None:
         self._size_limit = limits.expression_size
@@ -39,30 +39,30 @@ class Budget:
         """Functions that are charged while they run."""
 
     def charge(self, value: Any) -> Any:
-        """Charges the size of a value, and returns the value.
+        """Charge the size of a value and return the value.
 
         Raises:
-            ResultTooLarge: for a value beyond `expression_size`, or when the budget is used up.
+            ResultTooLarge: the value exceeds `expression_size`, or the budget is used up.
         """
         self.spend(self._bounded(self._size_of(value)))
         return value
 
     def foresee(self, size: int) -> None:
-        """Refuses a result of that size before it is made.
+        """Check the size of a result before it is built.
 
         Raises:
-            ResultTooLarge: for one beyond `expression_size`.
+            ResultTooLarge: the size exceeds `expression_size`.
         """
         self._bounded(size)
 
     def spend(self, work: int) -> None:
-        """Uses up a part of the budget. Raises ResultTooLarge when it does not suffice."""
+        """Use up `work` units of the budget. Raises ResultTooLarge if fewer are left."""
         self._left -= work
         if self._left < 0:
             raise ResultTooLarge("the expression builds too much")
 
     def spend_on_reading(self, *values: Any) -> None:
-        """Charges for looking at all parts of values, as far as a result may be large. Raises as `spend`."""
+        """Charge for reading all parts of values, up to the largest allowed size; raise as `spend`."""
         for value in values:
             self.spend(self._size_of(value))
 
@@ -90,7 +90,7 @@ class Budget:
         return value << count
 
     def modulo(self, left: Any, right: Any) -> Any:
-        """The remainder; or a formatted string, whose widths are bounded."""
+        """Return the remainder, or a formatted string with bounded widths."""
         if isinstance(left, (str, bytes)):
             form = left if isinstance(left, str) else left.decode("latin-1")
             if "*" in form:
@@ -107,10 +107,10 @@ class Budget:
         return size
 
     def _size_of(self, value: Any) -> int:
-        """The size of a value when written out; counting stops above the limit.
+        """Return the size of a value when written out; counting stops above the limit.
 
-        A list with the same long string a thousand times counts it a thousand times, because `str` of that
-        list would contain it as often.
+        A long string that occurs a thousand times in a list counts a thousand times, because `str` of that
+        list would repeat it as often.
         """
         if isinstance(value, (str, bytes, range)):
             return len(value)
@@ -141,7 +141,7 @@ class Budget:
         return dict(values, **named)
 
     def _spend_on_hashes(self, keys: Iterable[Any]) -> None:
-        """Charges the comparisons of keys with equal hashes: numbers can be chosen to collide."""
+        """Charge the comparisons of keys with equal hashes: numbers can be chosen to collide."""
         first: dict[int, Any] = {}
         collisions: dict[int, int] = {}
         for key in keys:
@@ -158,7 +158,7 @@ class Budget:
         return self._folded(self.add, values, start)
 
     def _folded(self, operation: Callable[[Any, Any], Any], values: Iterable[Any], start: Any) -> Any:
-        """Combines `start` with all `values` in order; each result is a copy and costs its length."""
+        """Combine `start` with all `values` in order; each result is a copy and costs its length."""
         result = start
         for value in values:
             result = operation(result, value)
@@ -167,7 +167,7 @@ class Budget:
 
 
 def format_value(value: Any, form: str) -> str:
-    """`value` in the format of an f-string."""
+    """Return `value` formatted as in an f-string, with a bounded width."""
     _check_width(form)
     return format(value, form)
 
@@ -184,7 +184,7 @@ def _check_width(form: str) -> None:
 
 
 def _bounded_count(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Bounds the arguments of functions whose time grows with them, such as `factorial`."""
+    """Bound the arguments of functions whose time grows with them, such as `factorial`."""
 
     def guarded(*counts: int) -> Any:
         if any(abs(count) > _COUNT_LIMIT for count in counts):
@@ -201,11 +201,11 @@ def _round(number: Any, digits: int | None = None) -> Any:
 
 
 def _guarded_math() -> dict[str, Any]:
-    """All public names of `math`, with bounds for the expensive ones."""
+    """Return all public names of `math`, with bounds for the expensive ones."""
     names = {name: value for name, value in vars(math).items() if not name.startswith("_")}
     names.update({name: _bounded_count(names[name]) for name in ("factorial", "comb", "perm")})
     names.update(lcm=_bounded_count(math.lcm))
-    del names["prod"], names["pow"]  # `Budget` has them
+    del names["prod"], names["pow"]  # `Budget` provides them
     return names
 
 

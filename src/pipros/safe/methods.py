@@ -1,6 +1,6 @@
 """The methods that a safe expression may call: those without side effects, from fixed tables.
 
-A method is looked up by the exact class of its value, never by `getattr` with a name of the expression.
+A method is looked up by the exact class of its value, never by `getattr` with a name from the expression.
 Methods whose result may be much larger than their arguments check the budget before they run.
 """
 
@@ -16,7 +16,7 @@ Method = Callable[..., Any]
 
 
 def find_method(value: Any, name: str) -> Method | None:
-    """The function for `value.name(…)`, to be called with the budget and the value first; None if refused.
+    """Return the function for `value.name(…)`, which takes the budget and the value first; None if refused.
 
     >>> from pipros.limits import Limits
     >>> find_method("a b", "split")(Budget(Limits()), "a b")
@@ -28,7 +28,7 @@ def find_method(value: Any, name: str) -> Method | None:
 
 
 def _plain(kind: type, *names: str) -> dict[str, Method]:
-    """Methods with results about as large as their arguments."""
+    """Return methods with results about as large as their arguments."""
 
     def call(method: Method) -> Method:
         return lambda _, *arguments, **keywords: method(*arguments, **keywords)
@@ -37,7 +37,7 @@ def _plain(kind: type, *names: str) -> dict[str, Method]:
 
 
 def _cut(method: Method) -> Method:
-    """A method that splits a string: into one part for each character, at worst."""
+    """Return a method that splits a string: into one part for each character, at worst."""
 
     def call(budget: Budget, text: str, *arguments: Any, **keywords: Any) -> Any:
         budget.foresee(len(text))

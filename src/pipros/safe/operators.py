@@ -1,4 +1,4 @@
-"""The operators of safe expressions, and why other parts of Python's language are refused."""
+"""The operators of safe expressions, and the error texts for syntax that is not allowed."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ CONVERSIONS: Mapping[int, Callable[[Any], str]] = {ord("s"): str, ord("r"): repr
 
 
 def refusal(node: ast.AST) -> str:
-    """Why a kind of node is not allowed."""
+    """Return why a kind of node is not allowed."""
     words = {
-        "Lambda": "functions of one's own are not allowed",
+        "Lambda": "lambda is not allowed",
         "Starred": "* is not allowed",
         "NamedExpr": ":= is not allowed",
         "Await": "await is not allowed",

@@ -1,7 +1,7 @@
 """Counts the values in a YAML text from its events, before any value is built.
 
 A list of aliases to a list of aliases doubles in size with every line, and so does a mapping that merges
-others (`<<: [*a, *a]`); deep nesting exhausts the stack of the C library that builds values. Its
+others (`<<: [*a, *a]`); deep nesting exhausts the stack of the C library that builds values. The library's
 parser, which produces the events, has neither problem.
 """
 
@@ -17,14 +17,14 @@ from pipros.errors import PiprosError
 from pipros.limits import Limits
 
 _DIRECTIVES_LIMIT = 100
-"""`%TAG` lines in a text: the parser compares each with all others."""
+"""Maximum number of `%TAG` lines in a text: the parser compares each with all others."""
 
 
 class TooMuch(PiprosError, ValueError):
-    """A text would expand to too much.
+    """A text would expand to too many values, or is nested too deeply.
 
     Attributes:
-        line, column: counted from 1; 0 when the error has no position.
+        line, column: counted from 1; 0 if the error has no position.
     """
 
     def __init__(self, reason: str, mark: Any = None) -> None:
@@ -34,7 +34,7 @@ class TooMuch(PiprosError, ValueError):
 
 
 def check_outline(loader_class: Any, text: str | bytes, limits: Limits) -> None:
-    """Checks the number of values of all documents with aliases expanded, and the depth of nesting.
+    """Check the number of values of all documents with aliases expanded, and the depth of nesting.
 
     Args:
         loader_class: the PyYAML loader that produces the events.
@@ -64,7 +64,7 @@ def check_outline(loader_class: Any, text: str | bytes, limits: Limits) -> None:
 
 @dataclass(slots=True)
 class _Open:
-    """A list or mapping that has not ended yet; its height is 1 more than the height of its highest part."""
+    """A list or mapping that has not ended yet. Its height is 1 more than that of its highest element."""
 
     anchor: str | None
     values_before: int
@@ -85,7 +85,7 @@ class _Outline:
         """Values and height by anchor; None until the anchored value has ended."""
 
     def count(self, event: Any) -> None:
-        """Counts the next event of the text. Raises as `check_outline`."""
+        """Count the next event of the text. Raises the errors of `check_outline`."""
         match event:
             case yaml.CollectionStartEvent():
                 self._check_depth(1, event.start_mark)

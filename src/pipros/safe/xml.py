@@ -43,22 +43,24 @@ class Element:
     text: str = ""
 
     def all(self, tag: str) -> Iterator[Element]:
-        """The direct children with that tag."""
+        """Return the direct children with that tag."""
         return (child for child in self.children if child.tag == tag)
 
     def first(self, tag: str) -> Element | None:
-        """The first direct child with that tag."""
+        """Return the first direct child with that tag."""
         return next(self.all(tag), None)
 
 
 def parse(content: bytes | str, file: str = "<string>", limits: Limits | None = None) -> Element:
-    """The root element of a document. The text of an element is joined around its children and comments.
+    """Return the root element of a document.
+
+    The pieces of an element's text, between its children and comments, are joined.
 
     Args:
         limits: by default those of the process.
 
     Raises:
-        XmlError: malformed XML, a document type, nesting or size beyond the limits.
+        XmlError: the XML is malformed, has a document type, or exceeds the limits on nesting or size.
     """
     limits = limits or process_limits()
     depth_limit = limits.xml_depth

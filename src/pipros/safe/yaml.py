@@ -19,11 +19,13 @@ from pipros.safe.expr import ExpressionError, arithmetic
 from pipros.safe.outline import TooMuch, check_outline
 
 _DIGITS_LIMIT = 4300
-"""Digits of a number, as in Python's own limit, which does not apply to base 60 (`1:30:00`)."""
+"""Maximum number of digits of a number, as in Python's own limit, which does not apply to base 60
+(`1:30:00`).
+"""
 
 _USUAL_DIGITS = 20
 _LONG_NUMBERS_LIMIT = 1000
-"""Numbers of more than 64 bits in a text: as keys with equal hashes they would be slow."""
+"""Maximum number of numbers above 64 bits in a text: as keys with equal hashes they would be slow."""
 
 
 class YamlError(PiprosError, ValueError):
@@ -31,7 +33,7 @@ class YamlError(PiprosError, ValueError):
 
     Attributes:
         file: the name of the text.
-        line, column: counted from 1; 0 when the error has no position.
+        line, column: counted from 1; 0 if the error has no position.
     """
 
     def __init__(self, file: str, line: int, column: int, reason: str) -> None:
@@ -58,16 +60,16 @@ class _Loader(_PlainLoader):
 
 
 def construct_radians(loader: Any, node: Any) -> float:
-    """The number that `rad(pi/2)` or `pi/2` means.
+    """Return the angle in radians of `rad(pi/2)` or `pi/2`.
 
     Raises:
-        yaml.constructor.ConstructorError: it is not arithmetic.
+        yaml.constructor.ConstructorError: the text is not arithmetic.
     """
     return _angle(node, loader.construct_scalar(node), "rad(")
 
 
 def construct_degrees(loader: Any, node: Any) -> float:
-    """The number of radians that `deg(90)` or `90` means; raises as `construct_radians`."""
+    """Return the angle in radians of `deg(90)` or `90`, given in degrees; raise as `construct_radians`."""
     return math.radians(_angle(node, loader.construct_scalar(node), "deg("))
 
 
@@ -122,14 +124,15 @@ def load(
     angles: bool = True,
     limits: Limits | None = None,
 ) -> Any:
-    """The single document in the text; None when it is empty.
+    """Return the single document in the text; None if the text is empty.
 
     Args:
         angles: whether `deg(…)` and `rad(…)` are computed, as in parameter files.
         limits: by default those of the process.
 
     Raises:
-        YamlError: malformed YAML, several documents, tags that would create objects, too many values.
+        YamlError: the text is malformed, has several documents or too many values, or a tag would create an
+            object.
     """
     documents = load_all(content, file, angles=angles, limits=limits)
     if len(documents) > 1:
@@ -144,10 +147,7 @@ def load_all(
     angles: bool = True,
     limits: Limits | None = None,
 ) -> list[Any]:
-    """All documents in the text; empty for an empty text.
-
-    Args and raises as `load`.
-    """
+    """Return all documents in the text, none for an empty text. Arguments and errors are those of `load`."""
     text = content if isinstance(content, (str, bytes)) else content.read()
     try:
         check_outline(_SafeLoader, text, limits or process_limits())

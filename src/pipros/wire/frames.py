@@ -23,7 +23,7 @@ _ROUNDS = 100
 """After being emptied this many times, a large buffer is replaced by a smaller one if that would do."""
 
 _REPLY_HEAD_BYTES = 5
-"""Of a reply: one byte for success, four for the length of the rest."""
+"""Header of a reply: one byte for success, four for the length of the rest."""
 
 _unpack_length = struct.Struct("<I").unpack_from
 
@@ -33,7 +33,8 @@ class FrameBuffer:
 
     Call `space()`, receive into it, and pass `received()` the number of bytes; or `feed()` bytes that were
     received elsewhere. The frames that these yield are valid until the next `space()` or `feed()`: copy one
-    to keep it. The buffer at most doubles what has really arrived, so a claimed length costs nothing.
+    to keep it. The buffer is at most twice as large as the data that really arrived, so a claimed length
+    costs nothing.
 
     >>> buffer = FrameBuffer(limit_bytes=1024)
     >>> [bytes(frame) for frame in buffer.feed(b"\\x02\\x00\\x00\\x00h")]
@@ -45,18 +46,18 @@ class FrameBuffer:
     __slots__ = ("_end", "_largest", "_rounds", "_start", "_store", "_view", "is_large", "limit_bytes")
 
     def __init__(self, limit_bytes: int | None = None) -> None:
-        """`limit_bytes` is for one frame; by default `Limits.frame_bytes` of the process."""
+        """Limit each frame to `limit_bytes`, by default `Limits.frame_bytes` of the process."""
         self.limit_bytes = process_limits().frame_bytes if limit_bytes is None else limit_bytes
         self._use(bytearray(_INITIAL_BYTES))
-        self._start = 0  # of the first byte that is not in a yielded frame
-        self._end = 0  # of the last byte received
-        self._rounds = 0  # in which the buffer was filled and emptied, while it was large
-        self._largest = 0  # of what it held meanwhile
+        self._start = 0  # index of the first byte that is not in a yielded frame
+        self._end = 0  # index after the last byte received
+        self._rounds = 0  # how often the buffer was filled and emptied while it was large
+        self._largest = 0  # the most bytes that it held meanwhile
 
     def space(self) -> memoryview:
-        """Memory to receive into, never empty. Frames that it yielded before become invalid."""
+        """Return memory to receive into, never empty. Frames yielded before become invalid."""
         if self._end == len(self._store) < _COMFORTABLE_BYTES:
-            self._grow()  # the peer had more to send than fitted
+            self._grow()  # the peer sent more than fitted
         pending = self._end - self._start
         if not pending:
             if self.is_large:
@@ -72,14 +73,14 @@ class FrameBuffer:
 
     @property
     def is_within(self) -> bool:
-        """Whether a part of a frame has arrived, and its rest has not."""
+        """Whether a frame has arrived in part."""
         return self._end > self._start
 
     def received(self, count: int) -> Iterator[memoryview]:
-        """Yields the frames completed by `count` more bytes.
+        """Yield the frames completed by `count` more bytes.
 
         Raises:
-            LimitExceeded: a frame above the limit was announced.
+            LimitExceeded: a frame was announced that exceeds the limit.
         """
         self._end += count
         view, end = self._view, self._end
@@ -95,7 +96,7 @@ class FrameBuffer:
             yield view[body : body + length]
 
     def feed(self, data: bytes) -> Iterator[memoryview]:
-        """Yields the frames completed by `data`, which is copied at once. Raises as `received`."""
+        """Yield the frames completed by `data`, which is copied at once. Raises the errors of `received`."""
         if len(self.space()) < len(data):
             self._enlarge(self._end + len(data))
         self._view[self._end : self._end + len(data)] = data
@@ -103,7 +104,7 @@ class FrameBuffer:
         return self.received(0)
 
     def trim(self) -> None:
-        """Frees the memory of large frames, unless it holds a part of a frame."""
+        """Free the memory of large frames, unless the buffer holds part of a frame."""
         if self.is_large and not self.is_within:
             self._start = self._end = 0
             self._use(bytearray(_COMFORTABLE_BYTES))
@@ -114,7 +115,7 @@ class FrameBuffer:
         self.is_large = len(store) > _COMFORTABLE_BYTES
 
     def _reconsider(self) -> None:
-        """Makes the empty buffer smaller when it was mostly unused for a while."""
+        """Shrink the empty buffer if it was mostly unused for a while."""
         self._largest = max(self._largest, self._end)
         self._rounds += 1
         if self._rounds >= _ROUNDS:
@@ -123,7 +124,7 @@ class FrameBuffer:
             self._rounds = self._largest = 0
 
     def _missing(self) -> int:
-        """How many bytes the incomplete frame still lacks, as far as is known."""
+        """Return how many bytes the incomplete frame still lacks, as far as known."""
         have = self._end - self._start
         if have < 4:
             return 4 - have
@@ -140,10 +141,10 @@ class FrameBuffer:
 
 
 class ReplyReader:
-    """Cuts what a service server sends into replies.
+    """Splits the byte stream from a service server into replies.
 
-    Feed it whatever the socket gave, and take the replies that are complete, in order, one at a time.
-    Memory grows with the bytes that really arrived, never with the length that the server announces.
+    Feed it the bytes from the socket, and take the complete replies in order, one at a time. Memory grows
+    with the bytes that really arrived, never with the length that the server announces.
 
     >>> replies = ReplyReader(limit_bytes=1024)
     >>> replies.feed(b"\\x01\\x02\\x00\\x00\\x00h")
@@ -153,13 +154,13 @@ class ReplyReader:
     (True, b'hi')
 
     Attributes:
-        missing_bytes: how many bytes the next reply lacks, as far as `next_reply` could know.
+        missing_bytes: how many bytes the next reply lacks, as far as known at the last `next_reply`.
     """
 
     __slots__ = ("_held", "limit_bytes", "missing_bytes")
 
     def __init__(self, limit_bytes: int | None = None) -> None:
-        """`limit_bytes` is for one reply; by default `Limits.frame_bytes` of the process."""
+        """Limit each reply to `limit_bytes`, by default `Limits.frame_bytes` of the process."""
         self.limit_bytes = process_limits().frame_bytes if limit_bytes is None else limit_bytes
         self.missing_bytes = _REPLY_HEAD_BYTES
         self._held: bytes | bytearray = b""
@@ -173,13 +174,13 @@ class ReplyReader:
         self._held += data
 
     def next_reply(self) -> tuple[bool, bytes] | None:
-        """Takes the next reply: whether the call succeeded, and the response or the text of the error.
+        """Remove and return the next reply: whether the call succeeded, and the response or the error text.
 
         Returns:
-            None when no more is complete; `missing_bytes` then says how many bytes the next one lacks.
+            None if no reply is complete; `missing_bytes` then says how many bytes the next one lacks.
 
         Raises:
-            LimitExceeded: a reply above the limit was announced.
+            LimitExceeded: a reply was announced that exceeds the limit.
         """
         held = self._held
         missing = _REPLY_HEAD_BYTES - len(held)

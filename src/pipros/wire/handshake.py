@@ -1,4 +1,4 @@
-"""The headers that both ends of a TCPROS connection exchange first, and when one end refuses.
+"""The headers that both ends of a TCPROS connection exchange first, and the rules for refusing one.
 
 Pure: headers in, headers or a refusal out. Sources: http://wiki.ros.org/ROS/TCPROS and, where it
 says nothing, genuine rospy and roscpp. The end that connects sends first; a refusal is a header
@@ -18,7 +18,7 @@ ANY = "*"  # an md5sum or type of `*` matches every other
 
 @dataclass(frozen=True, slots=True)
 class WireType:
-    """A message or service type as the two ends of a connection compare it."""
+    """A message or service type, in the form that both ends of a connection compare."""
 
     type: str
     md5sum: str
@@ -28,7 +28,7 @@ class WireType:
 def request_topic_link(
     topic: str, caller_id: str, interface: WireType, *, tcp_nodelay: bool
 ) -> dict[str, str]:
-    """The header by which a subscriber asks a publisher for a topic."""
+    """Return the header with which a subscriber requests a topic from a publisher."""
     return {
         "callerid": caller_id,
         "md5sum": interface.md5sum,
@@ -40,7 +40,7 @@ def request_topic_link(
 
 
 def accept_topic_link(topic: str, caller_id: str, interface: WireType, *, latching: bool) -> dict[str, str]:
-    """The header by which a publisher grants a subscriber its topic."""
+    """Return the header with which a publisher accepts a subscriber."""
     return {
         "callerid": caller_id,
         "latching": "1" if latching else "0",
@@ -60,7 +60,7 @@ def request_service_link(
     probe: bool = False,
     extra: Mapping[str, str] | None = None,
 ) -> dict[str, str]:
-    """The header by which a client asks for a service, its own `extra` fields added."""
+    """Return the header with which a client requests a service, plus its `extra` fields."""
     fields = {"service": service, "md5sum": interface.md5sum, "callerid": caller_id}
     if persistent:
         fields["persistent"] = "1"
@@ -72,7 +72,10 @@ def request_service_link(
 def accept_service_link(
     service: str, caller_id: str, interface: WireType, *, request_type: str = "", response_type: str = ""
 ) -> dict[str, str]:
-    """The header by which a service server answers. roscpp also expects the types of request and response."""
+    """Return the header with which a service server accepts a client.
+
+    It includes the types of request and response, which roscpp expects.
+    """
     fields = {
         "callerid": caller_id,
         "md5sum": interface.md5sum,
@@ -90,9 +93,9 @@ def refuse(reason: str) -> dict[str, str]:
 
 
 def topic_refusal(fields: Mapping[str, str], interface: WireType) -> str | None:
-    """Why a publisher refuses the subscriber that sent `fields`; None when it accepts.
+    """Return why a publisher refuses the subscriber that sent `fields`; None if it accepts.
 
-    Only the md5sum decides: a type of another name with the same md5sum is the same type.
+    Only the md5sum decides: a type with another name and the same md5sum is accepted.
     """
     missing = _missing(fields, ("topic", "md5sum", "callerid"))
     if missing:
@@ -109,7 +112,7 @@ def topic_refusal(fields: Mapping[str, str], interface: WireType) -> str | None:
 
 
 def service_refusal(fields: Mapping[str, str], interface: WireType) -> str | None:
-    """Why a service server refuses the client that sent `fields`; None when it accepts."""
+    """Return why a service server refuses the client that sent `fields`; None if it accepts."""
     missing = _missing(fields, ("service", "md5sum", "callerid"))
     if missing:
         return missing
@@ -121,11 +124,11 @@ def service_refusal(fields: Mapping[str, str], interface: WireType) -> str | Non
 
 
 def check_topic_reply(fields: Mapping[str, str], interface: WireType, peer: str) -> None:
-    """Checks a publisher's answer on the subscriber's side.
+    """Check a publisher's reply header on the subscriber's side.
 
     Raises:
-        Refused: the publisher refused; the text is its own.
-        ProtocolError: the answer lacks a field, or its type is not the requested one.
+        Refused: the publisher refused; the text is the publisher's.
+        ProtocolError: the reply lacks a field, or its type is not the requested one.
     """
     _raise_refusal(fields, peer)
     missing = _missing(fields, ("md5sum", "type"))
@@ -139,7 +142,7 @@ def check_topic_reply(fields: Mapping[str, str], interface: WireType, peer: str)
 
 
 def check_service_reply(fields: Mapping[str, str], peer: str) -> None:
-    """Checks a service server's answer on the client's side; raises as `check_topic_reply`."""
+    """Check a service server's reply header on the client's side; raise as `check_topic_reply`."""
     _raise_refusal(fields, peer)
     missing = _missing(fields, ("callerid",))
     if missing:

@@ -15,7 +15,7 @@ _LENGTH = struct.Struct("<I")
 
 
 def encode_header(fields: Mapping[str, str]) -> bytes:
-    """The header as it goes over the wire, its total length in front.
+    """Return the header in wire format: its total length, then the fields.
 
     >>> encode_header({"type": "a/B"})
     b'\\x0c\\x00\\x00\\x00\\x08\\x00\\x00\\x00type=a/B'
@@ -26,10 +26,10 @@ def encode_header(fields: Mapping[str, str]) -> bytes:
 
 
 def decode_header(body: bytes) -> dict[str, str]:
-    """The fields of a header without its total length. A value may contain `=`.
+    """Return the fields of a header without its total length. A value may contain `=`.
 
     Raises:
-        ProtocolError: a field claims more than there is, has no `=`, or is not UTF-8.
+        ProtocolError: a field is longer than the rest of the header, has no `=`, or is not UTF-8.
     """
     fields: dict[str, str] = {}
     at = 0
@@ -54,23 +54,23 @@ def decode_header(body: bytes) -> dict[str, str]:
 class HeaderReader:
     """Collects one connection header from an incoming byte stream.
 
-    Feed it what the socket gave until `fields` is set; what came after the header is in `rest`.
+    Feed it the bytes from the socket until `fields` is set; bytes after the header are in `rest`.
     """
 
     __slots__ = ("_buffer", "fields", "limit_bytes", "rest")
 
     def __init__(self, limit_bytes: int | None = None) -> None:
-        """`limit_bytes` is by default `Limits.header_bytes` of the process."""
+        """Limit the header to `limit_bytes`, by default `Limits.header_bytes` of the process."""
         self.limit_bytes = process_limits().header_bytes if limit_bytes is None else limit_bytes
         self.fields: dict[str, str] | None = None
         self.rest = b""
         self._buffer = bytearray()
 
     def feed(self, data: bytes) -> dict[str, str] | None:
-        """Returns the fields once the header is complete, until then None.
+        """Return the fields once the header is complete; None until then.
 
         Raises:
-            LimitExceeded: the announced length is above the limit. It is raised before the rest arrives.
+            LimitExceeded: the announced length exceeds the limit. Raised before the rest arrives.
             ProtocolError: the header is malformed.
         """
         self._buffer += data

@@ -1,16 +1,16 @@
 """The part of HTTP/1.1 that XML-RPC needs: bytes in, messages out.
 
-Theory of operation: a reader is in one of two states. It waits for a head (everything up to the
-blank line), or for a body whose end is given by `Content-Length`, by chunks, or, for responses
-only, by the end of the connection. Memory grows with the bytes that arrived, never with the length that
-a peer announces, and an announced length beyond the limit is refused before the body arrives.
+Theory of operation: a reader is in one of two states. It waits for a head (everything up to the blank line),
+or for a body whose end is given by `Content-Length`, by chunks, or, for responses only, by the end of the
+connection. Memory grows with the bytes that arrived, never with the length that a peer announces, and an
+announced length beyond the limit is refused before the body is received.
 
 h11 implements all of HTTP, but takes 17 ms to import and 40 us a request; this takes
 1 ms and 8 us, and the master answers a request in less time than h11 needs to read it. A test compares
 this reader with h11 (`tests/unit/wire/test_http_against_h11.py`).
 
-What it writes suits other implementations: XmlRpc++ (roscpp) looks for `Content-length: ` in any
-case, and knows neither chunks nor compression; Python's `http.server` accepts anything.
+The output suits other implementations: XmlRpc++ (roscpp) looks for `Content-length: ` in upper or lower case,
+and supports neither chunks nor compression; Python's `http.server` accepts anything.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ __all__ = [
 ]
 
 HEAD_LIMIT_BYTES: Final = 16 * 1024
-"""Heads of ROS peers have 100 to 300 bytes."""
+"""Maximum size of a head; those of ROS peers have 100 to 300 bytes."""
 
 _REASONS: Final = {
     200: "OK",
@@ -73,12 +73,12 @@ class Response(NamedTuple):
 
 
 def build_request(host: str, target: str, body: bytes) -> bytes:
-    """A POST of an XML-RPC document. `host` is the value of the `Host` header: `localhost:11311`."""
+    """Return a POST of an XML-RPC document. `host` is the value of the `Host` header: `localhost:11311`."""
     return request_head(host, target, len(body)) + body
 
 
 def request_head(host: str, target: str, length: int) -> bytes:
-    """The head of `build_request` for a body of that length; for bodies too large to be copied."""
+    """Return the head of `build_request` for a body of `length` bytes that is too large to copy."""
     return (
         f"POST {target} HTTP/1.1\r\nHost: {host}\r\nUser-Agent: pipros\r\n"
         f"Content-Type: text/xml\r\nContent-length: {length}\r\n\r\n"
@@ -88,9 +88,9 @@ def request_head(host: str, target: str, length: int) -> bytes:
 def build_response(
     body: bytes, *, status: int = 200, keep_alive: bool = True, send_keep_alive: bool = False
 ) -> bytes:
-    """A response with an XML-RPC document, or with plain text when `status` is not 200.
+    """Return a response with an XML-RPC document, or with plain text when `status` is not 200.
 
-    HTTP/1.0 clients that asked to keep the connection need a header that confirms it (`send_keep_alive`).
+    HTTP/1.0 clients that requested to keep the connection need a header that confirms it (`send_keep_alive`).
     """
     return response_head(len(body), status, keep_alive=keep_alive, send_keep_alive=send_keep_alive) + body
 
@@ -98,7 +98,7 @@ def build_response(
 def response_head(
     length: int, status: int = 200, *, keep_alive: bool = True, send_keep_alive: bool = False
 ) -> bytes:
-    """The head of `build_response` for a body of that length; for bodies too large to be copied."""
+    """Return the head of `build_response` for a body of `length` bytes that is too large to copy."""
     connection = "Connection: close\r\n"
     if keep_alive:
         connection = "Connection: keep-alive\r\n" if send_keep_alive else ""
@@ -127,7 +127,7 @@ class _Reader:
     """The common part of both readers: a head, then a body."""
 
     def __init__(self, *, head_limit: int, body_limit: int, limit_name: str) -> None:
-        """`limit_name` is the name of the body's limit in `Limits`."""
+        """Limit heads and bodies; `limit_name` is the body limit's name in `Limits`, for errors."""
         self._head_limit = head_limit
         self._body_limit = body_limit
         self._limit_name = limit_name
@@ -140,20 +140,20 @@ class _Reader:
 
     @property
     def is_idle(self) -> bool:
-        """True between two messages: nothing of the next one has arrived."""
+        """Whether the reader is between two messages, with no byte of the next one."""
         return self._start is None and not self._buffer
 
     @property
     def held_bytes(self) -> int:
-        """How much of a message that is not complete has arrived."""
+        """How many bytes of an incomplete message have arrived."""
         return len(self._buffer) + self._chunks.held_bytes
 
     def _read_head(self) -> bool:
-        """Removes a head from the buffer; False when it is not complete."""
+        """Remove a head from the buffer; return False if it is incomplete."""
         buffer = self._buffer
         if not self._searched:  # blank lines before a start line are to be skipped (RFC 9112, 2.2)
             del buffer[: len(buffer) - len(buffer.lstrip(b"\r\n"))]
-            if buffer and not 0x41 <= buffer[0] <= 0x5A:  # TLS, for example: do not wait for more of it
+            if buffer and not 0x41 <= buffer[0] <= 0x5A:  # TLS, for example: do not wait for more
                 raise HttpError(400, f"not an HTTP message: it begins with {bytes(buffer[:20])!r}")
         end = _END_OF_HEAD.search(buffer, max(0, self._searched - 3))
         if (end.start() if end else len(buffer) - 3) > self._head_limit:  # three bytes of an end may be there
@@ -176,7 +176,7 @@ class _Reader:
         return True
 
     def _read_body(self) -> bytes | bytearray | None:
-        """Removes a body from the buffer; None when it is not complete."""
+        """Remove and return a body from the buffer; None if it is incomplete."""
         if self._length == _CHUNKED:
             return self._chunks.feed(self._buffer)
         if self._length == _UNTIL_END:
@@ -194,7 +194,7 @@ class _Reader:
         return front
 
     def _declared_length(self) -> int | None:
-        """The length that the headers announce, None when they do not."""
+        """Return the length that the headers announce; None if they do not."""
         headers = self._headers
         if headers.get("content-encoding", "identity").lower() != "identity":
             raise HttpError(
@@ -228,9 +228,9 @@ class _Reader:
 
 
 class RequestReader(_Reader):
-    """Cuts what a client sends into requests.
+    """Splits the byte stream from a client into requests.
 
-    Feed it whatever the socket gave, and take the requests that are complete, in order, one at a time.
+    Feed it the bytes from the socket, and take the complete requests in order, one at a time.
 
     >>> reader = RequestReader()
     >>> reader.feed(b"POST / HTTP/1.1\\r\\nContent-Length: 2\\r\\n\\r\\nh")
@@ -243,7 +243,7 @@ class RequestReader(_Reader):
     _failure: HttpError | None = None
 
     def __init__(self, *, head_limit: int = HEAD_LIMIT_BYTES, body_limit: int | None = None) -> None:
-        """`body_limit` is by default `Limits.body_bytes` of the process."""
+        """Limit bodies to `body_limit` bytes, by default `Limits.body_bytes` of the process."""
         limit = process_limits().body_bytes if body_limit is None else body_limit
         super().__init__(head_limit=head_limit, body_limit=limit, limit_name="body_bytes")
 
@@ -251,11 +251,11 @@ class RequestReader(_Reader):
         self._buffer += data
 
     def next_request(self) -> Request | None:
-        """Takes the next request; None when no more is complete.
+        """Remove and return the next request; None if none is complete.
 
         Raises:
-            HttpError: the bytes are not a request, or one without a length, with a compressed body or with
-                a method other than POST. The connection cannot be used after that.
+            HttpError: the bytes are not a request, or the request has no length, a compressed body, or a
+                method other than POST. The connection cannot be used afterwards.
         """
         if self._failure:
             raise self._failure
@@ -274,7 +274,7 @@ class RequestReader(_Reader):
         return Request(start[1], start[2], self._headers, body, self._keep_alive(start, 3, 4))
 
     def wants_continue(self) -> bool:
-        """True when the client waits for `100 Continue` before it sends the body; once for each request."""
+        """Return True, once per request, if the client waits for `100 Continue` before it sends the body."""
         return self._start is not None and self._headers.pop("expect", "").lower() == "100-continue"
 
     def _parse_start_line(self, line: str) -> re.Match[str]:
@@ -291,7 +291,7 @@ class RequestReader(_Reader):
 
     def _body_length(self) -> int:
         if "origin" in self._headers:
-            # Only browsers send it. Without this check a web page could call servers bound to loopback.
+            # Only browsers send Origin. Without this check a web page could call servers bound to loopback.
             raise HttpError(403, f"a request from a web page of {self._headers['origin'][:80]}")
         length = self._declared_length()
         if length is None:
@@ -300,18 +300,18 @@ class RequestReader(_Reader):
 
 
 class ResponseReader(_Reader):
-    """Cuts what a server sends into responses; the counterpart of `RequestReader`.
+    """Splits the byte stream from a server into responses; the counterpart of `RequestReader`.
 
-    Interim responses (`100 Continue`) are skipped. Call `end()` when the server closed the connection.
+    Interim responses (`100 Continue`) are skipped. Call `end()` when the server closes the connection.
     """
 
     def __init__(self, *, head_limit: int = HEAD_LIMIT_BYTES, body_limit: int | None = None) -> None:
-        """`body_limit` is by default `Limits.answer_bytes` of the process."""
+        """Limit bodies to `body_limit` bytes, by default `Limits.answer_bytes` of the process."""
         limit = process_limits().answer_bytes if body_limit is None else body_limit
         super().__init__(head_limit=head_limit, body_limit=limit, limit_name="answer_bytes")
 
     def feed(self, data: bytes) -> Response | None:
-        """The response, once it is complete. What follows it stays for the next call."""
+        """Return the response once it is complete. Bytes after it are kept for the next call."""
         self._buffer += data
         while self._start is not None or (self._buffer and self._read_head()):
             if self._start is not None and self._start[3].startswith("1"):
@@ -322,10 +322,10 @@ class ResponseReader(_Reader):
         return None
 
     def end(self) -> Response | None:
-        """The response that the end of the connection completes, if there is one.
+        """Return the response that the end of the connection completes, if any.
 
         Raises:
-            HttpError: when the connection ended in the middle of a response.
+            HttpError: the connection ended in the middle of a response.
         """
         if self.is_idle:
             return None

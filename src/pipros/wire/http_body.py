@@ -11,8 +11,9 @@ from pipros.limits import limit_text
 _SIZE_LINE = rb"([0-9A-Fa-f]{1,8})[ \t]*(?:;[^\r\n]*)?\r"
 _LINE_LIMIT: Final = 256
 CHUNKS_LIMIT: Final = 2_000
-"""Chunks of one body, lines of its trailer included. Each takes time, even one of a single byte; clients send
-chunks of thousands of bytes."""
+"""Maximum number of chunks of one body, lines of its trailer included. Each takes time, even one of a single
+byte; clients send chunks of thousands of bytes.
+"""
 
 
 class HttpError(ProtocolError):
@@ -28,11 +29,11 @@ class HttpError(ProtocolError):
 
 
 class HttpLimitExceeded(HttpError, LimitExceeded):
-    """A head or a body that is larger than its limit, or is announced to be."""
+    """A head or body exceeds its limit, or announces a length that does."""
 
 
 def check_body_length(length: int, limit: int, limit_name: str) -> None:
-    """Raises `HttpLimitExceeded` for a body of more bytes than the limit of that name in `Limits`."""
+    """Raise `HttpLimitExceeded` if `length` exceeds `limit`, which is named `limit_name` in `Limits`."""
     if length > limit:
         raise HttpLimitExceeded(
             413, f"an HTTP body of {length} bytes or more; {limit_text(limit_name, limit)}"
@@ -58,10 +59,10 @@ class ChunkedBody:
         return len(self._body)
 
     def feed(self, buffer: bytearray) -> bytearray | None:
-        """Removes complete chunks from the front of `buffer`. Returns the body once it is complete.
+        """Remove complete chunks from the front of `buffer`; return the body once complete, else None.
 
         Raises:
-            HttpError: the bytes are not a chunk, or the body is larger than the limit.
+            HttpError: the bytes are not a chunk, or the body exceeds the limit.
         """
         while (line_end := buffer.find(b"\n", 0, _LINE_LIMIT)) >= 0:
             line = bytes(buffer[:line_end])
@@ -79,7 +80,7 @@ class ChunkedBody:
         return None
 
     def _cut_chunk(self, buffer: bytearray, line: bytes) -> bool:
-        """False when the chunk that `line` begins is not complete."""
+        """Remove the chunk that `line` begins; return False if it is incomplete."""
         size_text = re.fullmatch(_SIZE_LINE, line)
         if size_text is None:
             raise HttpError(400, f"an HTTP chunk that begins with {line[:40]!r}")
@@ -94,7 +95,7 @@ class ChunkedBody:
         if len(buffer) < end + 2:
             return False
         if buffer[end : end + 2] != b"\r\n":
-            raise HttpError(400, "an HTTP chunk that is longer than it says")
+            raise HttpError(400, "an HTTP chunk that is longer than its size line says")
         self._body += buffer[start:end]
         del buffer[: end + 2]
         return True

@@ -8,11 +8,11 @@ from pipros.printable import printable
 
 
 def split_uri(text: str, schemes: Collection[str] = ("http",)) -> tuple[str, int, str]:
-    """Host, port and path of a URI, split as XML-RPC clients do.
+    """Return the host, port and path of a URI, split as XML-RPC clients do.
 
     Args:
         text: `http://robot:11311/RPC2`, or `rosrpc://robot:34567` of a service.
-        schemes: those that are accepted, in lower case.
+        schemes: the accepted schemes, in lower case.
 
     Raises:
         ValueError: another scheme, no host or port, white space or control characters, or a host that cannot
@@ -35,7 +35,7 @@ def split_uri(text: str, schemes: Collection[str] = ("http",)) -> tuple[str, int
 
 
 def host_and_port(host: str, port: int) -> str:
-    """Host and port as in URIs and in the `Host` header of HTTP.
+    """Return `host:port` as in URIs and in the `Host` header of HTTP.
 
     >>> host_and_port("robot", 80), host_and_port("::1", 80)
     ('robot:80', '[::1]:80')
@@ -46,7 +46,7 @@ def host_and_port(host: str, port: int) -> str:
 
 
 def _can_be_host(host: str) -> bool:
-    """False for a host whose lookup would raise an error other than that the name is unknown."""
+    """Return False for a host whose look-up would raise an error other than an unknown name."""
     try:
         ascii_host = host if host.isascii() else host.encode("idna").decode("ascii")
     except UnicodeError:

@@ -1,13 +1,14 @@
 """XML-RPC documents: values to bytes and back, with limits.
 
 `decode_call` and `decode_response` use two readers. The fast one (`xmlrpc_fast`) handles the plain documents
-that ROS peers send, and gives up at anything else. The complete one (`xmlrpc_expat`) then reads the document
-with Expat, and it alone decides what is an error. So every refusal is worded in one place. A property test
-checks that both agree on every document that the fast one accepts.
+that ROS peers send, and gives up on anything else. The complete one (`xmlrpc_expat`) then reads the document
+with Expat, and it alone decides which documents are invalid, so every refusal is worded in one place. A
+property test checks that both agree on every document that the fast one accepts.
 
 The fast reader is worth its code: a nested dictionary of 1,000 keys takes 0.9 ms instead of 4.6 ms
-(`xmlrpc.client`: 3.3 ms), a `getParam` call 2 us instead of 9 us. To compile its patterns takes 4 ms, longer
-than all that a command asks of the master: brief answers are read by Expat until something else needs it.
+(`xmlrpc.client`: 3.3 ms), a `getParam` call 2 us instead of 9 us. Compiling its patterns takes 4 ms, longer
+than all calls of a typical command to the master, so Expat reads short responses until something else needs
+the fast reader.
 """
 
 from __future__ import annotations
@@ -20,17 +21,17 @@ from pipros.errors import LimitExceeded, PiprosError, ProtocolError
 from pipros.limits import limit_text, process_limits
 
 NESTING_LIMIT: Final = 100
-"""How deep lists and dictionaries may nest in a call; far below Python's recursion limit."""
+"""Maximum nesting of lists and dictionaries in a call; far below Python's recursion limit."""
 ANSWER_NESTING_LIMIT: Final = 200
-"""The same for answers: a parameter tree is as deep as its keys and its values together."""
+"""The same for responses: a parameter tree is as deep as its keys and its values together."""
 BRIEF_BYTES: Final = 16 * 1024
-"""An answer up to this size is not worth importing the fast reader."""
+"""A response up to this size is not worth importing the fast reader."""
 INT_MIN: Final = -(2**31)
 INT_MAX: Final = 2**31 - 1
 
 
 class Fault(PiprosError):
-    """The peer answered with an XML-RPC fault: the method does not exist, or it raised.
+    """The peer replied with an XML-RPC fault: the method does not exist, or it raised.
 
     Attributes:
         code: the peer's number; ROS peers use 1 (Python) or -1 (C++).
@@ -47,29 +48,29 @@ class Fault(PiprosError):
 
 
 class Encoded:
-    """A value that is encoded already, to be put into an array or a struct of a response unchanged."""
+    """A value that is encoded already, inserted unchanged into an array or struct of a response."""
 
     __slots__ = ("text",)
 
     def __init__(self, value: Any, *, size_limit: int | None = None) -> None:
-        """Raises what `encode_call` and `encode_response` raise."""
+        """Encode `value`. Raises the errors of `encode_call` and `encode_response`."""
         parts: list[str] = []
         _encode(value, parts, ANSWER_NESTING_LIMIT - 1, _Budget(size_limit))
         self.text = "".join(parts)
 
 
 class ValueTooLarge(PiprosError):
-    """A value is larger than the `size_limit` of the caller."""
+    """A value exceeds the `size_limit` of the caller."""
 
 
 def encode_call(method: str, params: tuple[Any, ...] | list[Any], *, size_limit: int | None = None) -> bytes:
-    """A `methodCall` document.
+    """Return a `methodCall` document.
 
     Raises:
         ValueTooLarge: with `size_limit`, as `encode_response`.
-        TypeError: for a value that XML-RPC cannot carry (None, a set, a dictionary key that is not a string).
-        OverflowError: for an integer beyond 32 bits.
-        ValueError: for a text with control characters, which XML cannot carry.
+        TypeError: XML-RPC has no form for a value (None, a set, a dictionary key that is not a string).
+        OverflowError: an integer exceeds 32 bits.
+        ValueError: a string has control characters, which XML cannot represent.
     """
     parts = ["<?xml version='1.0'?>\n<methodCall><methodName>", _escape(method), "</methodName><params>"]
     budget = _Budget(size_limit)
@@ -82,11 +83,11 @@ def encode_call(method: str, params: tuple[Any, ...] | list[Any], *, size_limit:
 
 
 def encode_response(value: Any, *, size_limit: int | None = None) -> bytes:
-    """A `methodResponse` document that carries one value. Raises what `encode_call` raises.
+    """Return a `methodResponse` document with one value. Raises the errors of `encode_call`.
 
     Raises:
-        ValueTooLarge: the value has more than `size_limit` elements, where a long string or binary counts as
-            one for each `SLICE_CHARACTERS`. It is raised as soon as the count passes the limit.
+        ValueTooLarge: the value has more than `size_limit` elements; a long string or binary counts as one
+            for each `SLICE_CHARACTERS`. Raised as soon as the count exceeds the limit.
     """
     parts = ["<?xml version='1.0'?>\n<methodResponse><params><param>"]
     _encode(value, parts, ANSWER_NESTING_LIMIT, _Budget(size_limit))
@@ -95,7 +96,7 @@ def encode_response(value: Any, *, size_limit: int | None = None) -> bytes:
 
 
 def encode_fault(code: int, text: str) -> bytes:
-    """A `methodResponse` document for a failed call. Never raises: characters that XML forbids become `?`."""
+    """Return a fault document. Never raises: characters that XML forbids become `?`."""
     text = re.sub(_NOT_XML, "?", text)
     return (
         "<?xml version='1.0'?>\n<methodResponse><fault><value><struct>"
@@ -106,7 +107,7 @@ def encode_fault(code: int, text: str) -> bytes:
 
 
 class _Budget:
-    """How much more may be encoded."""
+    """The number of elements that may still be encoded."""
 
     __slots__ = ("_left",)
 
@@ -121,7 +122,8 @@ class _Budget:
 
 SLICE_CHARACTERS: Final = 500
 """Longer strings are encoded in slices of this length, and large documents joined in several steps, so that
-other threads can run in between."""
+other threads can run in between.
+"""
 _PARTS_AT_A_TIME: Final = 1_000
 
 
@@ -196,14 +198,14 @@ def _encoded_text(encoded: Encoded, budget: _Budget) -> str:
 
 
 def _slices(text: str, budget: _Budget) -> list[str]:
-    """A long string, escaped, in slices."""
+    """Return a long string as escaped slices."""
     budget.spend(len(text) // SLICE_CHARACTERS)
     starts = range(0, len(text), SLICE_CHARACTERS)
     return [_escape(text[start : start + SLICE_CHARACTERS]) for start in starts]
 
 
 def _encode_rare(value: Any, budget: _Budget) -> str:
-    """Binary and dates. `xmlrpc.client` and `datetime` are used only if they are imported already."""
+    """Encode binary data and dates. `xmlrpc.client` and `datetime` are used only if imported already."""
     if value is None:
         raise TypeError("cannot marshal None unless allow_none is enabled")
     if isinstance(value, (bytes, bytearray)):
@@ -229,14 +231,14 @@ def _encode_binary(data: bytes, budget: _Budget) -> str:
 
 
 def decode_call(body: bytes | bytearray, *, limit_bytes: int | None = None) -> tuple[str, tuple[Any, ...]]:
-    """The method and the parameters of a `methodCall` document, of at most `Limits.body_bytes` by default.
+    """Return the method and parameters of a `methodCall` document. The default limit is `Limits.body_bytes`.
 
     Base64 becomes `xmlrpc.client.Binary` and dates `xmlrpc.client.DateTime`, as ROS users know them.
 
     Raises:
-        LimitExceeded: for a document larger or deeper than the limits.
-        ProtocolError: for anything that is not an XML-RPC call; also for any DTD, for nil and for integers
-            beyond 32 bits, which could be stored but not sent on.
+        LimitExceeded: the document is larger or deeper than the limits.
+        ProtocolError: the document is not an XML-RPC call, or has a DTD, nil, or integers beyond 32 bits,
+            which could be stored but not sent on.
     """
     _check_size(body, "body_bytes", process_limits().body_bytes if limit_bytes is None else limit_bytes)
     from pipros.wire import xmlrpc_fast
@@ -250,11 +252,11 @@ def decode_call(body: bytes | bytearray, *, limit_bytes: int | None = None) -> t
 
 
 def decode_response(body: bytes | bytearray, *, limit_bytes: int | None = None) -> Any:
-    """The value of a `methodResponse` document, of at most `Limits.answer_bytes` of the process by default.
+    """Return the value of a `methodResponse` document. The default limit is `Limits.answer_bytes`.
 
     Raises:
-        Fault: when it is a fault.
-        LimitExceeded, ProtocolError: as `decode_call`.
+        Fault: the document is a fault.
+        LimitExceeded, ProtocolError: as in `decode_call`.
     """
     _check_size(body, "answer_bytes", process_limits().answer_bytes if limit_bytes is None else limit_bytes)
     if len(body) > BRIEF_BYTES or "pipros.wire.xmlrpc_fast" in sys.modules:

@@ -1,4 +1,4 @@
-"""The fast XML-RPC reader: it reads plain documents, and raises `NeedsExpat` for all others.
+"""The fast XML-RPC reader: reads plain documents, and raises `NeedsExpat` for all others.
 
 It matches whole values with a few regular expressions: tags without attributes, white space between
 them, text with the five entities of XML. For comments, CDATA, character references, other encodings,
@@ -13,16 +13,16 @@ from typing import Any
 
 
 class NeedsExpat(Exception):
-    """The document has something that only `xmlrpc_expat` can read, or is malformed."""
+    """The document uses XML features that only `xmlrpc_expat` reads, or is malformed."""
 
 
 def decode_call(body: bytes | bytearray, nesting_limit: int) -> tuple[str, tuple[Any, ...]]:
-    """As `wire.xmlrpc.decode_call`, or raises `NeedsExpat`."""
+    """Return the method and parameters of a call, as `wire.xmlrpc.decode_call`, or raise `NeedsExpat`."""
     return _Scanner(body).call(nesting_limit)
 
 
 def decode_response(body: bytes | bytearray, nesting_limit: int) -> Any:
-    """As `wire.xmlrpc.decode_response`, or raises `NeedsExpat`."""
+    """Return the value of a response, as `wire.xmlrpc.decode_response`, or raise `NeedsExpat`."""
     return _Scanner(body).response(nesting_limit)
 
 

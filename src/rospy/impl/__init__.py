@@ -1,4 +1,4 @@
-"""Where genuine rospy keeps its inner parts. Names that others import from there are found here."""
+"""The internal modules of genuine rospy, with the names that other code imports from them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _MODULES = (
     *("init", "masterslave", "paramserver", "registration", "rosout", "simtime", "statistics", "tcpros"),
     *("tcpros_base", "tcpros_pubsub", "tcpros_service", "transport", "validators"),
 )
-"""What `import rospy` makes attributes in Noetic, and what is imported here when it is asked for."""
+"""The attributes that `import rospy` sets in Noetic; here they are imported at their first use."""
 
 
 def __getattr__(name: str) -> ModuleType:

@@ -32,13 +32,13 @@ def start_node(
     port: int = 0,
     tcpros_port: int = 0,
 ) -> Node:
-    """Starts the node of this process under a name that is settled, without logging, parameters or signals.
+    """Start the node of this process with a resolved name, without logging, parameters or signals.
 
     Returns:
         The node, which has `uri` and `name`.
 
     Raises:
-        ROSException: there is a node already.
+        ROSException: the process has a node already.
     """
     if session.node is not None:
         raise ROSException(f"this process has a node already: [{session.node.name}]")
@@ -54,5 +54,5 @@ def start_node(
     )
     node.start()
     session.node = node
-    session.make_up_for_what_waits(node)
+    session.run_deferred(node)
     return node

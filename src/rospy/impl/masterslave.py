@@ -6,7 +6,7 @@ from pipros.lazy_names import star_names as _star_names
 from pipros.net.checked_calls import PUBLISHERS
 from pipros.net.checked_calls import apivalidate as apivalidate
 from rosgraph.xmlrpc import XmlRpcHandler as XmlRpcHandler
-from rospy.core import *  # noqa: F403  # what others import from here
+from rospy.core import *  # noqa: F403  # imported from here by other code
 from rospy.impl.paramserver import get_param_server_cache as get_param_server_cache
 from rospy.impl.registration import RegManager as RegManager
 from rospy.impl.registration import get_topic_manager as get_topic_manager
@@ -21,13 +21,13 @@ _star_names(
 )
 
 STATUS, MSG, VAL = 0, 1, 2
-"""Places in an answer: its code, what to say of it, its value."""
+"""Indices in an answer: its code, its message, its value."""
 
 LOG_API = True
 
 
 def is_publishers_list(paramName: str) -> tuple[str, str]:  # noqa: N803  # rospy's name for it
-    """Marks a parameter of `apivalidate` that has to be a list of URIs."""
+    """Mark a parameter of `apivalidate` that must be a list of URIs."""
     return PUBLISHERS, paramName
 
 

@@ -1,4 +1,4 @@
-"""`rospy.impl.paramserver`: a tree of parameters that the master has sent."""
+"""`rospy.impl.paramserver`: a tree of parameters received from the master."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ _star_names(__name__, "threading")
 
 
 class ParamServerCache:
-    """A tree of values by the names of parameters. Safe to use from several threads.
+    """A tree of values by parameter name. Thread-safe.
 
     Attributes:
         d: the tree.
-        lock: held while it changes.
+        lock: held during changes.
         notifier: called with name and value of each update.
     """
 
@@ -29,10 +29,10 @@ class ParamServerCache:
         self.notifier: Callable[[str, Any], object] | None = None
 
     def get(self, key: str) -> Any:
-        """The value of a parameter, or the dictionary of a namespace.
+        """Return the value of a parameter, or the dictionary of a namespace.
 
         Raises:
-            KeyError: it is not there.
+            KeyError: it is not set.
         """
         with self.lock:
             value: Any = self.d
@@ -43,7 +43,7 @@ class ParamServerCache:
             return value
 
     def set(self, key: str, value: Any) -> None:
-        """Sets a parameter, and makes the namespaces above it.
+        """Set a parameter, creating the namespaces above it.
 
         Raises:
             TypeError: the root is set to something other than a dictionary.
@@ -63,7 +63,7 @@ class ParamServerCache:
             tree[last] = value
 
     def update(self, key: str, value: Any) -> None:
-        """Changes a value in a namespace that is there, and tells the notifier.
+        """Change a value in an existing namespace, and call the notifier.
 
         Raises:
             KeyError: the namespace of the parameter does not exist.
@@ -82,10 +82,10 @@ class ParamServerCache:
                 self.notifier(key, value)
 
     def delete(self, key: str) -> None:
-        """Removes a parameter or a namespace.
+        """Remove a parameter or a namespace.
 
         Raises:
-            KeyError: it is not there, or is the root.
+            KeyError: it is not set, or is the root.
         """
         with self.lock:
             if key == GLOBALNS:
@@ -102,7 +102,7 @@ class ParamServerCache:
                 del tree[part]  # a namespace without parameters does not exist
 
     def set_notifier(self, notifier: Callable[[str, Any], object]) -> None:
-        """Has the function called with name and value of each update."""
+        """Call the function with name and value of each update."""
         self.notifier = notifier
 
 
@@ -110,7 +110,7 @@ _cache = ParamServerCache()
 
 
 def get_param_server_cache() -> ParamServerCache:
-    """A cache for the whole process. `rospy.get_param_cached` keeps its own, in `pipros.node.params`."""
+    """Return the cache of the process. `rospy.get_param_cached` has its own, in `pipros.node.params`."""
     return _cache
 
 

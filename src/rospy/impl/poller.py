@@ -4,4 +4,4 @@ from rospy.impl.transport import InternalOfRospy
 
 
 class Poller(InternalOfRospy):
-    """Notices that connections were closed; links of pipros do so themselves."""
+    """Detects closed connections in genuine rospy; links of pipros do so themselves."""

@@ -1,4 +1,4 @@
-"""`rospy.impl.registration`: what the node has registered, and who listens to that."""
+"""`rospy.impl.registration`: the registrations of the node, and their listeners."""
 
 from __future__ import annotations
 
@@ -32,33 +32,33 @@ _listeners = RegistrationListeners()
 
 
 def get_registration_listeners() -> RegistrationListeners:
-    """The listeners of this process. They hear of what the node registers from now on."""
+    """Return the listeners of this process, which are notified of further registrations."""
     managers.watch(_listeners.notify_added, _listeners.notify_removed)
     return _listeners
 
 
 def get_topic_manager() -> Any:
-    """The topics of the node; see `rospy.managers.TopicManager`."""
+    """Return the topics of the node; see `rospy.managers.TopicManager`."""
     return managers.topics
 
 
 def set_topic_manager(tm: Any) -> None:
-    """Has `get_topic_manager` answer that from now on. What publishes and subscribes stays as it is."""
+    """Set the result of `get_topic_manager`. Publishers and subscribers are not affected."""
     managers.topics = tm
 
 
 def get_service_manager() -> Any:
-    """The services of the node; see `rospy.managers.ServiceManager`."""
+    """Return the services of the node; see `rospy.managers.ServiceManager`."""
     return managers.services
 
 
 def set_service_manager(sm: Any) -> None:
-    """Has `get_service_manager` answer that from now on. What is served stays as it is."""
+    """Set the result of `get_service_manager`. Services are not affected."""
     managers.services = sm
 
 
 def __getattr__(name: str) -> Any:
-    """The managers under the names by which some packages reach for them."""
+    """Return the managers under the names that some packages use."""
     if name == "_topic_manager":
         return managers.topics
     if name == "_service_manager":

@@ -1,4 +1,4 @@
-"""`rospy.impl.rosout`: what is logged goes to `/rosout`."""
+"""`rospy.impl.rosout`: log output to `/rosout`."""
 
 from __future__ import annotations
 
@@ -26,23 +26,24 @@ _logging_to_rospy_levels = {number: level for level, number in _rospy_to_logging
 
 
 class RosOutHandler(logging.Handler):
-    """Sends what it gets to `/rosout`, as the node's own handler does. Nothing goes out before init_node.
+    """Publishes log records on `/rosout`, as the node's own handler does. Before init_node it publishes
+    nothing.
 
     The logger `rosout` has one already; give this to another logger.
     """
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Sends a record."""
+        """Publish a record."""
         if session.rosout_handler is not None:
             session.rosout_handler.emit(record)
 
 
 def init_rosout() -> None:
-    """Opens `/rosout`, if `init_node` was told not to. Does nothing when it is open, and before init_node."""
+    """Open `/rosout` after `init_node(disable_rosout=True)`. Otherwise does nothing."""
     session.open_rosout()
 
 
 def load_rosout_handlers(level: int) -> None:
-    """Has what is logged from that level of ROS on go to `/rosout`."""
+    """Publish log records of that ROS level and above on `/rosout`."""
     session.open_rosout()
     session.logger.setLevel(_rospy_to_logging_levels[level])

@@ -9,7 +9,7 @@ _star_names(__name__, "rosgraph_msgs.msg:Clock rosgraph rospy traceback")
 
 
 def init_simtime() -> None:
-    """Has the node take its time from `/clock` if `/use_sim_time` is set. `init_node` sees to it for others.
+    """Make the node use `/clock` if `/use_sim_time` is set. `init_node` does this itself.
 
     Raises:
         ROSInitException: before init_node.

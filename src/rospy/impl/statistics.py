@@ -1,4 +1,4 @@
-"""`rospy.impl.statistics`: genuine rospy's measuring of topics; see `pipros.node.topic_statistics`."""
+"""`rospy.impl.statistics`: genuine rospy's topic statistics; see `pipros.node.topic_statistics`."""
 
 from pipros.lazy_names import star_names as _star_names
 from rospy.impl.transport import InternalOfRospy

@@ -12,5 +12,5 @@ _star_names(__name__, "rospy")
 
 
 def init_tcpros(port: int = 0) -> None:
-    """Does nothing: `init_node(tcpros_port=…)` opens the port."""
+    """Do nothing: `init_node(tcpros_port=…)` opens the port."""
     del port

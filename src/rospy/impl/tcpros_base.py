@@ -13,7 +13,7 @@ from pipros.lazy_names import star_names as _star_names
 from pipros.msg.base import Message as Message
 from pipros.msg.errors import DeserializationError as DeserializationError
 from pipros.wire.uri import split_uri
-from rospy.core import *  # noqa: F403  # what others import from here
+from rospy.core import *  # noqa: F403  # imported from here by other code
 from rospy.exceptions import ROSInternalException as ROSInternalException
 from rospy.exceptions import TransportException as TransportException
 from rospy.exceptions import TransportInitError as TransportInitError
@@ -52,7 +52,7 @@ class TCPROSServer(InternalOfRospy):
 
 
 class TCPROSTransportProtocol(InternalOfRospy):
-    """What genuine rospy's connections of one topic or service have in common."""
+    """The common part of genuine rospy's connections of one topic or service."""
 
 
 class TCPROSTransport(InternalOfRospy, Transport):
@@ -60,7 +60,7 @@ class TCPROSTransport(InternalOfRospy, Transport):
 
 
 def recv_buff(sock: socket.socket, b: io.BytesIO, buff_size: int) -> int:
-    """Appends up to a number of received bytes to a buffer, and returns how many came.
+    """Append a limited number of received bytes to a buffer, and return how many were received.
 
     Raises:
         TransportTerminated: the other side has closed the connection.
@@ -72,7 +72,7 @@ def recv_buff(sock: socket.socket, b: io.BytesIO, buff_size: int) -> int:
 
 
 def read_ros_handshake_header(sock: socket.socket, b: io.BytesIO, buff_size: int) -> dict[str, str]:
-    """Reads a connection header; see `rosgraph.network`.
+    """Read a connection header; see `rosgraph.network`.
 
     Raises:
         ROSHandshakeException: it is malformed, or the connection ended before it was complete.
@@ -83,14 +83,14 @@ def read_ros_handshake_header(sock: socket.socket, b: io.BytesIO, buff_size: int
 
 
 def write_ros_handshake_header(sock: socket.socket, header: Mapping[str, Any]) -> int:
-    """Sends a connection header, and returns its length; see `rosgraph.network`."""
+    """Send a connection header, and return its length; see `rosgraph.network`."""
     from rosgraph import network
 
     return network.write_ros_handshake_header(sock, header)
 
 
 def get_tcpros_server_address() -> tuple[str, int] | None:
-    """Host and port at which the node takes connections; None before init_node."""
+    """Return the host and port at which the node accepts connections; None before init_node."""
     if session.node is None:
         return None
     host, port, _ = split_uri(session.node.endpoints.service_uri, ["rosrpc"])
@@ -98,10 +98,10 @@ def get_tcpros_server_address() -> tuple[str, int] | None:
 
 
 def init_tcpros_server(port: int = 0) -> None:
-    """Does nothing: `init_node(tcpros_port=…)` opens the port."""
+    """Do nothing: `init_node(tcpros_port=…)` opens the port."""
     del port
 
 
 def start_tcpros_server() -> tuple[str, int] | None:
-    """As `get_tcpros_server_address`: `init_node` has started to take connections."""
+    """Return `get_tcpros_server_address()`: `init_node` has started to accept connections."""
     return get_tcpros_server_address()

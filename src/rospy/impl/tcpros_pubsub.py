@@ -30,15 +30,15 @@ class TCPROSSub(TCPROSTransportProtocol):
 
 
 class QueuedConnection(InternalOfRospy):
-    """A connection with a queue and a thread of its own."""
+    """A connection with its own queue and thread."""
 
 
 class TCPROSHandler(InternalOfRospy, ProtocolHandler):
-    """Makes genuine rospy's connections of topics."""
+    """Creates genuine rospy's connections of topics."""
 
 
 def get_tcpros_handler() -> None:
-    """None: the node of pipros makes its connections itself."""
+    """Return None: the node of pipros opens its connections itself."""
 
 
 def robust_connect_subscriber(
@@ -49,7 +49,7 @@ def robust_connect_subscriber(
     receive_cb: object,
     resolved_topic_name: str,
 ) -> None:
-    """Connected to a publisher in genuine rospy. The node of pipros does so itself.
+    """Refuse to connect to a publisher, which the node of pipros does itself, unlike genuine rospy.
 
     Raises:
         NotImplementedError: always.
@@ -62,7 +62,7 @@ def robust_connect_subscriber(
 
 
 def check_if_still_publisher(resolved_topic_name: str, pub_uri: str) -> bool:
-    """Whether the master has the node of that URI as a publisher of the topic; False when it does not say."""
+    """Return whether the master lists the URI's node as a publisher; False if it does not answer."""
     try:
         state = SystemState.from_state(session.master.get_system_state())
         nodes = state.publishers.get(resolved_topic_name, [])

@@ -43,7 +43,7 @@ class TCPROSServiceClient(TCPROSTransportProtocol):
 
 
 def service_connection_handler(sock: object, client_addr: object, header: object) -> str:
-    """Takes a caller's connection in genuine rospy; the node of pipros does so itself.
+    """Refuse to accept a caller's connection, which the node of pipros does itself, unlike genuine rospy.
 
     Raises:
         NotImplementedError: always.

@@ -1,7 +1,7 @@
-"""`rospy.impl.transport`: what a connection is to genuine rospy.
+"""`rospy.impl.transport`: genuine rospy's connection classes.
 
-Connections of pipros are `pipros.net` links. These classes describe them, and are bases for those that
-others write.
+Connections of pipros are `pipros.net` links. These classes describe them, and are base classes for other
+code.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ class Transport:
         direction: `i`, `o` or `b`.
         name: the topic or service.
         id: its number in this process.
-        endpoint_id: who is on the other side.
+        endpoint_id: the peer.
         local_endpoint, remote_endpoint: addresses and ports.
-        stat_bytes, stat_num_msg: what has passed.
+        stat_bytes, stat_num_msg: the traffic so far.
         done: true once it is closed.
     """
 
@@ -50,34 +50,34 @@ class Transport:
         self.remote_endpoint: tuple[Any, int] = (0, 0)
 
     def fileno(self) -> int | None:
-        """The number of its socket; None when it has none."""
+        """Return the number of its socket; None if it has none."""
         return None
 
     def close(self) -> None:
-        """Marks it as closed, and calls the cleanup callback with it. More than once when repeated."""
+        """Mark it as closed, and call the cleanup callback with it, once per call."""
         self.done = True
         if self.cleanup_cb is not None:
             self.cleanup_cb(self)
 
     def set_cleanup_callback(self, cleanup_callback: Callable[[Any], object]) -> None:
-        """Has the function called when the connection closes."""
+        """Call the function when the connection closes."""
         self.cleanup_cb = cleanup_callback
 
     def write_data(self, data: bytes) -> None:
-        """Sends bytes. For derived classes.
+        """Send bytes. For derived classes.
 
         Raises:
-            Exception: this class has nothing to send by.
+            Exception: always, in this class.
         """
-        raise Exception("not implemented")  # the kind that callers of rospy catch
+        raise Exception("not implemented")  # the type that callers of rospy catch
 
     def get_transport_info(self) -> str:
-        """The connection in words. For derived classes."""
+        """Return the connection in words. For derived classes."""
         raise NotImplementedError
 
 
 class DeadTransport(Transport):
-    """What is left of a connection once it is closed: its numbers."""
+    """The remaining data of a closed connection: its numbers."""
 
     def __init__(self, transport: Transport) -> None:
         super().__init__(transport.direction, transport.name)
@@ -90,34 +90,34 @@ class DeadTransport(Transport):
 
 
 class ProtocolHandler:
-    """Base of classes that make connections of one protocol."""
+    """Base of classes that create connections of one protocol."""
 
     def shutdown(self) -> None:
-        """Ends it."""
+        """End it."""
 
     def create_transport(self, topic: str, pub_uri: str, protocol_params: list[Any]) -> Any:
-        """Connects to a publisher. For derived classes."""
+        """Connect to a publisher. For derived classes."""
         raise Exception("interface impl")
 
     def supports(self, protocol: str) -> bool:
-        """Whether it speaks the protocol."""
+        """Return whether it supports the protocol."""
         del protocol
         return False
 
     def get_supported(self) -> list[list[str]]:
-        """The protocols that it speaks, with their parameters."""
+        """Return the protocols that it supports, with their parameters."""
         return []
 
     def init_publisher(self, topic: str, protocol: list[Any]) -> Any:
-        """Answers a subscriber that asks for a topic. For derived classes."""
+        """Answer a subscriber's topic request. For derived classes."""
         raise Exception("interface impl")
 
 
 class InternalOfRospy:
-    """A class of genuine rospy's transport: it can be named, and derived from, but not made.
+    """A class of genuine rospy's transport: it can be named and subclassed, but not instantiated.
 
     Raises:
-        NotImplementedError: when one is made.
+        NotImplementedError: on instantiation.
     """
 
     def __init__(self, *args: object, **kwargs: object) -> None:

@@ -204,7 +204,7 @@ def test_the_oldest_notice_is_dropped_when_too_many_wait_for_a_node(
     assert [notice.params[1] for report, notice in case.recipients.reports if report == "finished"] == [
         "/t0", "/t1", "/under_way", "/t2", "/t3",
     ]  # fmt: skip
-    assert caplog.text.count("does not answer: more than 2 notices wait for it") == 1
+    assert caplog.text.count("does not answer: more than 2 notices are queued for it") == 1
 
 
 def test_a_node_that_has_moved_is_not_called_any_more(case: Case) -> None:

@@ -210,6 +210,4 @@ def test_further_refusals_are_reported_later(
     monkeypatch.setattr("pipros.net.refusals._REPORT_EVERY_S", 0)
     refusals.report()
     refusals.report()
-    assert [record.getMessage() for record in caplog.records[1:]] == [
-        "refused 99 more, of 100 since the start"
-    ]
+    assert [record.getMessage() for record in caplog.records[1:]] == ["99 more refusals, 100 in total"]

@@ -20,14 +20,14 @@ def test_a_link_with_a_backlog_lets_others_have_their_turn(
     queue_size: int | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(incoming, "TURN_S", -1.0)  # over with each message
-    turn, began, order = DeliveryLock(), threading.Event(), list[str]()
+    delivery_lock, began, order = DeliveryLock(), threading.Event(), list[str]()
 
     def make_link(name: str, received: bytes = b"") -> tuple[IncomingLink, socket.socket]:
         def deliver(_: object) -> None:
             order.append(name)
             began.set()
             if len(order) == 1:
-                wait_until(turn.is_wanted, what="the other link")
+                wait_until(delivery_lock.is_wanted, what="the other link")
 
         theirs = socket.create_connection(server.getsockname())
         ours, _ = server.accept()
@@ -35,7 +35,7 @@ def test_a_link_with_a_backlog_lets_others_have_their_turn(
             ours,
             name=name,
             deliver=deliver,
-            turn=turn,
+            delivery_lock=delivery_lock,
             queue_size=queue_size,
             on_closed=lambda _, error: None,
             published=PublishCount(),
@@ -65,10 +65,10 @@ def test_a_link_polls_longer_for_the_next_frame_after_the_node_has_published(
     receive = PollingReceiver.receive_into
 
     def receive_and_note(
-        receiver: PollingReceiver, sock: socket.socket, buffer: memoryview, most_looks: int | None
+        receiver: PollingReceiver, sock: socket.socket, buffer: memoryview, max_polls: int | None
     ) -> int:
-        polled.append(most_looks)
-        return receive(receiver, sock, buffer, most_looks)
+        polled.append(max_polls)
+        return receive(receiver, sock, buffer, max_polls)
 
     def deliver(frame: memoryview | bytes) -> None:
         if frame == b"q":
@@ -83,7 +83,7 @@ def test_a_link_polls_longer_for_the_next_frame_after_the_node_has_published(
         ours,
         name="link",
         deliver=deliver,
-        turn=DeliveryLock(),
+        delivery_lock=DeliveryLock(),
         queue_size=None,
         on_closed=lambda _, error: None,
         published=published,
@@ -94,5 +94,5 @@ def test_a_link_polls_longer_for_the_next_frame_after_the_node_has_published(
             theirs.sendall(b"\x01\x00\x00\x00" + text)
             wait_until(lambda: len(delivered) > number)  # noqa: B023 # waited for in this round
     link.join(10)
-    few = incoming.LISTENER_LOOKS
+    few = incoming.IDLE_POLLS
     assert polled[:6] == [few, few, few, None, few, few]

@@ -254,7 +254,7 @@ def test_one_that_sends_too_much_loses_the_link_with_a_reason() -> None:
 def test_the_header_is_sent_first_and_is_not_counted() -> None:
     subscriber = Subscriber(10)
     subscriber.sock.space = 100
-    subscriber.link.greet(b"header")
+    subscriber.link.send_header(b"header")
     subscriber.send(1)
     assert subscriber.sock.sent == b"header" + b"1" * SIZE
     assert subscriber.link.statistics.frames == 1

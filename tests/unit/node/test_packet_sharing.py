@@ -135,11 +135,11 @@ class Topic:
 
 def test_all_links_share_packets_in_a_burst_and_new_ones_too() -> None:
     topic = Topic()
-    topic.sharing.welcome(topic.links[0])
+    topic.sharing.apply_to(topic.links[0])
     topic.send(1 + RUN_LENGTH, CLOSE)
     assert [link.changes for link in topic.links] == [[False, True], [True]]
     topic.links.append(Link())
-    topic.sharing.welcome(topic.links[2])
+    topic.sharing.apply_to(topic.links[2])
     topic.send(RUN_LENGTH, FAR)
     assert [link.changes[-2:] for link in topic.links] == [[True, False]] * 3
 

@@ -10,10 +10,10 @@ class PackageNotFoundError(LookupError):
 
 
 def get_package_share_directory(package_name: str) -> str:
-    """The folder of a package on `ROS_PACKAGE_PATH`, or of one that comes with pipros.
+    """Return the folder of a package on `ROS_PACKAGE_PATH`, or of one shipped with pipros.
 
     Raises:
-        PackageNotFoundError: there is none of that name.
+        PackageNotFoundError: there is no package of that name.
     """
     found = ImportablePackages().find(package_name)
     if found is None:
