@@ -20,7 +20,7 @@ import sys
 import time
 from contextlib import ExitStack
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.net.this_machine import Caller
 

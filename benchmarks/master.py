@@ -115,7 +115,7 @@ def crowd_nodes():
     """The APIs of a crowd: one server, URIs that differ by path. Prints its port, serves until killed."""
     import asyncio
 
-    from pipros.limits import Limits
+    from pipros.basics.limits import Limits
     from pipros.net.rpc_server import RpcServer
 
     async def serve():

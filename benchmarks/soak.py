@@ -25,7 +25,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node

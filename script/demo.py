@@ -15,7 +15,7 @@ from pathlib import Path
 from xmlrpc.client import ServerProxy
 
 from pipros.cli import roslaunch
-from pipros.env import DEFAULT_MASTER_URI, InvalidEnvironment, split_master_uri
+from pipros.basics.env import DEFAULT_MASTER_URI, InvalidEnvironment, split_master_uri
 
 _REPOSITORY = Path(__file__).resolve().parents[1]
 _EXAMPLES = _REPOSITORY / "examples" / "catkin_ws" / "src"

@@ -32,10 +32,10 @@ __all__ = [
 
 TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take milliseconds
 if TYPE_CHECKING:
-    from pipros.env import Environment
-    from pipros.errors import NotFound, PiprosError, Refused, Unreachable
+    from pipros.basics.env import Environment
+    from pipros.basics.errors import NotFound, PiprosError, Refused, Unreachable
     from pipros.launch.roscore import Core
-    from pipros.limits import Limits
+    from pipros.basics.limits import Limits
     from pipros.master.master import Master
     from pipros.msg import load_message_class, load_service_class
     from pipros.net.master_client import MasterClient
@@ -48,20 +48,20 @@ if TYPE_CHECKING:
 _MODULES = {
     "CallTimeout": "pipros.node.service_client",
     "Core": "pipros.launch.roscore",
-    "Environment": "pipros.env",
-    "Limits": "pipros.limits",
+    "Environment": "pipros.basics.env",
+    "Limits": "pipros.basics.limits",
     "Master": "pipros.master.master",
     "MasterClient": "pipros.net.master_client",
     "Node": "pipros.node.node",
-    "NotFound": "pipros.errors",
-    "PiprosError": "pipros.errors",
+    "NotFound": "pipros.basics.errors",
+    "PiprosError": "pipros.basics.errors",
     "Publisher": "pipros.node.publisher",
-    "Refused": "pipros.errors",
+    "Refused": "pipros.basics.errors",
     "ServiceClient": "pipros.node.service_client",
     "ServiceFailed": "pipros.node.service_client",
     "ServiceServer": "pipros.node.service_server",
     "Subscriber": "pipros.node.subscriber",
-    "Unreachable": "pipros.errors",
+    "Unreachable": "pipros.basics.errors",
     "load_message_class": "pipros.msg",
     "load_service_class": "pipros.msg",
 }

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from actionlib_msgs.msg import GoalID
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.node import Node

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from pipros.bag import open_bag
-from pipros.env import Environment
-from pipros.errors import PiprosError
+from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
 from pipros.net.master_client import MasterClient
 from pipros.node import Node

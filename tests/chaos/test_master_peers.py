@@ -17,7 +17,7 @@ from contextlib import contextmanager, suppress
 
 import pytest
 
-from pipros.errors import Refused, Unreachable
+from pipros.basics.errors import Refused, Unreachable
 from pipros.net.master_client import MasterClient
 from pipros.wire.http import build_request
 from pipros.wire.xmlrpc import Fault, encode_call

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from pipros.env import Environment
-from pipros.limits import Limits
+from pipros.basics.env import Environment
+from pipros.basics.limits import Limits
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.net.master_client import MasterClient

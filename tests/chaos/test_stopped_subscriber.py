@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.msg import load_message_class
 from pipros.net import outgoing, sockets
 from pipros.wire.header import HeaderReader, encode_header

@@ -15,7 +15,7 @@ from pipros.bag.index import ENTRY
 from pipros.bag.info import bag_info, info_text, info_yaml
 from pipros.bag.reader import BagReader
 from pipros.bag.repair import reindex
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from tests.fuzz import mutation
 
 WORDS = [

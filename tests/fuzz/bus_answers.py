@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.graph.drawing.node_graph import GraphOptions
 from pipros.graph.drawing.scene import draw
 from pipros.graph.observer import SystemObserver

@@ -19,7 +19,7 @@ from unittest import mock
 
 from pipros.cmake import interpreter, regex
 from pipros.cmake.language import CMakeError
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.workspace.catkin.project_reader import read_project
 from tests.fuzz import mutation
 

@@ -10,7 +10,7 @@ import sys
 from contextlib import suppress
 from typing import Any
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.language.parse import parse_action, parse_service
 from pipros.msg.language.spec import DefinitionError

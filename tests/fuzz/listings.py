@@ -19,7 +19,7 @@ from typing import Any
 from unittest import mock
 
 from pipros.cli import complete, rosnode, rosparam, rosservice, rostopic
-from pipros.printable import printable
+from pipros.basics.printable import printable
 from pipros.wire.xmlrpc import decode_call, encode_response
 from tests.fuzz import mutation
 

@@ -14,7 +14,7 @@ import tracemalloc
 from pipros.bag.errors import BagError
 from pipros.bag.info import bag_info, info_text
 from pipros.bag.mcap_files import McapReader, recover
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from tests.fuzz import mutation
 
 WORDS = [

@@ -11,7 +11,7 @@ import io
 import sys
 import tracemalloc
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
 from pipros.msg.base import Message
 from pipros.msg.errors import DeserializationError, SerializationError

@@ -14,7 +14,7 @@ import time
 from contextlib import ExitStack, suppress
 from typing import Any
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.graph.message_path import parse_path
 from pipros.graph.raw_decoder import RawDecoder
 from pipros.msg import load_message_class

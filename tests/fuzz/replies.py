@@ -15,7 +15,7 @@ from contextlib import suppress
 
 from std_msgs.msg import Empty
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.node.service_client import CallTimeout, ServiceFailed, ServiceLink
 from pipros.wire.handshake import WireType
 from tests.fuzz import mutation

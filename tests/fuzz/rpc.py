@@ -13,7 +13,7 @@ import sys
 from contextlib import suppress
 from typing import Any
 
-from pipros.errors import ProtocolError
+from pipros.basics.errors import ProtocolError
 from pipros.wire import xmlrpc_expat, xmlrpc_fast
 from pipros.wire.http import HttpError, Request, RequestReader, ResponseReader
 from pipros.wire.xmlrpc import (

@@ -11,7 +11,7 @@ import logging
 import sys
 import tracemalloc
 
-from pipros.limits import process_limits
+from pipros.basics.limits import process_limits
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.errors import DeserializationError
 from pipros.msg.language.spec import DefinitionError

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.safe.yaml import YamlError, load_all
 from tests.fuzz import mutation
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
 from tests.support.ros import RosSystem

@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from pipros.env import Environment
-from pipros.errors import Refused, Unreachable
+from pipros.basics.env import Environment
+from pipros.basics.errors import Refused, Unreachable
 from pipros.master import notifier
 from pipros.master.master import Master
 from pipros.master.options import Probing

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from pipros.errors import ProtocolError, Unreachable
-from pipros.limits import Limits
+from pipros.basics.errors import ProtocolError, Unreachable
+from pipros.basics.limits import Limits
 from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_async_client import AsyncRpcClient, call_async
 from pipros.net.rpc_client import RpcClient

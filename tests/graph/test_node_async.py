@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node

@@ -11,8 +11,8 @@ from typing import Any, NoReturn
 
 import pytest
 
-from pipros.env import Environment
-from pipros.errors import Interrupted, Refused
+from pipros.basics.env import Environment
+from pipros.basics.errors import Interrupted, Refused
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.errors import SerializationError

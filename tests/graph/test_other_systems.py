@@ -7,7 +7,7 @@ from tests.support.without_posix import run_without_posix
 GRAPH = """
 import os, threading
 from pipros.cli import rosmsg, rosnode, rosparam, rosservice, rostopic
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.master.master import Master
 from pipros.node import Node
 from std_msgs.msg import String

@@ -19,7 +19,7 @@ import rosgraph.network
 import rosgraph.xmlrpc
 import rosmaster
 import rosmaster.master
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.node import Node
 from tests.support.waiting import wait_until
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from pipros.cli.rosmaster import main
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.net.master_client import MasterClient
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Process, Processes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.launch.console import Console
 from pipros.launch.session_master import SessionMaster
 from pipros.master.master import Master

@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from pipros.env import Environment
-from pipros.errors import Unreachable
+from pipros.basics.env import Environment
+from pipros.basics.errors import Unreachable
 from pipros.graph import loggers
 from pipros.graph.errors import GraphError
 from pipros.health import examine as examining

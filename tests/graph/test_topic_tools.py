@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage

@@ -28,8 +28,8 @@ HEARD = r"\[INFO\] \[\d+\.\d+\]: Battery level of vehicle: %\d+|^heard %25 from 
 
 WAIT_FOR_SUBSCRIBERS = """
 import sys, threading
-from pipros.env import Environment
-from pipros.errors import PiprosError
+from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
 from pipros.net.master_client import MasterClient
 master, pause = MasterClient(Environment.from_os().master_uri, "/test"), threading.Event()
 def count():

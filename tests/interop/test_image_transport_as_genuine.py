@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from PIL import Image as Pictures
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
-from pipros.vision.compressed_images import decompressed
-from pipros.vision.picture_files import PillowCodec
+from pipros.libraries.vision.compressed_images import decompressed
+from pipros.libraries.vision.picture_files import PillowCodec
 from tests.support.environments import REPOSITORY
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from pipros.env import DISTRIBUTION
+from pipros.basics.env import DISTRIBUTION
 from tests.support.answers import Answer, ask
 from tests.support.ros import RosSystem, Side
 

@@ -133,7 +133,7 @@ def check_that_all_works(ros: RosSystem, prefix: Path) -> None:
     side = ros.pipros
     assert Path(side.environment["ROS_ROOT"]).is_dir()
     assert Path(side.environment["ROS_ETC_DIR"]).is_dir()
-    expected = f'data: "north 1.5 7 {REPOSITORY}/src/rospy/__init__.py"'
+    expected = f'data: "north 1.5 7 {REPOSITORY}/facades/api/rospy/__init__.py"'
 
     launch = side.start("roslaunch", "-p", str(ros.port), "mixed", "both.launch")
     ros.wait_for_publisher("/report")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.net.master_client import MasterClient
 from tests.support.ros import RosSystem, Side
 from tests.support.waiting import wait_until

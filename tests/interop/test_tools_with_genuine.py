@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
 from tests.support.answers import ask

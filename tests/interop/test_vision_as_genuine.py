@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from pipros.vision.calibration import Calibration, formatted
-from pipros.vision.calibration_files import save
+from pipros.libraries.vision.calibration import Calibration, formatted
+from pipros.libraries.vision.calibration_files import save
 from tests.support.environments import REPOSITORY
 
 PROGRAMS = Path(__file__).parent / "programs"

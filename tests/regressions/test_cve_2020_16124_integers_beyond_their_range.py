@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.errors import ProtocolError
+from pipros.basics.errors import ProtocolError
 from pipros.wire.http import HttpError, RequestReader, ResponseReader
 from pipros.wire.xmlrpc import decode_call
 

@@ -6,7 +6,7 @@ import socket
 
 import pytest
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.master.master import Master
 from pipros.net.master_client import MasterClient
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 from pipros.net.rpc_client import RpcClient
 from tests.support.nodes import MakeNode
 from tests.support.waiting import wait_until

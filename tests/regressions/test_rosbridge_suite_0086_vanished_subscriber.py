@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.msg import load_message_class
 from pipros.wire.header import encode_header
 from tests.support.nodes import Inbox, MakeNode, wait_until_connected

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.input_file import read_file, read_text
+from pipros.basics.input_file import read_file, read_text
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
 

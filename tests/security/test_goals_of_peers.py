@@ -8,7 +8,7 @@ from typing import Any
 
 from actionlib_msgs.msg import GoalID, GoalStatus
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.node import Node

@@ -15,7 +15,7 @@ from pipros.bag.index import ENTRY, ChunkInfo, chunk_header_bytes, index_record
 from pipros.bag.layout import Layout
 from pipros.bag.reader import RawMessage
 from pipros.bag.records import TIME, U32, Op, record_bytes
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from tests.support.bags import bag_bytes, some_rows
 from tests.support.memory import memory_of
 

@@ -10,7 +10,7 @@ import pytest
 from pipros.bag import BagFormatError, NotIndexed
 from pipros.bag.mcap_files import McapReader, recover
 from pipros.bag.mcap_records import Summary
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from tests.support.mcap import chunk_record, index_of, mcap_bytes, messages_record, with_summary
 from tests.support.memory import memory_of
 

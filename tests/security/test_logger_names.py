@@ -6,7 +6,7 @@ import logging
 import uuid
 from typing import Any
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.msg import load_service_class
 from pipros.node.logger_services import serve_loggers
 from tests.support.nodes import MakeNode, listening_log

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.errors import DeserializationError
 from pipros.msg.language.digest import DEPTH_LIMIT, SEPARATOR

@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.msg import load_message_class, load_service_class
 from pipros.net.rpc_client import RpcClient
 from pipros.node import Node

@@ -11,7 +11,7 @@ from xmlrpc.client import ServerProxy
 
 import pytest
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_server import RpcServer

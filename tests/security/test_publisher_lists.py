@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.net.rpc_client import RpcClient

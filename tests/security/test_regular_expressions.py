@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
 from tests.support.ros import RosSystem

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.launch.logs import LogFolder, LogFolderUnusable
-from pipros.log_file import Planted, open_to_write
+from pipros.basics.log_file import Planted, open_to_write
 from pipros.node.log import open_file_handler
 from tests.support.ros import RosSystem
 from tests.support.users import give_away, needs_other_users
@@ -125,7 +125,7 @@ def test_a_link_to_itself_is_an_error(tmp_path: Path) -> None:
 @pytest.mark.skipif(not os.path.exists("/dev/stderr"), reason="needs /dev/stderr")
 @pytest.mark.parametrize("device", ["/dev/null", "/dev/stderr"])
 def test_devices_may_be_log_files(device: str) -> None:
-    code = f"from pipros.log_file import LogFile; LogFile({device!r}).write('a line\\n')"
+    code = f"from pipros.basics.log_file import LogFile; LogFile({device!r}).write('a line\\n')"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
 
     assert ran.stderr == ("a line\n" if device == "/dev/stderr" else "")

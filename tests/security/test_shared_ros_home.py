@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cache_files import CacheFolder
+from pipros.basics.cache_files import CacheFolder
 from pipros.master.store import Store, StoreUntrusted
 from pipros.msg.importing.library import Library
 from pipros.workspace.index import PackageIndex

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.msg import load_message_class
 from tests.support.nodes import Inbox, MakeNode, wait_until_connected
 from tests.support.subscribers import dripping_subscriber, raw_subscriber

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from typing import Any
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.msg import load_message_class
 from tests.support.nodes import MakeNode, listening_log, wait_until_connected
 from tests.support.subscribers import raw_subscriber

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from std_msgs.msg import Empty
 
-from pipros.env import Environment
-from pipros.errors import NotFound
+from pipros.basics.env import Environment
+from pipros.basics.errors import NotFound
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.dynamic import message_classes_from_text

@@ -7,8 +7,8 @@ from threading import Thread
 
 import pytest
 
-from pipros.errors import LimitExceeded, Refused
-from pipros.limits import Limits
+from pipros.basics.errors import LimitExceeded, Refused
+from pipros.basics.limits import Limits
 from pipros.master.master import Master
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient

@@ -14,7 +14,7 @@ from std_msgs.msg import String
 
 from pipros.bag.mcap_records import MAGIC, Summary, read_summary
 from pipros.bag.source import Source
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 
 
 def mcap_bytes(times: Iterable[int], *, chunk_bytes: int = 1 << 20, text: bytes = b"") -> bytes:

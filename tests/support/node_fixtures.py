@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.master.master import Master
 from pipros.node import Node
 from tests.support.nodes import MakeNode

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 from xmlrpc.client import ServerProxy
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.launch.roscore import Core
 from tests.support.environments import genuine_environment, pipros_environment
 from tests.support.processes import Process, Processes

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from pipros.errors import Refused
+from pipros.basics.errors import Refused
 from pipros.net.master_client import MasterClient
 
 Answers = Mapping[tuple[Any, ...], Any]

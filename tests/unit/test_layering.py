@@ -120,7 +120,7 @@ def known_imports() -> dict[str, set[str]]:
 
 
 def package_of(file: Path) -> str:
-    """`master` for pipros/master/master.py, `names` for pipros/names.py, `facade` for rospy/…"""
+    """`master` for pipros/master/master.py, `names` for pipros/basics/names.py, `facade` for rospy/…"""
     parts = file.relative_to(SRC).with_suffix("").parts
     if parts[0] != "pipros":
         return "facade"

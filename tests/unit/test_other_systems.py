@@ -78,7 +78,7 @@ for compression in ("none", "bz2"):
 TRANSFORMS = """
 import rospy, tf2_ros
 from geometry_msgs.msg import TransformStamped
-from pipros.transforms.buffer import FrameBuffer
+from pipros.libraries.transforms.buffer import FrameBuffer
 
 frames = FrameBuffer()
 for second in (1, 3):

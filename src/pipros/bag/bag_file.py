@@ -12,7 +12,7 @@ from pipros.bag.repair import reindex
 from pipros.bag.source import Source
 from pipros.bag.topic_writer import TopicWriter
 from pipros.bag.writer import BagWriter
-from pipros.limits import process_limits
+from pipros.basics.limits import process_limits
 
 
 class BagFile:

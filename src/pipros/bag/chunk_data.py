@@ -12,7 +12,7 @@ from pipros.bag.compression import NONE, decompress
 from pipros.bag.errors import BagFormatError
 from pipros.bag.index import ChunkHeader
 from pipros.bag.source import Source
-from pipros.limits import Limits, limit_text
+from pipros.basics.limits import Limits, limit_text
 
 LARGE_BYTES = 16 * 1024 * 1024
 """Uncompressed chunks above this size are not read as a whole: their messages are read one by one."""

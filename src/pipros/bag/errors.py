@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pipros.errors import PiprosError
-from pipros.printable import printable
+from pipros.basics.errors import PiprosError
+from pipros.basics.printable import printable
 
 _TEXT_LIMIT = 2_000
 

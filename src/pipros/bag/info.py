@@ -11,7 +11,7 @@ from typing import Any
 
 from pipros.bag.errors import BagError
 from pipros.bag.reader import BagReader
-from pipros.printable import listed
+from pipros.basics.printable import listed
 
 _PLAIN = re.compile(r"[\w/.*~+-]*")
 

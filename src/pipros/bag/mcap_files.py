@@ -25,8 +25,8 @@ from pipros.bag.reader import BagReader, RawMessage
 from pipros.bag.records import Version
 from pipros.bag.scan import Progress
 from pipros.bag.source import Source
-from pipros.errors import PiprosError
-from pipros.limits import Limits, process_limits
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import Limits, process_limits
 from pipros.msg.class_finder import ClassFinder
 from pipros.msg.time import NS_PER_S
 

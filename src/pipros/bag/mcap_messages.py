@@ -31,7 +31,7 @@ from pipros.bag.mcap_records import (
 )
 from pipros.bag.runs import Span, runs_in_time_order
 from pipros.bag.source import Source
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.msg.time import NS_PER_S
 
 McapMessage = tuple[int, int, bytes, int, int]

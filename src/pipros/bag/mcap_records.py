@@ -21,7 +21,7 @@ from pipros.bag.errors import BagFormatError
 from pipros.bag.index import ChunkHeader
 from pipros.bag.runs import Entry
 from pipros.bag.source import Source
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.msg.time import NS_PER_S
 
 MAGIC = b"\x89MCAP0\r\n"

@@ -12,7 +12,7 @@ from pipros.bag.errors import BagFormatError
 from pipros.bag.index import ENTRY, Stamp
 from pipros.bag.reader import BagReader
 from pipros.bag.records import Fields, Op, number, op_of, parse_fields, text_of
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 
 
 class Position(NamedTuple):

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.bag.migration_rules import Rule, parse_rules
-from pipros.errors import PiprosError
-from pipros.input_file import read_text
+from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_text
 from pipros.workspace.dependency_graph import DependencyGraph
 from pipros.workspace.index import PackageIndex
 
 if TYPE_CHECKING:
-    from pipros.printable import Say
+    from pipros.basics.printable import Say
 
 _EXPORTS = {
     "rosbagmigration": "rule_file",

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from pipros.bag.errors import BagError
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.msg.base import Message
 from pipros.msg.field_access import field_of
 from pipros.safe.expr import Expression

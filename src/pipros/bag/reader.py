@@ -23,7 +23,7 @@ from pipros.bag.records import number as field_number
 from pipros.bag.runs import Entry, Span, runs_in_time_order, sorted_entries
 from pipros.bag.scan import Progress, scan
 from pipros.bag.source import SeekableFile, Source
-from pipros.limits import Limits, process_limits
+from pipros.basics.limits import Limits, process_limits
 from pipros.msg.class_finder import ClassFinder, MissingDefinition
 from pipros.msg.language.spec import DefinitionError
 from pipros.msg.time import Time

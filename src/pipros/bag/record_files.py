@@ -16,7 +16,7 @@ from pipros.bag.record_queue import Received
 from pipros.bag.writer import CHUNK_BYTES, BagWriter, MessageWriter, WholeWrites
 
 if TYPE_CHECKING:
-    from pipros.printable import Say
+    from pipros.basics.printable import Say
 
 
 @dataclass(frozen=True, slots=True)

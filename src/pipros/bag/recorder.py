@@ -13,14 +13,14 @@ from pipros.bag.errors import BagError
 from pipros.bag.record_files import FileOptions, RecordFiles
 from pipros.bag.record_queue import Received, RecordQueue
 from pipros.bag.snapshots import Snapshots
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
-from pipros.printable import listed
+from pipros.basics.printable import listed
 
 if TYPE_CHECKING:
-    from pipros.printable import Say
+    from pipros.basics.printable import Say
 
 _POLL_PERIOD_S = 0.5
 """How often the master is asked for new topics."""

@@ -20,7 +20,7 @@ from pipros.bag.records import Version
 from pipros.bag.scan import Progress, scan
 from pipros.bag.source import Source
 from pipros.bag.writer import BagWriter
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 
 _IN_MEMORY_BYTES = 64 * 1024 * 1024
 

@@ -18,7 +18,7 @@ from pipros.bag.connection import Connection
 from pipros.bag.index import ChunkInfo, chunk_header_bytes, index_record
 from pipros.bag.reader import BagReader
 from pipros.bag.writer import BagWriter, MessageWriter
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.msg.time import Time
 
 Progress = Callable[[int], None]

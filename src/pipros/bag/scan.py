@@ -17,7 +17,7 @@ from pipros.bag.index import ENTRY, ChunkHeader, ChunkInfo, Stamp, parse_chunk_h
 from pipros.bag.layout import Layout
 from pipros.bag.records import Op, Version, number, op_of, parse_fields, time_of
 from pipros.bag.source import Source
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 
 _CHUNK_STARTS = re.compile(rb"\x04\0\0\0op=\x05|....compression=", re.DOTALL)
 _SEARCH_BYTES = 1024 * 1024

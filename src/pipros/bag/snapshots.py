@@ -12,7 +12,7 @@ from pipros.bag.record_files import FileOptions, RecordFiles
 from pipros.bag.record_queue import Received, RecordQueue
 
 if TYPE_CHECKING:
-    from pipros.printable import Say
+    from pipros.basics.printable import Say
 
 
 class Snapshots:

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from pipros.bag.errors import BagFormatError
 from pipros.bag.records import Fields, parse_fields
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 
 
 class SeekableFile(Protocol):

@@ -12,7 +12,7 @@ from pathlib import Path
 from pipros.cli.catkin_init_workspace import initialise
 from pipros.cli.make_args import MakeArguments, read_make_arguments
 from pipros.cli.streams import command
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.workspace import genuine_catkin
 from pipros.workspace.build import BuildResult, build
 from pipros.workspace.build_options import BuildOptions

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pipros.cli.make_args import read_make_arguments
 from pipros.cli.streams import command
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.isolated import IsolatedOptions, IsolatedResult, build_isolated
 from pipros.workspace.layout import (

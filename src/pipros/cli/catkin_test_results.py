@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.cli.streams import command
-from pipros.input_file import read_file
+from pipros.basics.input_file import read_file
 from pipros.testing.result_counts import ResultCounts, results_below
 
 _RULE = "-" * 49

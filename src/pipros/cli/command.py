@@ -13,9 +13,9 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from pipros.cli.streams import discard_output
-from pipros.errors import PiprosError, Unreachable
+from pipros.basics.errors import PiprosError, Unreachable
 from pipros.graph.errors import NO_MASTER
-from pipros.printable import printable_lines
+from pipros.basics.printable import printable_lines
 
 if TYPE_CHECKING:
     from optparse import OptionParser
@@ -109,7 +109,7 @@ def single_argument(parser: OptionParser, arguments: Sequence[str], *, missing: 
 
 def only_argument(tool: str, usage: str, argv: Sequence[str], *, missing: str, several: str) -> str:
     """As `single_argument`, of a subcommand without options; remappings are left out."""
-    from pipros.names import parse_arguments
+    from pipros.basics.names import parse_arguments
 
     parser = option_parser(tool, usage)
     _, arguments = parser.parse_args(list(parse_arguments(argv).rest))

@@ -6,7 +6,7 @@ import contextlib
 import threading
 from collections.abc import Iterator, Sequence
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.node import Node
 from pipros.node.signals import Signals
 from pipros.node.start_params import is_on

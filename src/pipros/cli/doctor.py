@@ -97,7 +97,7 @@ def _test_itself(*, as_json: bool) -> int:
 
 
 def _print_findings(findings: Iterable[Finding]) -> None:
-    from pipros.printable import listed
+    from pipros.basics.printable import listed
 
     is_coloured = has_colours()
     for finding in findings:

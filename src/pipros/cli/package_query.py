@@ -6,7 +6,7 @@ import sys
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.packages.crawl import PACKAGES
 from pipros.workspace.dependency_graph import DependencyGraph
 from pipros.workspace.index import PackageIndex

@@ -7,7 +7,7 @@ from optparse import OptionParser
 from typing import Any
 
 from pipros.cli.command import CommandError, add_flag, option_parser
-from pipros.names import is_legal_remapping
+from pipros.basics.names import is_legal_remapping
 
 
 def page_parser(name: str, usage: str) -> OptionParser:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.cli.streams import command
-from pipros.log_folders import disk_usage, log_folders, oldest_first, readable, size_of
+from pipros.basics.log_folders import disk_usage, log_folders, oldest_first, readable, size_of
 
 _MEGABYTE = 1024 * 1024
 

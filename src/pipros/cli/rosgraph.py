@@ -8,11 +8,11 @@ from collections.abc import Sequence
 
 from pipros.cli.command import run
 from pipros.cli.streams import command
-from pipros.errors import Unreachable
+from pipros.basics.errors import Unreachable
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import NO_MASTER
 from pipros.graph.system_state import SystemState
-from pipros.printable import printable
+from pipros.basics.printable import printable
 
 USAGE = """\
 rosgraph is a command-line tool for debugging the ROS Computation Graph.

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from pipros.cli.roslaunch_options import check_child_options, make_parser, run_options, session_options
 from pipros.cli.streams import command
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.launch.arguments import split_arguments
 from pipros.launch.console import Console
 from pipros.launch.find_launch_files import NoSuchFiles, resolve_files
@@ -89,7 +89,7 @@ def run(make_session: Callable[[], Launching], console: Console, options: Values
 
 
 def _write_pid(file: Path) -> None:
-    from pipros.log_file import Planted, open_to_write
+    from pipros.basics.log_file import Planted, open_to_write
 
     try:
         descriptor = open_to_write(file, append=False)
@@ -102,7 +102,7 @@ def _write_pid(file: Path) -> None:
 
 def _pid_file_of_core(port: int | None) -> Path:
     """The file in which scripts find the pid of the master: `~/.ros/roscore-11311.pid`."""
-    from pipros.env import DEFAULT_MASTER_PORT, Environment
+    from pipros.basics.env import DEFAULT_MASTER_PORT, Environment
 
     return Environment.from_os().ros_home / f"roscore-{port or DEFAULT_MASTER_PORT}.pid"
 
@@ -165,8 +165,8 @@ def _wait_for_master(console: Console) -> None:
     """Returns when a master answers."""
     import time
 
-    from pipros.env import Environment
-    from pipros.errors import Unreachable
+    from pipros.basics.env import Environment
+    from pipros.basics.errors import Unreachable
     from pipros.net.master_client import MasterClient
 
     client = MasterClient(Environment.from_os().master_uri, "/roslaunch", timeout_s=5.0)

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 
 from pipros.cli.streams import command
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 
 
 @command

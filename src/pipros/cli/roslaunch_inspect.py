@@ -7,7 +7,7 @@ import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.launch.command import CannotLaunch
 from pipros.launch.find_launch_files import STDIN
 from pipros.launch.inspect import arguments_text, command_words, full_node_name, node_names, params_text

@@ -6,8 +6,8 @@ import sys
 from collections.abc import Sequence
 
 from pipros.cli.streams import command
-from pipros.env import Environment
-from pipros.errors import PiprosError
+from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
 from pipros.launch.run_id import is_run_id, run_id_problem
 from pipros.net.master_client import MasterClient
 

@@ -170,7 +170,7 @@ def _store(options: Values) -> Path | None:
     """The file in which `roscore --resume` stores parameters and registrations: one for each port."""
     if not getattr(options, "resume", False):
         return None
-    from pipros.env import DEFAULT_MASTER_PORT, Environment
+    from pipros.basics.env import DEFAULT_MASTER_PORT, Environment
 
     home = Environment.from_os().ros_home
     return home / "pipros" / f"master-{options.port or DEFAULT_MASTER_PORT}.sqlite"

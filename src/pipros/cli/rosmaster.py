@@ -9,11 +9,11 @@ from dataclasses import replace
 from optparse import SUPPRESS_HELP, OptionParser, Values
 from pathlib import Path
 
-from pipros import names
+from pipros.basics import names
 from pipros.cli.streams import command
-from pipros.env import DEFAULT_MASTER_PORT, Environment
-from pipros.errors import PiprosError
-from pipros.interruptible_wait import OnceEvent
+from pipros.basics.env import DEFAULT_MASTER_PORT, Environment
+from pipros.basics.errors import PiprosError
+from pipros.basics.interruptible_wait import OnceEvent
 
 _DEPRECATED = """
 

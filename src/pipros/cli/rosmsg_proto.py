@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from pipros.cli.command import USAGE_ERROR, add_flag, option_parser, run
 from pipros.cli.streams import command
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.graph.skeleton import skeleton
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.base import Message

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from pipros.cli.package_query import TOO_MANY_WORDS, PackageQuery, QueryFailed, complain, split_arguments
 from pipros.cli.streams import command
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.packages.crawl import STACKS
 
 HELP = """\

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pipros.cli.command import run
 from pipros.cli.streams import command
-from pipros.interrupts import accept_ctrl_c
+from pipros.basics.interrupts import accept_ctrl_c
 from pipros.testing.bare import BareTest
 from pipros.testing.result_paths import results_file
 from pipros.testing.results import Suite, Totals

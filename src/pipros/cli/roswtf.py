@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.cli.command import add_flag, run
 from pipros.cli.streams import command
-from pipros.errors import PiprosError
-from pipros.names import parse_arguments
-from pipros.printable import printable_lines
+from pipros.basics.errors import PiprosError
+from pipros.basics.names import parse_arguments
+from pipros.basics.printable import printable_lines
 
 if TYPE_CHECKING:
     from pipros.health.wtf.context import WtfContext

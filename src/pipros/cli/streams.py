@@ -12,7 +12,7 @@ from collections.abc import Callable
 from functools import wraps
 from typing import Any, ParamSpec
 
-from pipros import interrupts
+from pipros.basics import interrupts
 
 OUTPUT_FAILED = 120
 """Python's exit code when it cannot write what a program printed, hence that of Noetic's commands."""
@@ -27,7 +27,7 @@ class OutputFailed(OSError):
 def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
     """Makes `main` a command that can be started with any standard streams and interrupted at any moment.
 
-    - Ctrl-C ends it at any moment (`pipros.interrupts`).
+    - Ctrl-C ends it at any moment (`pipros.basics.interrupts`).
     - A closed stream (`>&-`) is `/dev/null` for the command and its children, as for Noetic's commands.
       No file or socket that is opened later can take its number.
     - Output that cannot be written ends the command with one line on standard error and code 120.

@@ -15,7 +15,7 @@ from pipros.cmake.message import Kind, read_message
 from pipros.cmake.names import BUILTIN_COMMANDS
 from pipros.cmake.scope import Scope
 from pipros.cmake.tools import run_tool
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pipros.cmake.condition import is_on
 from pipros.cmake.scope import Scope, check_length
-from pipros.input_file import read_file
+from pipros.basics.input_file import read_file
 
 
 def configure_file(words: list[str], scope: Scope) -> None:

@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.cmake import regex
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 
 if TYPE_CHECKING:
-    from pipros.printable import Say
+    from pipros.basics.printable import Say
 
 
 FILE_MODE, PROGRAM_MODE = 0o644, 0o755

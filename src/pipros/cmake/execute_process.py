@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 from pipros.cmake.scope import Scope
-from pipros.input_file import read_file
+from pipros.basics.input_file import read_file
 
 _VALUES = (
     "WORKING_DIRECTORY", "TIMEOUT", "RESULT_VARIABLE", "RESULTS_VARIABLE", "OUTPUT_VARIABLE",

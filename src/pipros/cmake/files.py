@@ -19,7 +19,7 @@ from pipros.cmake.configure import configured
 from pipros.cmake.copying import CannotCopy, copy, read_copies
 from pipros.cmake.scope import Scope, Unsupported
 from pipros.cmake.words import options_of
-from pipros.input_file import read_file
+from pipros.basics.input_file import read_file
 
 HASHES = ("MD5", "SHA1", "SHA224", "SHA256", "SHA384", "SHA512")
 _GIVEN_PERMISSIONS = frozenset(("PERMISSIONS", "FILE_PERMISSIONS", "NO_SOURCE_PERMISSIONS"))

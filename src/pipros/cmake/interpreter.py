@@ -21,7 +21,7 @@ from pipros.cmake.names import BUILTIN_COMMANDS
 from pipros.cmake.scope import Scope, Unsupported
 from pipros.cmake.value_commands import VALUE_COMMANDS
 from pipros.cmake.words import options_of, sections
-from pipros.input_file import read_text
+from pipros.basics.input_file import read_text
 
 _MISTAKES = (ArithmeticError, LookupError, OSError, RecursionError, TypeError, ValueError)
 """What a command may raise for wrong arguments."""

@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 
 
 class CMakeError(PiprosError):

@@ -7,7 +7,7 @@ from collections.abc import MutableMapping
 from functools import lru_cache
 
 from pipros.cmake.scope import check_length
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 
 _SPECIAL = re.compile(r"\\.|\[\^?\]?[^\]]*\]|[{}]|\$$", re.DOTALL)
 

@@ -7,7 +7,7 @@ from collections import ChainMap
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
 from contextlib import contextmanager
 
-from pipros.limits import Limits, process_limits
+from pipros.basics.limits import Limits, process_limits
 
 
 class _Values(ChainMap[str, str]):

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from pipros.cmake.files import remove
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 
 
 class ToolFailed(PiprosError):

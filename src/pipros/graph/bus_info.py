@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
-from pipros.printable import printable
+from pipros.basics.printable import printable
 
 
 class BusConnection(NamedTuple):

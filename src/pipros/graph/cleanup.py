@@ -10,10 +10,10 @@ from pipros.graph.nodes import unregister
 from pipros.graph.output import bullets, to_stderr, to_stdout
 from pipros.graph.ping import ask_pid, ping_all
 from pipros.net.master_client import MasterClient
-from pipros.printable import listed
+from pipros.basics.printable import listed
 
 if TYPE_CHECKING:
-    from pipros.printable import Say
+    from pipros.basics.printable import Say
 
 WARNING = """\
 Warning: these might include alive and functioning nodes, e.g. in unstable networks.

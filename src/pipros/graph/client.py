@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-from pipros import names
-from pipros.graph_variables import master_uri_of, namespace_of, split_master_uri
+from pipros.basics import names
+from pipros.basics.graph_variables import master_uri_of, namespace_of, split_master_uri
 
 if TYPE_CHECKING:
-    from pipros.env import Environment
+    from pipros.basics.env import Environment
     from pipros.net.master_client import MasterClient
 
 
@@ -40,7 +40,7 @@ class GraphClient:
     def environment(self) -> Environment:
         """All `ROS_*` variables; only few tools need them."""
         if self._environment is None:
-            from pipros.env import Environment
+            from pipros.basics.env import Environment
 
             self._environment = Environment.from_os()
         return self._environment

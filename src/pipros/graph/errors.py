@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator
 
-from pipros.errors import PiprosError, Unreachable
+from pipros.basics.errors import PiprosError, Unreachable
 
 NO_MASTER = "Unable to communicate with master!"
 """The text of Noetic's tools when the master does not answer."""

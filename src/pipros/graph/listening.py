@@ -7,18 +7,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from pipros.errors import Interrupted
+from pipros.basics.errors import Interrupted
 from pipros.graph.message_path import InvalidIndex, Step, has_field, parse_path
 from pipros.graph.output import to_stderr
 from pipros.graph.topics import topic_type
-from pipros.interruptible_wait import OnceEvent
+from pipros.basics.interruptible_wait import OnceEvent
 from pipros.msg.class_finder import installed_class
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
 
 if TYPE_CHECKING:
-    from pipros.printable import Say
+    from pipros.basics.printable import Say
 
 POLL_PERIOD_S = 0.1
 """How often the master is asked again for a topic that is not yet known."""

@@ -13,12 +13,12 @@ from collections.abc import Callable, Sequence
 from threading import Lock
 from typing import Any, Protocol
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.graph.bus_info import BusConnection, read_row, rows_of
 from pipros.graph.edges import EdgeList
 from pipros.graph.system_state import SystemState
 from pipros.net.rpc_client import RpcClient
-from pipros.printable import printable
+from pipros.basics.printable import printable
 
 CALLER_ID = "/rosviz"
 ANSWER_DEADLINE_S = 3.0

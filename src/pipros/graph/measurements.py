@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from pipros.graph.samples import DEFAULT_WINDOW, Figures, RateWindow
 
 if TYPE_CHECKING:
-    from pipros.printable import Say
+    from pipros.basics.printable import Say
 
 NO_NEW_MESSAGES = "no new messages"
 

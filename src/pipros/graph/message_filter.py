@@ -10,7 +10,7 @@ from pipros.safe.expr import ExpressionError, evaluate
 
 if TYPE_CHECKING:
     from pipros.msg.time import TVal
-    from pipros.printable import Say
+    from pipros.basics.printable import Say
 
 
 class MessageFilter:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pipros.errors import NotFound, PiprosError
+from pipros.basics.errors import NotFound, PiprosError
 from pipros.msg.base import Message
 from pipros.msg.time import TVal
 

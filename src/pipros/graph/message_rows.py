@@ -8,7 +8,7 @@ from typing import Any
 from pipros.graph.message_path import Part
 from pipros.msg.base import Message
 from pipros.msg.time import Time, TVal
-from pipros.printable import listed
+from pipros.basics.printable import listed
 
 FieldFilter = Callable[[Any], list[str]]
 """The names of the fields of a message that are shown."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable
 
-from pipros.printable import listed
+from pipros.basics.printable import listed
 
 
 def to_stdout(text: str) -> None:

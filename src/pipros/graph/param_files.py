@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from pipros.graph.errors import GraphError
-from pipros.names import is_private, join
+from pipros.basics.names import is_private, join
 from pipros.safe.yaml import load, load_all
 
 NAMESPACE_KEY = "_ns"

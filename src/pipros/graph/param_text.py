@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pipros.graph.plain_yaml import NotPlain, plain_document
-from pipros.printable import listed, printable_lines
+from pipros.basics.printable import listed, printable_lines
 
 END_OF_SCALAR = "...\n"
 """The end of a YAML document that is a single plain scalar."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from pipros.errors import Refused
+from pipros.basics.errors import Refused
 from pipros.graph.errors import GraphError
 from pipros.graph.system_state import is_below
-from pipros.names import InvalidKey, leaves_below
+from pipros.basics.names import InvalidKey, leaves_below
 from pipros.net.master_client import MasterClient
 
 

@@ -7,15 +7,15 @@ from collections.abc import Callable
 from socket import gaierror
 from typing import TYPE_CHECKING
 
-from pipros.errors import Refused, Unreachable
+from pipros.basics.errors import Refused, Unreachable
 from pipros.graph.nodes import node_names
 from pipros.graph.output import bullets, to_stderr
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import Fault, RpcClient
-from pipros.printable import listed
+from pipros.basics.printable import listed
 
 if TYPE_CHECKING:
-    from pipros.printable import Say
+    from pipros.basics.printable import Say
 
 TIMEOUT_S = 3.0
 PERIOD_S = 1.0

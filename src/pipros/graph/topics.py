@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pipros.errors import NotFound, Refused
+from pipros.basics.errors import NotFound, Refused
 from pipros.graph.errors import GraphError
 from pipros.graph.system_state import SystemState
 from pipros.net.master_client import MasterClient
-from pipros.printable import listed
+from pipros.basics.printable import listed
 
 
 def topic_type(master: MasterClient, name: str) -> tuple[str | None, str]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from pipros.env import Environment
-from pipros.errors import PiprosError
+from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
 from pipros.health.finding import Finding, error, has_errors
 from pipros.health.gather_machine import gather_machine
 from pipros.health.gather_system import gather_system

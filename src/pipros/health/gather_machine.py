@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pipros
-from pipros.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
-from pipros.errors import PiprosError
+from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
+from pipros.basics.errors import PiprosError
 from pipros.health.installed_files import changed_packages
 from pipros.health.machine import Machine, PathKind
 from pipros.net.address import LOOPBACK, address_towards

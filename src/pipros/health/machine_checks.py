@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 
-from pipros.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
+from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
 from pipros.health.finding import Finding, error, warning
 from pipros.health.machine import Machine, PathKind
 from pipros.net.address import is_loopback

@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterable
 from threading import Condition
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
 from pipros.node.publisher import Publication

@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass, replace
 from typing import Any
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.health.finding import Finding, error
 from pipros.health.gather_system import gather_system
 from pipros.health.graph_checks import check_graph

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from pipros.env import split_master_uri
+from pipros.basics.env import split_master_uri
 from pipros.launch.console import Console
 from pipros.launch.model import Launch, Node
 from pipros.net import address
-from pipros.printable import listed
+from pipros.basics.printable import listed
 
 _VALUE_CHARACTERS = 20
 

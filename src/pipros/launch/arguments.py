@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pipros import names
+from pipros.basics import names
 
 
 def split_arguments(words: Sequence[str]) -> tuple[dict[str, str], list[str]]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from pipros.errors import PiprosError
-from pipros.limits import Limits, limit_text, process_limits
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import Limits, limit_text, process_limits
 
 
 class OverBudget(PiprosError, ValueError):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from pipros.errors import NotFound, PiprosError
+from pipros.basics.errors import NotFound, PiprosError
 from pipros.launch.load_context import LoadContext
 from pipros.launch.model import Launch, Node
 from pipros.launch.xml import load

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from queue import SimpleQueue
 from typing import Any
 
-from pipros.env import Environment
-from pipros.interruptible_wait import get_within_slice
+from pipros.basics.env import Environment
+from pipros.basics.interruptible_wait import get_within_slice
 from pipros.launch.command import CommandMaker
 from pipros.launch.console import Console
 from pipros.launch.load_context import LoadContext
@@ -32,7 +32,7 @@ from pipros.launch.server import LaunchServer
 from pipros.launch.xml import load
 from pipros.net.address import plain_address
 from pipros.net.this_machine import Caller, has_address, knows_users
-from pipros.posix import user_id
+from pipros.basics.posix import user_id
 from pipros.workspace.index import PackageIndex
 
 

@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pipros.env import Environment
-from pipros.errors import NotFound, PiprosError
+from pipros.basics.env import Environment
+from pipros.basics.errors import NotFound, PiprosError
 from pipros.launch.model import Machine, Node, WorkingFolder
 from pipros.workspace.compiled_packages import why_not_here
 from pipros.workspace.executables import Executables, find_executables, list_executables

@@ -13,8 +13,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import IO
 
-from pipros.log_file import LogFile
-from pipros.printable import write_line
+from pipros.basics.log_file import LogFile
+from pipros.basics.printable import write_line
 
 _BOLD = "\033[1m"
 _RED = "\033[31m"

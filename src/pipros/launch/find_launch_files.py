@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 from pipros.launch.model import LaunchError
 from pipros.workspace.index import Package, PackageIndex
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from pipros import names
-from pipros.env import Environment
+from pipros.basics import names
+from pipros.basics.env import Environment
 from pipros.launch.command import CommandMaker
 from pipros.launch.model import Argument, Launch, Machine, Node
 from pipros.workspace.index import PackageIndex

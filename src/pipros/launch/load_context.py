@@ -11,11 +11,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from pipros.errors import PiprosError
-from pipros.input_file import read_file
+from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_file
 from pipros.launch.budget import Budget
 from pipros.launch.substitute import FindResource, anonymous_name
-from pipros.limits import process_limits
+from pipros.basics.limits import process_limits
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.overlays import built_workspaces
 from pipros.workspace.program_start import program_environment

@@ -9,10 +9,10 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from pipros.env import Environment
-from pipros.errors import PiprosError
+from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
 from pipros.launch.console import Console
-from pipros.log_file import refuse_planted_link
+from pipros.basics.log_file import refuse_planted_link
 
 _GIGABYTE = 1_000_000_000
 

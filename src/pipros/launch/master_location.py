@@ -5,8 +5,8 @@ from __future__ import annotations
 import socket
 from dataclasses import replace
 
-from pipros.env import DEFAULT_MASTER_PORT, Environment, InvalidEnvironment, split_master_uri
-from pipros.errors import ProtocolError, Refused, Unreachable
+from pipros.basics.env import DEFAULT_MASTER_PORT, Environment, InvalidEnvironment, split_master_uri
+from pipros.basics.errors import ProtocolError, Refused, Unreachable
 from pipros.launch.model import LaunchError
 from pipros.net import address
 from pipros.net.master_client import MasterClient

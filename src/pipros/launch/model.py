@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ import sys
 import threading
 from dataclasses import dataclass
 
-from pipros.terminals import HAS_PTYS, is_raw, open_pty
+from pipros.basics.terminals import HAS_PTYS, is_raw, open_pty
 
 _COLOURS = (36, 32, 35, 33, 34, 96, 92, 95)
 _CHUNK_BYTES = 65536

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.names import leaves_below
+from pipros.basics.names import leaves_below
 
 
 def convert(text: str, type_name: str, source: str = "<param>") -> Any:

@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Protocol
 
-from pipros.errors import Refused
+from pipros.basics.errors import Refused
 from pipros.launch.model import Launch, LaunchError, ParameterAction, ParameterCommand
 from pipros.net.master_client import MasterClient
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from pipros import names
+from pipros.basics import names
 from pipros.launch.model import LaunchError, Node, Output, Test, WorkingFolder
 from pipros.launch.read_params import read_param, read_rosparam
 from pipros.launch.read_scope import read_env, read_remap

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros import names
+from pipros.basics import names
 from pipros.launch.model import LaunchError, ParameterAction, ParameterCommand
 from pipros.launch.param_types import convert, flatten
 from pipros.launch.reader import ElementReader

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.launch.run_id import new_run_id
 from pipros.master.options import MasterOptions
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
 
-from pipros.interruptible_wait import SLICE_S, get_within_slice, wait_in_slices
+from pipros.basics.interruptible_wait import SLICE_S, get_within_slice, wait_in_slices
 from pipros.launch.command import CannotLaunch, CannotStart, CommandMaker
 from pipros.launch.console import Console
 from pipros.launch.guardian import Guardian

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from pipros.printable import printable
+from pipros.basics.printable import printable
 
 # It names a folder beside the link `latest`, and any peer may set the parameter. Noetic uses UUIDs.
 _RUN_ID = re.compile(r"[A-Za-z0-9_-]{1,64}")

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from pipros import names
+from pipros.basics import names
 from pipros.launch.model import Argument
 from pipros.launch.substitute import Substitution
 

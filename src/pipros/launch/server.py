@@ -6,8 +6,8 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from pipros.env import Environment
-from pipros.errors import PiprosError
+from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
 from pipros.launch.managed_node import ProcessInfo
 from pipros.launch.model import LaunchError
 from pipros.net import address

@@ -13,8 +13,8 @@ import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from pipros.env import Environment
-from pipros.errors import PiprosError
+from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
 from pipros.launch.announcements import announce_launch, summary, warn_about_arguments, warn_about_machines
 from pipros.launch.command import CommandMaker
 from pipros.launch.console import Console

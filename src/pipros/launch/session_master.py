@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from pipros.env import Environment, split_master_uri
+from pipros.basics.env import Environment, split_master_uri
 from pipros.launch.console import Console
 from pipros.launch.master_location import master_environment, run_id_of
 from pipros.launch.model import LaunchError

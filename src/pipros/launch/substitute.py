@@ -12,10 +12,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from pipros.errors import NotFound, PiprosError
+from pipros.basics.errors import NotFound, PiprosError
 from pipros.launch.budget import Budget
 from pipros.launch.param_types import convert
-from pipros.limits import limit_text
+from pipros.basics.limits import limit_text
 from pipros.safe.expr import ExpressionError, evaluate
 
 COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")

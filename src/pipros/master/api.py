@@ -12,8 +12,8 @@ import os
 from collections.abc import Callable, Iterable
 from typing import Any, Final
 
-from pipros import names
-from pipros.limits import Limits, process_limits
+from pipros.basics import names
+from pipros.basics.limits import Limits, process_limits
 from pipros.master.arguments import CALLER_ERROR, INTERNAL, SUCCESS, Answer, Arguments
 from pipros.master.param_notices import param_notices
 from pipros.master.params import NotATree, NotSet, ParamsFull, ParamTree, TooDeep

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from pipros import names
+from pipros.basics import names
 from pipros.master.registry import RegistryFull
 from pipros.net.argument_checks import (
     ParameterInvalid,

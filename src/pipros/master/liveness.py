@@ -22,7 +22,7 @@ from collections.abc import Awaitable, Callable, Coroutine
 from enum import Enum
 from typing import Any, Final
 
-from pipros.errors import PiprosError, Unreachable
+from pipros.basics.errors import PiprosError, Unreachable
 from pipros.master.options import Probing
 from pipros.master.registry import MASTER_ID, Registry
 from pipros.net.rpc_async_client import call_async

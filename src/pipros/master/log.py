@@ -14,9 +14,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from pipros.limits import Limits
-from pipros.log_file import LogFile
-from pipros.printable import printable
+from pipros.basics.limits import Limits
+from pipros.basics.log_file import LogFile
+from pipros.basics.printable import printable
 
 LEVELS: Final = ("debug", "info", "warn", "error", "fatal")
 LOGGERS: Final = ("rosmaster", "pipros.rpc")

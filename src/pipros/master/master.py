@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from pipros.env import Environment, InvalidEnvironment, split_master_uri
+from pipros.basics.env import Environment, InvalidEnvironment, split_master_uri
 from pipros.master.admission import AllowedNetworks
 from pipros.master.options import MasterOptions
 from pipros.master.server import MasterServer
@@ -17,7 +17,7 @@ from pipros.net import address
 from pipros.net.loop import BackgroundLoop
 from pipros.net.sockets import connections_that_fit
 from pipros.net.this_machine import addresses_of
-from pipros.posix import make_room_for_descriptors, raise_descriptor_limit
+from pipros.basics.posix import make_room_for_descriptors, raise_descriptor_limit
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

@@ -17,8 +17,8 @@ from collections import OrderedDict, deque
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final, Protocol
 
-from pipros.errors import PiprosError, Unreachable
-from pipros.limits import Limits, process_limits
+from pipros.basics.errors import PiprosError, Unreachable
+from pipros.basics.limits import Limits, process_limits
 from pipros.master.registry import Notice
 from pipros.net.rpc_async_client import AsyncRpcClient
 from pipros.wire.xmlrpc import ValueTooLarge, encode_call

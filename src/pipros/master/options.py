@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypedDict
 
-from pipros.env import DEFAULT_MASTER_PORT
-from pipros.limits import Limits, process_limits
+from pipros.basics.env import DEFAULT_MASTER_PORT
+from pipros.basics.limits import Limits, process_limits
 
 
 @dataclass(frozen=True, slots=True)

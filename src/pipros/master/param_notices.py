@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from pipros import names
+from pipros.basics import names
 from pipros.master.params import value_below
 from pipros.master.registry import MASTER_ID, Notice, Registry, Role
 

@@ -10,9 +10,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, Final, Protocol
 
-from pipros import names
-from pipros.errors import PiprosError
-from pipros.limits import process_limits
+from pipros.basics import names
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import process_limits
 from pipros.master.param_weight import VALUE_BYTES, entry_weight, weigh
 
 Tree = dict[str, Any]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.master.liveness import Liveness
 from pipros.master.registry import Notice, Registry
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Final, Protocol
 
-from pipros import names
-from pipros.errors import PiprosError
-from pipros.limits import Limits, process_limits
+from pipros.basics import names
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import Limits, process_limits
 from pipros.master.unused_types import UnusedTypes
 
 ANY_TYPE = "*"

@@ -24,11 +24,11 @@ from pathlib import Path
 from stat import S_ISLNK
 from typing import Any, Final
 
-from pipros.cache_files import Untrusted, check_owner
-from pipros.errors import PiprosError
+from pipros.basics.cache_files import Untrusted, check_owner
+from pipros.basics.errors import PiprosError
 from pipros.master.params import ParamsFull, ParamTree
 from pipros.master.registry import Registry, Role
-from pipros.posix import HAS_OWNERS, NO_LINK, user_id
+from pipros.basics.posix import HAS_OWNERS, NO_LINK, user_id
 from pipros.wire.xmlrpc import decode_response, encode_response
 
 _log = logging.getLogger("rosmaster.master")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 
 
 class UnusedTypes:

@@ -8,8 +8,8 @@ not affected.
 
 from __future__ import annotations
 
-from pipros.errors import PiprosError
-from pipros.limits import Limits, process_limits
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import Limits, process_limits
 from pipros.msg.base import Message
 
 _CLASS_BYTES = 20_000

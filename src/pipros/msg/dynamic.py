@@ -12,7 +12,7 @@ from functools import cache
 from typing import Any
 from weakref import WeakValueDictionary
 
-from pipros.limits import Limits, limit_text, process_limits
+from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.msg.base import Message
 from pipros.msg.compile.compiler import message_source
 from pipros.msg.compile.layout import Layouts

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 
 
 class MessageException(PiprosError):

@@ -115,7 +115,7 @@ def _time_of_nanoseconds(kind: type[TVal], nanoseconds: int) -> TVal:
 
 
 def _new_element(base: str, field: str) -> Message | TVal:
-    from pipros.errors import PiprosError
+    from pipros.basics.errors import PiprosError
     from pipros.msg.importing.load import load_message_class
 
     if base in _TIME_CLASSES:

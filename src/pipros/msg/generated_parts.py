@@ -15,7 +15,7 @@ from copy import copy
 from itertools import groupby
 from typing import Any
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.msg.language.spec import BUILTINS, FLOATS
 
 SIMPLE = {

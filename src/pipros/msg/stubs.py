@@ -23,7 +23,7 @@ from pipros.msg.language.spec import (
     MessageSpec,
     ServiceSpec,
 )
-from pipros.printable import printable_lines
+from pipros.basics.printable import printable_lines
 
 _IMPORTS = {
     "_Sequence": "from collections.abc import Sequence as _Sequence",

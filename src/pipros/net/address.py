@@ -14,14 +14,14 @@ from __future__ import annotations
 import socket
 from typing import TYPE_CHECKING
 
-from pipros.errors import PiprosError
-from pipros.graph_variables import split_master_uri
+from pipros.basics.errors import PiprosError
+from pipros.basics.graph_variables import split_master_uri
 from pipros.net.lookup import process_lookups
-from pipros.wire.uri import host_and_port as host_and_port
-from pipros.wire.uri import split_uri as split_uri
+from pipros.basics.uri import host_and_port as host_and_port
+from pipros.basics.uri import split_uri as split_uri
 
 if TYPE_CHECKING:
-    from pipros.env import Environment
+    from pipros.basics.env import Environment
 
 LOOPBACK = "127.0.0.1"
 LOOPBACK_IPV6 = "::1"

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from pipros import names
+from pipros.basics import names
 
 Check = Callable[[Any, str], Any]
 

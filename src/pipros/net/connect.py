@@ -6,7 +6,7 @@ import os
 import socket
 import time
 
-from pipros.errors import Interrupted
+from pipros.basics.errors import Interrupted
 from pipros.net import sockets
 from pipros.net.lookup import Lookups, process_lookups
 

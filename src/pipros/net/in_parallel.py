@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from queue import SimpleQueue
 from typing import TypeVar
 
-from pipros.interruptible_wait import get_within_slice
+from pipros.basics.interruptible_wait import get_within_slice
 from pipros.net.workers import Workers
 
 _Key = TypeVar("_Key")

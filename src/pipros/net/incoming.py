@@ -16,7 +16,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from pipros.errors import ProtocolError
+from pipros.basics.errors import ProtocolError
 from pipros.net import sockets
 from pipros.net.busy_poll import AdaptiveBackoff, PollingReceiver, PublishCount
 from pipros.wire.frames import FrameBuffer

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
-from pipros.errors import Interrupted
+from pipros.basics.errors import Interrupted
 
 if TYPE_CHECKING:
     from pipros.net.workers import Workers
@@ -200,6 +200,6 @@ def _literal(host: str, wanted: dict[str, int], port: int | None = None) -> list
 @cache
 def process_lookups() -> Lookups:
     """Return the look-ups of this process, for callers other than nodes."""
-    from pipros.limits import process_limits
+    from pipros.basics.limits import process_limits
 
     return Lookups(process_limits().lookups)

@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
 
-from pipros.interruptible_wait import OnceEvent
+from pipros.basics.interruptible_wait import OnceEvent
 from pipros.net.lookup import Lookups, process_lookups
 from pipros.net.refusals import Refusals
 from pipros.net.workers import Workers

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.errors import ProtocolError, Refused, Unreachable
+from pipros.basics.errors import ProtocolError, Refused, Unreachable
 from pipros.net.rpc_client import TIMEOUT_OF_CLIENT, RpcClient
-from pipros.printable import printable
+from pipros.basics.printable import printable
 
 CURE = "Is roscore running there? Start it, or set ROS_MASTER_URI to its address"
 

@@ -25,7 +25,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.net import sockets
 from pipros.net.backlog import Backlog, Frame
 from pipros.net.loop import BackgroundLoop

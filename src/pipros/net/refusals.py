@@ -6,7 +6,7 @@ import logging
 import time
 from typing import Final
 
-from pipros.printable import printable
+from pipros.basics.printable import printable
 
 _log = logging.getLogger("pipros.rpc")
 

@@ -6,8 +6,8 @@ import asyncio
 import itertools
 from typing import Any, Final
 
-from pipros.errors import ProtocolError, Unreachable
-from pipros.limits import process_limits
+from pipros.basics.errors import ProtocolError, Unreachable
+from pipros.basics.limits import process_limits
 from pipros.net.address import host_and_port, split_uri
 from pipros.net.rpc_client import reason_of
 from pipros.wire.http import HttpError, Response, ResponseReader, request_head

@@ -13,8 +13,8 @@ import threading
 import time
 from typing import Any, Final
 
-from pipros.errors import Interrupted, LimitExceeded, ProtocolError, Unreachable
-from pipros.limits import process_limits
+from pipros.basics.errors import Interrupted, LimitExceeded, ProtocolError, Unreachable
+from pipros.basics.limits import process_limits
 from pipros.net import sockets
 from pipros.net.address import host_and_port, plain_address, split_uri
 from pipros.net.busy_poll import REPLY_POLL_S, PollingReceiver

@@ -18,7 +18,7 @@ from concurrent.futures import Executor
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
-from pipros.errors import ProtocolError
+from pipros.basics.errors import ProtocolError
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.held_bytes import HeldBytes
 from pipros.net.refusals import Refusals
@@ -28,7 +28,7 @@ from pipros.wire.http import CONTINUE, HttpError, Request, RequestReader, build_
 from pipros.wire.xmlrpc import ValueTooLarge, decode_call, encode_fault, encode_response
 
 if TYPE_CHECKING:
-    from pipros.limits import Limits
+    from pipros.basics.limits import Limits
 
 _log = logging.getLogger("pipros.rpc")
 

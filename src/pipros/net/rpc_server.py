@@ -15,8 +15,8 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from contextvars import ContextVar
 from typing import Any, Final
 
-from pipros.errors import LimitExceeded
-from pipros.limits import Limits, limit_text, process_limits
+from pipros.basics.errors import LimitExceeded
+from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.net.address import LOOPBACK
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.held_bytes import HeldBytes

@@ -10,8 +10,8 @@ import struct
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
-from pipros.posix import call_in_children, descriptor_limit
-from pipros.wire.uri import host_and_port
+from pipros.basics.posix import call_in_children, descriptor_limit
+from pipros.basics.uri import host_and_port
 
 _DONTWAIT: int = getattr(socket, "MSG_DONTWAIT", 0)
 _QUICKACK: int = getattr(socket, "TCP_QUICKACK", 0)

@@ -14,8 +14,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pipros.errors import ProtocolError, Unreachable
-from pipros.limits import Limits, process_limits
+from pipros.basics.errors import ProtocolError, Unreachable
+from pipros.basics.limits import Limits, process_limits
 from pipros.net import sockets
 from pipros.net.address import plain_address
 from pipros.net.connection_table import ConnectionTable

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from pipros.limits import Limits, process_limits
+from pipros.basics.limits import Limits, process_limits
 from pipros.net.address import ANY, ANY_IPV6, is_loopback, plain_address
 from pipros.net.lookup import Lookups, process_lookups
 

@@ -6,7 +6,7 @@ import asyncio
 import socket
 
 from pipros.net.address import is_loopback
-from pipros.wire.uri import split_uri
+from pipros.basics.uri import split_uri
 
 
 async def explain(peer: str) -> str:

@@ -10,8 +10,8 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
-from pipros.errors import PiprosError
-from pipros.interruptible_wait import OnceEvent, wait_in_slices
+from pipros.basics.errors import PiprosError
+from pipros.basics.interruptible_wait import OnceEvent, wait_in_slices
 from pipros.msg.time import NS_PER_S
 
 SILENCE_S = 5.0

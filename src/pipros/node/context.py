@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.net.busy_poll import PublishCount
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.loop import BackgroundLoop

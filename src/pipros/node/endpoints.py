@@ -9,8 +9,8 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from pipros.errors import PiprosError
-from pipros.limits import Limits
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import Limits
 from pipros.net.address import uri
 from pipros.net.busy_poll import PublishCount
 from pipros.net.connection_table import ConnectionTable

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from pipros import names
-from pipros.env import Environment
-from pipros.errors import InvalidName
+from pipros.basics import names
+from pipros.basics.env import Environment
+from pipros.basics.errors import InvalidName
 
 UNNAMED = "unnamed"
 """The base name of a process that has not started a node."""

@@ -17,17 +17,17 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, TextIO
 
-from pipros.cache_files import Untrusted, check_owner
-from pipros.errors import PiprosError
-from pipros.log_file import LogFile
+from pipros.basics.cache_files import Untrusted, check_owner
+from pipros.basics.errors import PiprosError
+from pipros.basics.log_file import LogFile
 from pipros.msg.time import NS_PER_S
 from pipros.node.clock import Clock
-from pipros.posix import HAS_OWNERS
-from pipros.printable import write_line
-from pipros.warn_once import warn_once
+from pipros.basics.posix import HAS_OWNERS
+from pipros.basics.printable import write_line
+from pipros.basics.warn_once import warn_once
 
 if TYPE_CHECKING:
-    from pipros.env import Environment
+    from pipros.basics.env import Environment
     from pipros.node.publisher import Publisher
 
 DEFAULT_FORMAT = "[${severity}] [${time}]: ${message}"

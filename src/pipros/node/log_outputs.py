@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from pipros.errors import Refused, Unreachable
+from pipros.basics.errors import Refused, Unreachable
 from pipros.node.log import (
     ConsoleHandler,
     RosoutHandler,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pipros.limits import limit_text
+from pipros.basics.limits import limit_text
 from pipros.msg import load_message_class, load_service_class
 from pipros.node.log import logger_count, logger_exists, logger_levels, set_logger_level
 

@@ -13,10 +13,10 @@ from threading import get_ident
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from pipros.env import Environment
-from pipros.errors import Interrupted, Unreachable
-from pipros.interruptible_wait import OnceEvent
-from pipros.limits import Limits, process_limits
+from pipros.basics.env import Environment
+from pipros.basics.errors import Interrupted, Unreachable
+from pipros.basics.interruptible_wait import OnceEvent
+from pipros.basics.limits import Limits, process_limits
 from pipros.net import address
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.lookup import Lookups

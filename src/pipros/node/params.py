@@ -31,8 +31,8 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Any
 
-from pipros import names
-from pipros.errors import NotFound, Refused
+from pipros.basics import names
+from pipros.basics.errors import NotFound, Refused
 from pipros.net.master_client import MasterClient
 from pipros.node.registration import ParameterEntry, Registrations
 

@@ -7,10 +7,10 @@ import os
 import sys
 from pathlib import Path
 
-from pipros.env import Environment
-from pipros.errors import PiprosError
+from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
 from pipros.node.log import configure_by_file, find_log_config, open_file_handler
-from pipros.posix import give_to
+from pipros.basics.posix import give_to
 
 
 def log_program(logname: str, level: int, filename: str | None, environment: Environment) -> Path | None:

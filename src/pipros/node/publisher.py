@@ -18,7 +18,7 @@ from pipros.net.workers import Workers
 from pipros.node.codec import AnyMessage, encoder
 from pipros.node.context import NodeContext
 from pipros.node.packet_sharing import SHARED_BYTES, PacketSharing
-from pipros.printable import printable
+from pipros.basics.printable import printable
 from pipros.wire.handshake import WireType, accept_topic_link, topic_refusal
 from pipros.wire.header import encode_header
 

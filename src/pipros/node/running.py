@@ -7,7 +7,7 @@ import logging
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.net import address
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.loop import BackgroundLoop

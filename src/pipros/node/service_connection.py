@@ -20,7 +20,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Protocol
 
-from pipros.errors import ProtocolError
+from pipros.basics.errors import ProtocolError
 from pipros.net import sockets
 from pipros.net.busy_poll import REPLY_POLL_S, PollingReceiver
 from pipros.net.connection_table import ConnectionTable

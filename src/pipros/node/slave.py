@@ -12,15 +12,15 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Final, Protocol
 
-from pipros import names
-from pipros.limits import Limits, process_limits
+from pipros.basics import names
+from pipros.basics.limits import Limits, process_limits
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_server import current_caller
 from pipros.node.endpoints import Endpoints
 from pipros.node.params import Parameters
 from pipros.node.recheck import Recheck
 from pipros.node.registration import Registrations
-from pipros.printable import printable
+from pipros.basics.printable import printable
 
 Answer = list[Any]
 

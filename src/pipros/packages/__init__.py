@@ -60,10 +60,10 @@ class ImportablePackages:
 
 
 def cache_folder(name: str) -> str:
-    """Return a cache folder below `ROS_HOME`, without the slow import of `pipros.env`."""
+    """Return a cache folder below `ROS_HOME`, without the slow import of `pipros.basics.env`."""
     home = os.path.expanduser(os.environ.get("ROS_HOME") or "~/.ros")
     if home.startswith("~"):
-        from pipros.home import expanded
+        from pipros.basics.home import expanded
 
         home = expanded(home)
     return os.path.join(home, "pipros", name)

@@ -19,7 +19,7 @@ import os
 import time
 from stat import S_ISREG
 
-from pipros.posix import READ
+from pipros.basics.posix import READ
 
 MANIFEST = "package.xml"
 DRY_MANIFEST = "manifest.xml"

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from binascii import crc32
 
-from pipros.cache_files import CacheFolder
+from pipros.basics.cache_files import CacheFolder
 from pipros.packages.crawl import PACKAGES, Crawl, CrawledPackage, crawl, dump, load
 
 TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take milliseconds

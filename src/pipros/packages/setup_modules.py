@@ -13,7 +13,7 @@ from __future__ import annotations
 import os
 from stat import S_ISREG
 
-from pipros.posix import READ
+from pipros.basics.posix import READ
 
 TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take milliseconds
 if TYPE_CHECKING:

@@ -16,8 +16,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from pipros.cache_files import CacheFolder
-from pipros.input_file import read_file
+from pipros.basics.cache_files import CacheFolder
+from pipros.basics.input_file import read_file
 from pipros.packages import cache_folder
 
 SOURCES = "sources"

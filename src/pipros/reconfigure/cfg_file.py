@@ -16,10 +16,10 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from pipros.env import DISTRIBUTION
-from pipros.errors import PiprosError
-from pipros.input_file import read_file, read_text
-from pipros.posix import kill_with_group
+from pipros.basics.env import DISTRIBUTION
+from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_file, read_text
+from pipros.basics.posix import kill_with_group
 from pipros.reconfigure import cache
 from pipros.reconfigure.generator import OUTPUT_VARIABLE
 

@@ -11,8 +11,8 @@ from copy import deepcopy
 from functools import lru_cache
 from typing import Any
 
-from pipros.errors import PiprosError
-from pipros.limits import process_limits
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import process_limits
 from pipros.reconfigure.generator import TYPES
 
 _TRUE = ("yes", "true", "t", "1")

@@ -18,8 +18,8 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from pipros.errors import PiprosError
-from pipros.limits import Limits, process_limits
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import Limits, process_limits
 from pipros.safe import guarded, operators
 from pipros.safe.methods import find_method
 

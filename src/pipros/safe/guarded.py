@@ -7,8 +7,8 @@ import re
 from collections.abc import Callable, ItemsView, Iterable, KeysView, Mapping, ValuesView
 from typing import Any
 
-from pipros.errors import PiprosError
-from pipros.limits import Limits
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import Limits
 
 BITS_LIMIT = 4096
 """Maximum number of bits of an integer; a parameter has 32."""

@@ -18,7 +18,7 @@ Method = Callable[..., Any]
 def find_method(value: Any, name: str) -> Method | None:
     """Return the function for `value.name(…)`, which takes the budget and the value first; None if refused.
 
-    >>> from pipros.limits import Limits
+    >>> from pipros.basics.limits import Limits
     >>> find_method("a b", "split")(Budget(Limits()), "a b")
     ['a', 'b']
     >>> find_method([], "append") is None

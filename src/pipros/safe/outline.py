@@ -13,8 +13,8 @@ from typing import Any
 
 import yaml
 
-from pipros.errors import PiprosError
-from pipros.limits import Limits
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import Limits
 
 _DIRECTIVES_LIMIT = 100
 """Maximum number of `%TAG` lines in a text: the parser compares each with all others."""

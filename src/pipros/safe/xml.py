@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
-from pipros.errors import PiprosError
-from pipros.limits import Limits, process_limits
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import Limits, process_limits
 
 
 class XmlError(PiprosError):

@@ -13,8 +13,8 @@ from typing import IO, Any
 
 import yaml
 
-from pipros.errors import PiprosError
-from pipros.limits import Limits, process_limits
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import Limits, process_limits
 from pipros.safe.expr import ExpressionError, arithmetic
 from pipros.safe.outline import TooMuch, check_outline
 

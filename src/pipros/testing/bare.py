@@ -9,7 +9,7 @@ import unittest
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipros.input_file import read_file
+from pipros.basics.input_file import read_file
 from pipros.testing.result_paths import XML_OUTPUT_FLAG, prepare_path, results_file
 from pipros.testing.results import Suite
 from pipros.testing.rostest import TestProgramTimedOut

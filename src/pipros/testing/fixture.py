@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 
-from pipros.env import DEFAULT_MASTER_URI, Environment
-from pipros.errors import PiprosError, Refused, Unreachable
+from pipros.basics.env import DEFAULT_MASTER_URI, Environment
+from pipros.basics.errors import PiprosError, Refused, Unreachable
 from pipros.launch.announcements import summary
 from pipros.launch.command import CannotLaunch, CommandMaker
 from pipros.launch.console import Console

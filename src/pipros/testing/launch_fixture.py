@@ -8,8 +8,8 @@ from pathlib import Path
 from threading import Thread
 from typing import Any
 
-from pipros.env import Environment
-from pipros.errors import PiprosError
+from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
 from pipros.launch.command import CommandMaker
 from pipros.launch.console import Console
 from pipros.launch.find_launch_files import resolve_files

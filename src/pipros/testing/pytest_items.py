@@ -13,8 +13,8 @@ from typing import Any
 
 import pytest
 
-from pipros.env import Environment
-from pipros.errors import PiprosError
+from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
 from pipros.launch.console import Console
 from pipros.launch.load_context import LoadContext
 from pipros.launch.logs import LogFolder

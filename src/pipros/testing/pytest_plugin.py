@@ -74,7 +74,7 @@ def ros_master(monkeypatch: pytest.MonkeyPatch) -> Iterator[Core]:
 
     Its address is `ros_master.uri`. Tests that run in parallel have separate masters.
     """
-    from pipros.env import DEFAULT_MASTER_URI, Environment
+    from pipros.basics.env import DEFAULT_MASTER_URI, Environment
     from pipros.launch.roscore import Core
 
     # The new master is on this computer, even if ROS_MASTER_URI names another one.
@@ -89,7 +89,7 @@ def ros_node(ros_master: Core) -> Iterator[Node]:
     """A node `/pytest` on the test's master, in this process; it ends with the test."""
     from dataclasses import replace
 
-    from pipros.env import Environment
+    from pipros.basics.env import Environment
     from pipros.node import Node
 
     environment = replace(Environment.from_os(), master_uri=ros_master.uri)

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from pipros.input_file import read_file
+from pipros.basics.input_file import read_file
 from pipros.safe.xml import Element, XmlError, parse
 
 

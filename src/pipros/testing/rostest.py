@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
-from pipros.errors import NotFound, PiprosError
-from pipros.input_file import read_file
+from pipros.basics.errors import NotFound, PiprosError
+from pipros.basics.input_file import read_file
 from pipros.launch.model import Launch, Test
 from pipros.testing.result_paths import XML_OUTPUT_FLAG, prepare_path, results_file
 from pipros.testing.results import Suite, Totals

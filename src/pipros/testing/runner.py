@@ -19,7 +19,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, TextIO
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.testing.result_paths import prepare_path
 from pipros.testing.results import Case, Outcome, Suite
 from pipros.testing.xunit import format_suite

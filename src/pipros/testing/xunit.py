@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from xml.sax.saxutils import escape, quoteattr
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.safe.xml import Element, XmlError, parse
 from pipros.testing.results import Case, Outcome, Suite
 

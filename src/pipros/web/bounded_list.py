@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TypeVar
 
-from pipros.limits import process_limits
+from pipros.basics.limits import process_limits
 
 T = TypeVar("T")
 

@@ -14,7 +14,7 @@ import socket
 from collections.abc import Sequence
 from typing import Any, Final
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.net import sockets
 from pipros.net.address import plain_address
 from pipros.net.connection_table import ConnectionTable

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
 from pipros.node.any_msg import RawMessage
 from pipros.web.topic_watch import TopicWatch

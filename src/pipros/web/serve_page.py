@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.graph.client import GraphClient
-from pipros.interruptible_wait import OnceEvent
+from pipros.basics.interruptible_wait import OnceEvent
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.web.access import Access

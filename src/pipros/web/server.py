@@ -34,8 +34,8 @@ from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
-from pipros.errors import PiprosError
-from pipros.limits import process_limits
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import process_limits
 from pipros.web.access import LOOPBACK_HOSTS, Access
 from pipros.web.browser_share import begin_browser
 from pipros.web.entrance import ACCEPTED_AT_A_TIME, Entrance, Visitor

@@ -12,8 +12,8 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 
-from pipros.errors import LimitExceeded
-from pipros.limits import limit_text, process_limits
+from pipros.basics.errors import LimitExceeded
+from pipros.basics.limits import limit_text, process_limits
 
 _INITIAL_BYTES = 4 * 1024
 _COMFORTABLE_BYTES = 128 * 1024

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from pipros.errors import ProtocolError, Refused
-from pipros.printable import printable
+from pipros.basics.errors import ProtocolError, Refused
+from pipros.basics.printable import printable
 
 ANY = "*"  # an md5sum or type of `*` matches every other
 

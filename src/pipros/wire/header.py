@@ -8,8 +8,8 @@ from __future__ import annotations
 import struct
 from collections.abc import Mapping
 
-from pipros.errors import LimitExceeded, ProtocolError
-from pipros.limits import limit_text, process_limits
+from pipros.basics.errors import LimitExceeded, ProtocolError
+from pipros.basics.limits import limit_text, process_limits
 
 _LENGTH = struct.Struct("<I")
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 import re
 from typing import Final, NamedTuple
 
-from pipros.limits import limit_text, process_limits
+from pipros.basics.limits import limit_text, process_limits
 from pipros.wire.http_body import ChunkedBody, HttpError, HttpLimitExceeded, check_body_length
 
 __all__ = [

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from pipros.errors import LimitExceeded, ProtocolError
-from pipros.limits import limit_text
+from pipros.basics.errors import LimitExceeded, ProtocolError
+from pipros.basics.limits import limit_text
 
 _SIZE_LINE = rb"([0-9A-Fa-f]{1,8})[ \t]*(?:;[^\r\n]*)?\r"
 _LINE_LIMIT: Final = 256

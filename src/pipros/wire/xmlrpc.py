@@ -17,8 +17,8 @@ import re
 import sys
 from typing import Any, Final
 
-from pipros.errors import LimitExceeded, PiprosError, ProtocolError
-from pipros.limits import limit_text, process_limits
+from pipros.basics.errors import LimitExceeded, PiprosError, ProtocolError
+from pipros.basics.limits import limit_text, process_limits
 
 NESTING_LIMIT: Final = 100
 """Maximum nesting of lists and dictionaries in a call; far below Python's recursion limit."""

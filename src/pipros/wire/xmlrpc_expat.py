@@ -19,7 +19,7 @@ from collections.abc import Callable
 from typing import Any, Final
 from xml.parsers import expat
 
-from pipros.errors import LimitExceeded, ProtocolError
+from pipros.basics.errors import LimitExceeded, ProtocolError
 
 _SCALARS = frozenset(
     ["int", "i1", "i2", "i4", "i8", "string", "double", "boolean", "base64", "dateTime.iso8601"]

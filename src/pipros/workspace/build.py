@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pipros
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.msg.language.definition_files import DefinitionFiles
 from pipros.msg.language.definitions import Definitions
 from pipros.safe.xml import XmlError
@@ -42,7 +42,7 @@ from pipros.workspace.setup_files import write_if_changed, write_setup_files
 from pipros.workspace.validate import check_interfaces, check_manifest
 
 if TYPE_CHECKING:
-    from pipros.printable import Say
+    from pipros.basics.printable import Say
 
 
 @dataclass(slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import lru_cache
 
-from pipros.errors import NotFound, PiprosError
+from pipros.basics.errors import NotFound, PiprosError
 from pipros.safe.xml import XmlError
 from pipros.workspace.index import Package, PackageIndex
 from pipros.workspace.manifest import Manifest, read_manifest

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.cmake.copying import PROGRAM_MODE, Copy, copy, copy_file
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 from pipros.msg.language.definitions import Definitions
 from pipros.msg.language.spec import DefinitionError
 from pipros.msg.stubs import package_stubs
@@ -21,7 +21,7 @@ from pipros.workspace.setup_files import write_if_changed
 from pipros.workspace.setup_py import PythonSetup, read_setup_py
 
 if TYPE_CHECKING:
-    from pipros.printable import Say
+    from pipros.basics.printable import Say
 
 
 _RELAY = """\

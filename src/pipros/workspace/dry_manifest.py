@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.safe import xml
 from pipros.safe.xml import Element, XmlError
 

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from pipros.env import DISTRIBUTION
+from pipros.basics.env import DISTRIBUTION
 from pipros.workspace.hooks import FoundHook, find_hooks
 from pipros.workspace.index import SHARED_PACKAGES
 from pipros.workspace.overlays import MARKER, built_workspaces

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.packages.crawl import DRY, crawl
 from pipros.workspace.overlays import BuiltWorkspace
 

@@ -10,8 +10,8 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pipros.env import DISTRIBUTION
-from pipros.errors import PiprosError
+from pipros.basics.env import DISTRIBUTION
+from pipros.basics.errors import PiprosError
 from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.layout import Layout, SourcePackage
 from pipros.workspace.shipped_packages import has_cmake, is_below, shipped_packages, write_configuration

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pipros.env import Environment
-from pipros.errors import NotFound
+from pipros.basics.env import Environment
+from pipros.basics.errors import NotFound
 from pipros.packages import SHARE
 from pipros.packages.crawl import DRY_MANIFEST, MANIFEST, PACKAGES, crawl
 from pipros.packages.package_folders import PackageFolders

@@ -17,7 +17,7 @@ from pipros.workspace.layout import Layout, SourcePackage, closure
 from pipros.workspace.setup_files import write_relaying_setup_files, write_setup_files
 
 if TYPE_CHECKING:
-    from pipros.printable import Say
+    from pipros.basics.printable import Say
 
 _BUILDER_LINES = ("-- ~~", "-- +++", "-- ==>")
 

@@ -12,9 +12,9 @@ from catkin_pkg.package import InvalidPackage, parse_package
 from catkin_pkg.package import Package as Manifest
 from catkin_pkg.topological_order import topological_order_packages
 
-from pipros.env import DISTRIBUTION
-from pipros.errors import PiprosError
-from pipros.input_file import read_file, read_text
+from pipros.basics.env import DISTRIBUTION
+from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_file, read_text
 from pipros.packages.crawl import DRY, MANIFEST, crawl
 from pipros.safe.xml import XmlError, parse
 

@@ -16,8 +16,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from pipros.env import DISTRIBUTION
-from pipros.input_file import read_file
+from pipros.basics.env import DISTRIBUTION
+from pipros.basics.input_file import read_file
 from pipros.packages.crawl import DRY_MANIFEST, MANIFEST
 from pipros.safe.xml import Element, XmlError, parse
 

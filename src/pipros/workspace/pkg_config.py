@@ -6,7 +6,7 @@ import os
 import shutil
 import subprocess
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.workspace.overlays import built_workspaces
 
 

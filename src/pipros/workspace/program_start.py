@@ -14,7 +14,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from pipros.env import DISTRIBUTION
+from pipros.basics.env import DISTRIBUTION
 
 _ON_WINDOWS = os.name == "nt"
 _POSIX_SHELL = "/bin/sh"

@@ -18,7 +18,7 @@ from pipros.workspace.make_targets import is_wanted, label, results_label
 from pipros.workspace.program_start import program_environment
 
 if TYPE_CHECKING:
-    from pipros.printable import Say
+    from pipros.basics.printable import Say
 
 
 LeaveError = Callable[[Path, str, str], None]

@@ -14,8 +14,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from pipros.env import DISTRIBUTION
-from pipros.errors import PiprosError
+from pipros.basics.env import DISTRIBUTION
+from pipros.basics.errors import PiprosError
 
 _TIME_LIMIT_S = 60.0
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 from pipros.msg.importing.hook import installed_library
 from pipros.msg.language.definitions import Definitions
 from pipros.msg.language.digest import Lookup, message_md5, service_md5

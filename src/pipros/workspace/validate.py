@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from pipros.cmake.language import CMakeError
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.msg.language.definitions import Definitions
 from pipros.msg.language.spec import MessageSpec
 from pipros.safe.xml import XmlError

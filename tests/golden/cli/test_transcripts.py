@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.master.master import Master
 from pipros.node import Node
 from tests.golden.cli.scenes import MASKS, graph_for, needs_sources

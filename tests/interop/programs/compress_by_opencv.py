@@ -6,8 +6,8 @@ import json
 import cv2
 import numpy as np
 
-from pipros.vision.compressed_images import Settings, compressed, decompressed
-from pipros.vision.picture_files import OpenCVCodec
+from pipros.libraries.vision.compressed_images import Settings, compressed, decompressed
+from pipros.libraries.vision.picture_files import OpenCVCodec
 
 codec = OpenCVCodec(cv2)
 rng = np.random.RandomState(1)

@@ -16,7 +16,7 @@ from pipros.bag.record_files import FileOptions, RecordFiles
 from pipros.bag.record_queue import Received
 from pipros.bag.rewrite import copy_chosen
 from pipros.cli.rosbag import main
-from pipros.limits import process_limits
+from pipros.basics.limits import process_limits
 from pipros.msg.errors import DeserializationError
 from tests.support.bags import bag_bytes, rows_of, some_rows, values
 

@@ -17,7 +17,7 @@ from pipros.bag.connection import Connection, connection_record
 from pipros.bag.index import ENTRY, ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
 from pipros.bag.info import bag_info
 from pipros.bag.records import MAGIC, file_header, record_bytes
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from tests.support.bags import bag_bytes, header_of, old_bag_bytes, rows_of, some_rows, values
 from tests.support.examples import examples
 

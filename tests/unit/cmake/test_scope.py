@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from pipros.cmake.scope import Scope
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 
 
 def scope(**variables: str) -> Scope:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.errors import Unreachable
+from pipros.basics.errors import Unreachable
 from pipros.graph.cleanup import WARNING, clean_up
 from tests.support.table_master import TableMaster
 

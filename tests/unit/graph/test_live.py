@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from pipros.errors import Unreachable
+from pipros.basics.errors import Unreachable
 from pipros.graph.live import BadNode, LiveGraph, node_topic, topic_node
 from tests.support.table_master import Answers, TableMaster
 

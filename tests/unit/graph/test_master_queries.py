@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 from pipros.graph.errors import GraphError
 from pipros.graph.node_info import describe_registrations
 from pipros.graph.nodes import UNKNOWN_API, kill, listing, machines, node_names

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 from pipros.graph.message_path import InvalidIndex, Step, describe_path, extract, has_field, parse_path
 from pipros.msg import load_message_class
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from pipros.errors import Unreachable
+from pipros.basics.errors import Unreachable
 from pipros.graph.observer import CALLS_A_LOOK, SystemObserver, Traffic
 from pipros.graph.system_state import TopicConnection
 

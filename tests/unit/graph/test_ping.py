@@ -8,7 +8,7 @@ from socket import gaierror
 
 import pytest
 
-from pipros.errors import Unreachable
+from pipros.basics.errors import Unreachable
 from pipros.graph.ping import ping, ping_all
 from pipros.net.rpc_client import Fault
 from tests.support.table_master import TableMaster

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.launch.command import CannotLaunch, CommandMaker
 from pipros.launch.model import Machine, Node, WorkingFolder
 from pipros.workspace.index import PackageIndex

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.launch.logs import LogFolder, LogFolderUnusable, disk_usage_report
 
 

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from pipros.env import Environment
-from pipros.errors import ProtocolError, Refused, Unreachable
+from pipros.basics.env import Environment
+from pipros.basics.errors import ProtocolError, Refused, Unreachable
 from pipros.launch.master_location import master_environment, run_id_of
 from pipros.launch.model import LaunchError
 from pipros.net import this_machine

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pipros.errors import Refused
+from pipros.basics.errors import Refused
 from pipros.launch.model import Launch, LaunchError, ParameterAction, ParameterCommand
 from pipros.launch.param_upload import upload
 

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 from pipros.launch.substitute import Substitution, SubstitutionError, UnsetArgument, anonymous_name
-from pipros.names import is_legal_base
+from pipros.basics.names import is_legal_base
 from pipros.safe.expr import ExpressionError
 
 

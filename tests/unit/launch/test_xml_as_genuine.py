@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 from pipros.launch.load_context import LoadContext
 from pipros.launch.model import Launch, LaunchError, Node, Output, WorkingFolder
 from pipros.launch.xml import load

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.master.api import MasterApi
 from pipros.master.param_weight import is_small, weigh
 from pipros.master.params import NotSet, ParamsFull, ParamTree

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pipros.errors import ProtocolError, Unreachable
+from pipros.basics.errors import ProtocolError, Unreachable
 from pipros.master.liveness import CONFIRMATIONS, PROBES_AT_A_TIME, Liveness, find_live_nodes
 from pipros.master.options import Probing
 from pipros.master.registry import Registry

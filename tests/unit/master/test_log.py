@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.master.api import MasterApi
 from pipros.master.log import MasterLog
 from pipros.master.params import ParamTree

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from pipros.errors import PiprosError, Unreachable
-from pipros.limits import Limits
+from pipros.basics.errors import PiprosError, Unreachable
+from pipros.basics.limits import Limits
 from pipros.master import notifier
 from pipros.master.notifier import KEEP_CONNECTION_S, QUEUED_AT_A_TIME, SLOW_S, TURNS_AT_A_TIME, Notifier
 from pipros.master.registry import MASTER_ID, Notice

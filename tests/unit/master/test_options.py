@@ -4,7 +4,7 @@ from dataclasses import fields
 
 import pytest
 
-from pipros.limits import process_limits
+from pipros.basics.limits import process_limits
 from pipros.master.options import MasterOptions, MasterSettings, limits_with_timeout
 
 

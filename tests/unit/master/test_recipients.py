@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from pipros.errors import Unreachable
+from pipros.basics.errors import Unreachable
 from pipros.master.liveness import Liveness
 from pipros.master.recipients import RegisteredNodes
 from pipros.master.registry import MASTER_ID, Notice, Registry

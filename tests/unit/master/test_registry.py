@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipros.master.registry import Notice, Registry, Role
-from pipros.names import as_namespace
+from pipros.basics.names import as_namespace
 
 A, B, C = "http://a:1/", "http://b:2/", "http://c:3/"
 

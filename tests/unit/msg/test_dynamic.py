@@ -15,7 +15,7 @@ from std_msgs.msg import Header
 
 import genpy.dynamic
 from genmsg import InvalidMsgSpec, MsgGenerationException, MsgNotFound
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.language.digest import SEPARATOR
 from pipros.msg.language.spec import DefinitionError

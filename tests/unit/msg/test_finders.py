@@ -10,7 +10,7 @@ from types import ModuleType
 import pytest
 
 import pipros.msg
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 from pipros.msg.importing import hook
 from pipros.msg.importing.hook import InterfaceFinder, PackageFinder
 from pipros.msg.importing.load import load_message_class, load_service_class

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 from pipros.msg.importing.hook import installed_library
 from pipros.workspace.index import SHARED_PACKAGES
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 from pipros.msg.language.definition_files import DefinitionFiles
 from pipros.msg.language.definitions import Definitions
 from pipros.msg.stubs import write_stubs

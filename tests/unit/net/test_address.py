@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.net import address
 from pipros.net.address import (
     ANY,

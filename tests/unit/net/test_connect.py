@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pipros.errors import Interrupted
+from pipros.basics.errors import Interrupted
 from pipros.net.connect import Connector
 from pipros.net.lookup import Lookups
 from tests.support.waiting import wait_until

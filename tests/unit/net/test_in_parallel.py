@@ -6,8 +6,8 @@ import threading
 
 import pytest
 
-from pipros.errors import Unreachable
-from pipros.interrupts import interrupt_main_thread
+from pipros.basics.errors import Unreachable
+from pipros.basics.interrupts import interrupt_main_thread
 from pipros.net.in_parallel import in_parallel
 from tests.support.waiting import wait_until
 

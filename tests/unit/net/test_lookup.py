@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pipros.errors import Interrupted
+from pipros.basics.errors import Interrupted
 from pipros.net.lookup import FAILED_S, FOUND_S, Lookups
 from tests.support.waiting import wait_until
 

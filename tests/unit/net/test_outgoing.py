@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.net import sockets
 from pipros.net.outgoing import CHECK_STALLED_INTERVAL_S, OutgoingLink
 

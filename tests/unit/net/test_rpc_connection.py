@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.held_bytes import HeldBytes
 from pipros.net.refusals import Refusals

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.net import this_machine
 from pipros.net.address import ANY
 from pipros.net.lookup import Lookups

@@ -7,8 +7,8 @@ import re
 
 import pytest
 
-from pipros.env import Environment
-from pipros.errors import InvalidName
+from pipros.basics.env import Environment
+from pipros.basics.errors import InvalidName
 from pipros.node.identity import Identity
 
 

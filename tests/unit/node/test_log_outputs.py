@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pipros.env import Environment
+from pipros.basics.env import Environment
 from pipros.node.identity import Identity
 from pipros.node.log import ConsoleHandler, FileHandler, RosoutHandler
 from pipros.node.log_outputs import open_console_and_file, open_rosout

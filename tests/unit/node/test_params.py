@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pipros.errors import NotFound, Refused, Unreachable
+from pipros.basics.errors import NotFound, Refused, Unreachable
 from pipros.node.params import CachedParameter, CacheState, Parameters
 from pipros.node.registration import Registrations
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from pipros.errors import Refused, Unreachable
-from pipros.limits import Limits
+from pipros.basics.errors import Refused, Unreachable
+from pipros.basics.limits import Limits
 from pipros.net import unreachable
 from pipros.net.busy_poll import PublishCount
 from pipros.node.attempts import Attempts

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.safe.expr import ExpressionError, arithmetic, evaluate
 
 MODULUS = (1 << 61) - 1

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.safe.guarded import BITS_LIMIT, CONSTANTS, FUNCTIONS, Budget, ResultTooLarge, format_value
 
 

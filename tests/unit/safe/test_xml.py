@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.safe.xml import XmlError, parse
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from pipros.limits import Limits
+from pipros.basics.limits import Limits
 from pipros.safe.yaml import YamlError, load, load_all
 
 

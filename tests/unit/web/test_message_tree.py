@@ -13,7 +13,7 @@ from sensor_msgs.msg import BatteryState, Image, JointState
 from std_msgs.msg import Float64, Header, String
 
 from genpy import Time
-from pipros.limits import process_limits
+from pipros.basics.limits import process_limits
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.web.bounded_list import bounded_list
 from pipros.web.message_tree import LEAVES, message_tree

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.errors import LimitExceeded
+from pipros.basics.errors import LimitExceeded
 from pipros.wire.frames import FrameBuffer, ReplyReader
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.errors import ProtocolError, Refused
+from pipros.basics.errors import ProtocolError, Refused
 from pipros.wire.handshake import (
     WireType,
     accept_service_link,

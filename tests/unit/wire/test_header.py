@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.errors import LimitExceeded, ProtocolError
+from pipros.basics.errors import LimitExceeded, ProtocolError
 from pipros.wire.header import HeaderReader, decode_header, encode_header
 
 KEYS = st.text(st.characters(exclude_characters="=", exclude_categories=["Cs"]), min_size=1)

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.errors import LimitExceeded, ProtocolError
+from pipros.basics.errors import LimitExceeded, ProtocolError
 from pipros.wire.xmlrpc import (
     ANSWER_NESTING_LIMIT,
     NESTING_LIMIT,

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from pipros.errors import ProtocolError
+from pipros.basics.errors import ProtocolError
 from pipros.wire import xmlrpc_expat, xmlrpc_fast
 from pipros.wire.xmlrpc import encode_call, encode_response
 from tests.support.examples import examples

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 from pipros.safe.xml import XmlError
 from pipros.workspace.dependency_graph import CircularDependency, DependencyGraph
 from pipros.workspace.index import PackageIndex

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from pipros.env import Environment
-from pipros.errors import NotFound
+from pipros.basics.env import Environment
+from pipros.basics.errors import NotFound
 from pipros.packages import crawl as crawling
 from pipros.workspace.index import SHARED_PACKAGES, Package, PackageIndex
 from pipros.workspace.manifest import read_manifest

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.env import DISTRIBUTION
+from pipros.basics.env import DISTRIBUTION
 from pipros.workspace.program_start import command_of, program_environment, why_not_startable
 
 

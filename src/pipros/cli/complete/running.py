@@ -8,9 +8,9 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 
-from pipros import names
-from pipros.errors import PiprosError
-from pipros.graph_variables import master_uri_of
+from pipros.basics import names
+from pipros.basics.errors import PiprosError
+from pipros.basics.graph_variables import master_uri_of
 
 _TIMEOUT_S = 0.5
 

@@ -17,8 +17,8 @@ from pipros.graph.message_path import Part
 from pipros.graph.message_rows import MessageRows
 from pipros.msg.base import Message
 from pipros.msg.time import TVal
-from pipros.names import canonicalize, is_legal_topic
-from pipros.printable import listed
+from pipros.basics.names import canonicalize, is_legal_topic
+from pipros.basics.printable import listed
 
 _FORMATS = ("csv", "npz")
 

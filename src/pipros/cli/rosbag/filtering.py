@@ -14,7 +14,7 @@ from pipros.bag.rewrite import copy_chosen, replaced_file
 from pipros.cli.command import CommandError, option_parser
 from pipros.cli.rosbag.progress import Progress
 from pipros.msg.time import Time
-from pipros.printable import listed, printable_lines
+from pipros.basics.printable import listed, printable_lines
 from pipros.safe.expr import ExpressionError
 
 _USAGE = """rosbag filter [options] INBAG OUTBAG EXPRESSION

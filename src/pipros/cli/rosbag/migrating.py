@@ -13,7 +13,7 @@ from pipros.bag.reader import BagReader
 from pipros.bag.rewrite import replaced_file
 from pipros.cli.command import add_flag, option_parser
 from pipros.msg.class_finder import installed_class
-from pipros.printable import listed
+from pipros.basics.printable import listed
 from pipros.workspace.index import PackageIndex
 
 

@@ -16,7 +16,7 @@ from pipros.bag.repair import reindex as reindex_file
 from pipros.bag.rewrite import recompress, replaced_file
 from pipros.cli.command import add_flag, option_parser
 from pipros.cli.rosbag.progress import Progress
-from pipros.limits import process_limits
+from pipros.basics.limits import process_limits
 
 Work = Callable[[Path, Path, Values], None]
 """Writes the second path from the first."""

@@ -9,8 +9,8 @@ from pipros.cli.command import option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import GraphError
 from pipros.graph.loggers import LEVELS, levels_of, set_level
-from pipros.names import parse_arguments
-from pipros.printable import listed
+from pipros.basics.names import parse_arguments
+from pipros.basics.printable import listed
 
 NO_SUCH_NODE, NO_SUCH_LOGGER = 1, 2
 """Noetic's exit codes."""

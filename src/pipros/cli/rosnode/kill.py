@@ -9,7 +9,7 @@ from pipros.cli.command import add_flag, option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.nodes import kill, node_names
 from pipros.graph.output import bullets
-from pipros.printable import listed
+from pipros.basics.printable import listed
 
 
 def kill_nodes(argv: Sequence[str]) -> int:

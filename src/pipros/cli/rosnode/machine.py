@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pipros.cli.command import option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.nodes import machines, nodes_on
-from pipros.printable import listed
+from pipros.basics.printable import listed
 
 
 def show_machines(argv: Sequence[str]) -> int:

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from optparse import OptionParser
 
 from pipros.cli.command import add_flag, option_parser
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.graph.client import GraphClient
 from pipros.graph.nodes import node_names
 from pipros.graph.ping import ping, ping_all
 from pipros.net.master_client import MasterClient
-from pipros.printable import listed
+from pipros.basics.printable import listed
 
 
 def ping_nodes(argv: Sequence[str]) -> int:

@@ -9,7 +9,7 @@ from pipros.cli.rosparam.arguments import add_verbose_option, parse_name
 from pipros.graph.client import GraphClient
 from pipros.graph.param_text import as_document, as_pretty_text, as_shown
 from pipros.graph.params import leaves, names_below, read
-from pipros.printable import listed, printable_lines
+from pipros.basics.printable import listed, printable_lines
 
 
 def get_parameter(argv: Sequence[str]) -> int:

@@ -9,7 +9,7 @@ from typing import Any
 from pipros.cli.command import option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.service_call import ServiceCaller, wait_for_service
-from pipros.names import parse_arguments
+from pipros.basics.names import parse_arguments
 
 
 def call_service(argv: Sequence[str]) -> int:

@@ -17,8 +17,8 @@ from pipros.graph.services import (
     uri_of,
 )
 from pipros.graph.system_state import is_below
-from pipros.names import parse_arguments
-from pipros.printable import listed
+from pipros.basics.names import parse_arguments
+from pipros.basics.printable import listed
 
 
 def list_services(argv: Sequence[str]) -> int:

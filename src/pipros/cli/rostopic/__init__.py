@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from pipros.cli.command import USAGE_ERROR, dispatch, run
 from pipros.cli.streams import command
-from pipros.interrupts import accept_ctrl_c
+from pipros.basics.interrupts import accept_ctrl_c
 
 OVERVIEW = """\
 rostopic is a command-line tool for printing information about ROS Topics.

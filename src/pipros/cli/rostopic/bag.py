@@ -16,7 +16,7 @@ from pipros.graph.listening import TopicPart
 from pipros.graph.message_path import parse_path
 from pipros.graph.system_state import is_below
 from pipros.msg.time import NS_PER_S
-from pipros.printable import listed
+from pipros.basics.printable import listed
 
 if TYPE_CHECKING:
     from pipros.cli.rostopic.echo_options import EchoOptions

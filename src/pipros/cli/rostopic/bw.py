@@ -13,7 +13,7 @@ from pipros.cli.terminal import LiveBlock, is_terminal
 from pipros.graph.client import GraphClient
 from pipros.graph.measurements import BANDWIDTH_WINDOW, bandwidth_table, bandwidth_text
 from pipros.graph.samples import BandwidthWindow
-from pipros.names import parse_arguments
+from pipros.basics.names import parse_arguments
 
 if TYPE_CHECKING:
     from pipros.node.any_msg import RawMessage

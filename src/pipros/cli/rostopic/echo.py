@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from pipros.cli.rostopic.echo_options import parse
 from pipros.graph.client import GraphClient
-from pipros.names import parse_arguments
+from pipros.basics.names import parse_arguments
 
 
 def echo(argv: Sequence[str]) -> int:

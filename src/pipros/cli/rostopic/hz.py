@@ -13,7 +13,7 @@ from pipros.cli.terminal import LiveBlock
 from pipros.graph.client import GraphClient
 from pipros.graph.measurements import Rates
 from pipros.graph.samples import DEFAULT_WINDOW
-from pipros.names import parse_arguments
+from pipros.basics.names import parse_arguments
 
 if TYPE_CHECKING:
     from pipros.node.any_msg import RawMessage

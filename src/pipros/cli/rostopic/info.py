@@ -6,11 +6,11 @@ import sys
 from collections.abc import Sequence
 
 from pipros.cli.command import only_argument
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 from pipros.graph.client import GraphClient
 from pipros.graph.topics import describe_topic, field_type, topic_type, topics_of_type
-from pipros.names import parse_arguments
-from pipros.printable import listed
+from pipros.basics.names import parse_arguments
+from pipros.basics.printable import listed
 
 
 def show_info(argv: Sequence[str]) -> int:

@@ -6,12 +6,12 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from pipros.cli.command import option_parser
 from pipros.cli.terminal import CYAN, DIM, table
-from pipros.errors import Refused
+from pipros.basics.errors import Refused
 from pipros.graph.client import GraphClient
 from pipros.graph.system_state import Registrations, SystemState, is_below
-from pipros.names import parse_arguments
+from pipros.basics.names import parse_arguments
 from pipros.net.master_client import MasterClient
-from pipros.printable import listed
+from pipros.basics.printable import listed
 
 
 def list_topics(argv: Sequence[str]) -> int:

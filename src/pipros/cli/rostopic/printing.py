@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from pipros.cli.rostopic.echo_options import EchoOptions
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 from pipros.graph.elide import Elision
 from pipros.graph.listening import TopicPart
 from pipros.graph.message_filter import MessageFilter

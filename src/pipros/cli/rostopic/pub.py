@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.cli.command import CommandError, option_parser
 from pipros.graph.client import GraphClient
-from pipros.names import parse_arguments
+from pipros.basics.names import parse_arguments
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message

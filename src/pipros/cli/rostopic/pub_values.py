@@ -8,7 +8,7 @@ from typing import Any
 
 from pipros.cli.command import CommandError
 from pipros.cli.yaml_args import value_of
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.graph.errors import GraphError
 from pipros.graph.message_from_yaml import message_from_yaml
 from pipros.msg import load_message_class

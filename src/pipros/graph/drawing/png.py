@@ -7,7 +7,7 @@ import itertools
 from collections.abc import Sequence
 from typing import Any
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.graph.drawing.scene import FONT_SIZE, Scene
 from pipros.graph.drawing.svg import middle_of
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from pipros.graph.drawing.layered_layout import Box, layered_layout
 from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
-from pipros.printable import printable
+from pipros.basics.printable import printable
 
 CHARACTER_WIDTH = 7.4
 """The width of a character in the widest usual fonts, at the size of a label, in pixels."""

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipros.env import Environment
-from pipros.errors import NotFound, PiprosError
+from pipros.basics.env import Environment
+from pipros.basics.errors import NotFound, PiprosError
 from pipros.health.system_report import SystemReport
 from pipros.workspace.index import PackageIndex
 

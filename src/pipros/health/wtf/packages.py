@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.health.wtf.context import WtfContext
 from pipros.health.wtf.rules import Rule, error_rule
 from pipros.workspace.manifest import read_manifest

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.health.wtf.context import WtfContext
 from pipros.workspace.dependency_graph import DependencyGraph
 from pipros.workspace.index import PackageIndex

@@ -6,7 +6,7 @@ import os
 import sys
 
 from pipros.health.wtf.context import WtfContext
-from pipros.printable import printable_lines
+from pipros.basics.printable import printable_lines
 
 
 def print_results(ctx: WtfContext) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.health.wtf.context import WtfContext
 from pipros.health.wtf.rules import Rule, error_rule, warning_rule
 from pipros.launch.model import Node

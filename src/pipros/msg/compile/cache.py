@@ -13,8 +13,8 @@ import os
 import sys
 from binascii import crc32
 
-from pipros.cache_files import CacheFolder
-from pipros.errors import NotFound
+from pipros.basics.cache_files import CacheFolder
+from pipros.basics.errors import NotFound
 
 TYPE_CHECKING = False  # true for type checkers; every first import of a message imports this module
 if TYPE_CHECKING:

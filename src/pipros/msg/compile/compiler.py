@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from pipros.limits import Limits, limit_text, process_limits
+from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.msg.base import Message
 from pipros.msg.compile.decode import deserialize_body
 from pipros.msg.compile.emitter import Names, python_name

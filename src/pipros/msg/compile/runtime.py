@@ -106,7 +106,7 @@ def _allowed(values: int) -> int:
     Raises:
         struct.error: when `values` are too many already.
     """
-    from pipros.limits import process_limits
+    from pipros.basics.limits import process_limits
 
     return _still_allowed(process_limits().empty_elements, values)
 

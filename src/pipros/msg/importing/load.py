@@ -10,7 +10,7 @@ import importlib
 import sys
 from typing import Any
 
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 from pipros.msg.base import Message
 from pipros.msg.importing.hook import install, installed_library
 from pipros.msg.language.type_names import is_full_type_name

@@ -11,7 +11,7 @@ import importlib
 import sys
 from importlib.machinery import ModuleSpec, PathFinder
 
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 from pipros.msg.compile.run import run
 
 TYPE_CHECKING = False

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

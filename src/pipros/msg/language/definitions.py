@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 
-from pipros.input_file import read_text
-from pipros.limits import process_limits
+from pipros.basics.input_file import read_text
+from pipros.basics.limits import process_limits
 from pipros.msg.language.definition_files import DefinitionFiles
 from pipros.msg.language.parse import parse_action, parse_message, parse_service
 from pipros.msg.language.spec import ActionSpec, DefinitionError, MessageSpec, ServiceSpec

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipros.limits import Limits, process_limits
+from pipros.basics.limits import Limits, process_limits
 from pipros.msg.language.digest import SEPARATOR
 from pipros.msg.language.parse import parse_message
 from pipros.msg.language.spec import HEADER, DefinitionError, MessageSpec

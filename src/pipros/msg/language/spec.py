@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pipros.errors import PiprosError
-from pipros.printable import listed
+from pipros.basics.errors import PiprosError
+from pipros.basics.printable import listed
 
 HEADER = "std_msgs/Header"
 """The type that a plain `Header` means. A publisher sets the `seq` of such a field."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.node import Node
 from pipros.node.service_client import ServiceLink
 from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow

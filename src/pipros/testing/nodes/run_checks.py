@@ -7,8 +7,8 @@ import unittest
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from pipros.env import Environment
-from pipros.errors import NotFound
+from pipros.basics.env import Environment
+from pipros.basics.errors import NotFound
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.clock import Clock, WallClock

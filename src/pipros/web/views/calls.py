@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator, Mapping
 from concurrent.futures import Future
 from typing import Any
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.graph.message_from_yaml import message_from_yaml
 from pipros.graph.service_call import ServiceCaller
 from pipros.graph.services import argument_names, service_class_of

@@ -13,7 +13,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
-from pipros.limits import limit_text, process_limits
+from pipros.basics.limits import limit_text, process_limits
 from pipros.node.any_msg import RawMessage
 from pipros.web.known_topic import LONGEST_NAME, KnownTopic
 from pipros.web.shared import Shared

@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator, Iterable, Mapping
 from dataclasses import fields
 from typing import Any, cast
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.graph import params
 from pipros.graph.drawing.dot import to_dot
 from pipros.graph.drawing.node_graph import MODES, GraphOptions, Mode, NodeGraph, node_graph

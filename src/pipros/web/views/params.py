@@ -7,9 +7,9 @@ import json
 from collections.abc import AsyncIterator, Mapping
 from typing import Any
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.graph import params
-from pipros.limits import process_limits
+from pipros.basics.limits import process_limits
 from pipros.safe.yaml import load
 from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused

@@ -9,7 +9,7 @@ from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.graph.message_path import Step, extract, parse_path
 from pipros.msg.time import TVal
 from pipros.node.any_msg import RawMessage

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import AsyncIterator, Mapping
 from typing import Any
 
-from pipros.errors import PiprosError
+from pipros.basics.errors import PiprosError
 from pipros.graph.observer import Observation
 from pipros.net.address import split_uri
 from pipros.net.rpc_client import RpcClient

@@ -8,8 +8,8 @@ import time
 from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from typing import Any
 
-from pipros import names
-from pipros.errors import PiprosError
+from pipros.basics import names
+from pipros.basics.errors import PiprosError
 from pipros.graph.observer import Observation
 from pipros.web.bounded_list import bounded_list
 from pipros.web.known_topic import LONGEST_NAME

@@ -13,7 +13,7 @@ from pipros.cmake.copying import PROGRAM_MODE, Copy, copy, read_copies
 from pipros.cmake.scope import Scope
 
 if TYPE_CHECKING:
-    from pipros.printable import Say
+    from pipros.basics.printable import Say
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,8 @@ from collections.abc import Mapping
 from pipros.cmake.language import Command
 from pipros.cmake.names import BEYOND_COMMANDS, BUILTIN_COMMANDS
 from pipros.cmake.scope import Scope
-from pipros.env import DISTRIBUTION
-from pipros.limits import Limits
+from pipros.basics.env import DISTRIBUTION
+from pipros.basics.limits import Limits
 from pipros.workspace.catkin import (
     install_commands,
     interface_commands,

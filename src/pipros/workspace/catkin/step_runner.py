@@ -9,11 +9,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from pipros.cmake.language import CMakeError
-from pipros.env import DISTRIBUTION
+from pipros.basics.env import DISTRIBUTION
 from pipros.workspace.catkin.steps import Step, Steps
 
 if TYPE_CHECKING:
-    from pipros.printable import Say
+    from pipros.basics.printable import Say
 
 
 class StepRunner:

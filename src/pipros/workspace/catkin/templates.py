@@ -15,7 +15,7 @@ from pathlib import Path
 
 from pipros.cmake.configure import configure_file
 from pipros.cmake.language import Command
-from pipros.env import DISTRIBUTION
+from pipros.basics.env import DISTRIBUTION
 from pipros.workspace.catkin.context import Handler, ReadContext
 
 _TIME_LIMIT_S = 60.0

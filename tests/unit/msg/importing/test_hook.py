@@ -317,7 +317,7 @@ def test_classes_are_found_by_type_name(workspace: Workspace) -> None:
     assert workspace.shows(f"{load} from robot.msg import A; print(load('robot/A') is A)") == "True"
     for name in ("robot/B", "no_robot/A"):
         complaint = workspace.fails(f"{load} load('{name}')")
-        assert complaint.startswith("pipros.errors.NotFound: there is no ")
+        assert complaint.startswith("pipros.basics.errors.NotFound: there is no ")
 
 
 SETUP = "from setuptools import setup\nsetup(packages=['{0}'], package_dir={{'': 'python'}})\n"

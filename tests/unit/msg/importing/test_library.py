@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 from pipros.msg.compile.run import run
 from pipros.msg.importing import load
 from pipros.msg.importing.library import Library

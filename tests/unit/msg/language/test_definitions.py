@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.errors import NotFound
+from pipros.basics.errors import NotFound
 from pipros.msg.language.spec import DefinitionError
 from tests.support.definitions import Packages
 

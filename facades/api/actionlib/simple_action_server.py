@@ -1,0 +1,238 @@
+"""`SimpleActionServer`, which executes one goal at a time; a new goal preempts the current one."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from threading import Condition, Thread
+from typing import Any
+
+from actionlib_msgs.msg import GoalStatus
+
+import rospy
+from actionlib.action_server import ActionServer
+from actionlib.server_goal_handle import ServerGoalHandle
+from pipros.basics.lazy_names import star_names as _star_names
+
+_star_names(__name__, "threading")
+
+_REPLACED = "This goal was canceled because another goal was received by the simple action server"
+_SLICE_S = 0.1
+"""Maximum time between checks for shutdown while waiting."""
+_GRACE_S = 0.2
+"""How long the process waits for `execute_cb` after shutdown."""
+
+
+class SimpleActionServer:
+    """Action server that executes one goal at a time.
+
+    A new goal requests preemption of the current one; a goal that is still pending is cancelled. Methods may
+    be called from any thread.
+
+    Args:
+        name: namespace of the action.
+        ActionSpec: class of the action; its name ends in Action.
+        execute_cb: called with each goal message in a dedicated thread. It should return when
+            `is_preempt_requested` is true, and must set the final status. If None, call `accept_new_goal`.
+        auto_start: start immediately, which is deprecated: pass False and call `start`.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        ActionSpec: Any,
+        execute_cb: Callable[[Any], object] | None = None,
+        auto_start: bool = True,
+    ) -> None:
+        self.new_goal = False
+        self.preempt_request = False
+        self.new_goal_preempt_request = False
+        self.execute_callback = execute_cb
+        self.goal_callback: Callable[[], object] | None = None
+        self.preempt_callback: Callable[[], object] | None = None
+        self.need_to_terminate = False
+        self.current_goal = ServerGoalHandle()
+        self.next_goal = ServerGoalHandle()
+        self.action_server = ActionServer(
+            name, ActionSpec, self.internal_goal_callback, self.internal_preempt_callback, False
+        )
+        # Both servers share one lock, so that no lock order can be violated.
+        self.lock = self.action_server.lock
+        self.execute_condition = Condition(self.lock)
+        self.execute_thread: Thread | None = None
+        if execute_cb:
+            self.execute_thread = Thread(target=self.executeLoop, name=f"goals of {name}", daemon=True)
+            self.execute_thread.start()
+            # As in Noetic, a program whose main thread ends without `rospy.spin()` serves until shutdown.
+            Thread(target=self._keep_process, name=f"server of {name}").start()
+        if auto_start:
+            rospy.logwarn(
+                "Action server [%s] uses auto_start: goals may arrive before the constructor has returned. "
+                "Pass auto_start=False and call start().",
+                name,
+            )
+            self.start()
+
+    def start(self) -> None:
+        """Start to accept goals."""
+        self.action_server.start()
+
+    def stop(self) -> None:
+        """Stop accepting goals, and end the execution thread after its current goal. Does not wait for it."""
+        with self.lock:
+            self.need_to_terminate = True
+            self.execute_condition.notify_all()
+        if self.action_server.started:
+            self.action_server.stop()
+
+    def accept_new_goal(self) -> Any:
+        """Accept the pending goal and return its goal message. The current goal, if active, is cancelled.
+
+        If there is no pending goal, log an error and return None.
+        """
+        with self.lock:
+            if not self.new_goal or not self.next_goal.get_goal():
+                rospy.logerr("accept_new_goal was called without a pending goal")
+                return None
+            if self.is_active() and self.current_goal != self.next_goal:
+                self.current_goal.set_canceled(None, _REPLACED)
+            self.current_goal = self.next_goal
+            self.new_goal = False
+            self.preempt_request, self.new_goal_preempt_request = self.new_goal_preempt_request, False
+            self.current_goal.set_accepted("This goal has been accepted by the simple action server")
+            return self.current_goal.get_goal()
+
+    def is_new_goal_available(self) -> bool:
+        """Return whether a goal is pending."""
+        return self.new_goal
+
+    def is_preempt_requested(self) -> bool:
+        """Return whether the current goal should end: it was cancelled, or a new goal is pending."""
+        return self.preempt_request
+
+    def is_active(self) -> bool:
+        """Return whether the current goal is ACTIVE or PREEMPTING."""
+        with self.lock:
+            if not self.current_goal.get_goal():
+                return False
+            return self.current_goal.get_goal_status().status in (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
+
+    def set_succeeded(self, result: Any = None, text: str = "") -> None:
+        """End the current goal as SUCCEEDED."""
+        with self.lock:  # excludes that `accept_new_goal` replaces the goal meanwhile
+            self.current_goal.set_succeeded(result, text)
+
+    def set_aborted(self, result: Any = None, text: str = "") -> None:
+        """End the current goal as ABORTED."""
+        with self.lock:
+            self.current_goal.set_aborted(result, text)
+
+    def set_preempted(self, result: Any = None, text: str = "") -> None:
+        """End the current goal as PREEMPTED."""
+        with self.lock:
+            self.current_goal.set_canceled(result, text)
+
+    def publish_feedback(self, feedback: Any) -> None:
+        """Publish feedback for the current goal."""
+        with self.lock:
+            self.current_goal.publish_feedback(feedback)
+
+    def get_default_result(self) -> Any:
+        """Return a result with default values."""
+        return self.action_server.ActionResultType()
+
+    def register_goal_callback(self, cb: Callable[[], object]) -> None:
+        """Set the function to call without arguments for a new goal. Ignored if `execute_cb` is set."""
+        if self.execute_callback:
+            rospy.logwarn("goal callback ignored: an action server with execute_cb does not call it")
+        else:
+            self.goal_callback = cb
+
+    def register_preempt_callback(self, cb: Callable[[], object]) -> None:
+        """Set the function to call without arguments when preemption of the current goal is requested."""
+        self.preempt_callback = cb
+
+    def internal_goal_callback(self, goal: ServerGoalHandle) -> None:
+        """Handle a new goal of the underlying ActionServer."""
+        with self.lock:
+            stamp = goal.get_goal_id().stamp
+            others = [other for other in (self.current_goal, self.next_goal) if other.get_goal()]
+            if any(stamp < other.get_goal_id().stamp for other in others):
+                goal.set_canceled(None, _REPLACED)
+                return
+            if self.new_goal and self.next_goal != self.current_goal:
+                self.next_goal.set_canceled(None, _REPLACED)
+            self.next_goal = goal
+            self.new_goal = True
+            self.new_goal_preempt_request = False
+            is_preempting = self.is_active()
+            if is_preempting:
+                self.preempt_request = True
+            self.execute_condition.notify_all()
+        if is_preempting:
+            _call(self.preempt_callback)
+        _call(self.goal_callback)
+
+    def internal_preempt_callback(self, preempt: ServerGoalHandle) -> None:
+        """Handle a cancellation request of the underlying ActionServer."""
+        with self.lock:
+            is_current = preempt == self.current_goal
+            if is_current:
+                self.preempt_request = True
+            elif preempt == self.next_goal:
+                self.new_goal_preempt_request = True
+        if is_current:
+            _call(self.preempt_callback)
+
+    def executeLoop(self) -> None:
+        """Execute goals until the node or the server is shut down. Runs in the execution thread."""
+        while not rospy.is_shutdown():
+            with self.execute_condition:
+                if self.need_to_terminate:
+                    return
+                if not self.new_goal:
+                    self.execute_condition.wait(_SLICE_S)
+                    continue
+                goal = self.accept_new_goal()
+            self._execute(goal)
+
+    def _keep_process(self) -> None:
+        """Keep the interpreter alive while the server works, and briefly after shutdown.
+
+        `execute_cb` may block for ever, so its own thread is a daemon; a callback that notices the shutdown
+        has `_GRACE_S` to finish.
+        """
+        assert self.execute_thread is not None  # noqa: S101 # set before this thread starts
+        while self.execute_thread.is_alive() and not rospy.is_shutdown():
+            self.execute_thread.join(_SLICE_S)
+        self.execute_thread.join(_GRACE_S)
+
+    def _execute(self, goal: Any) -> None:
+        assert self.execute_callback is not None  # noqa: S101 # the thread runs only with one
+        executed = self.current_goal
+        try:
+            self.execute_callback(goal)
+        except Exception as error:
+            rospy.logerr("execute_cb raised %s\n%s", error, traceback.format_exc())
+            self._abort(executed, f"Exception in execute callback: {error}")
+            return
+        if self.is_active():
+            rospy.logwarn(
+                "execute_cb returned without a call of set_succeeded, set_aborted or set_preempted: "
+                "aborting the goal"
+            )
+            self._abort(executed, "No terminal state was set.")
+
+    def _abort(self, goal: ServerGoalHandle, text: str) -> None:
+        if goal.get_goal() and goal.get_goal_status().status in (GoalStatus.ACTIVE, GoalStatus.PREEMPTING):
+            goal.set_aborted(None, text)
+
+
+def _call(callback: Callable[[], object] | None) -> None:
+    """Call a user's function and log any exception, so that later goals are still processed."""
+    if callback is None:
+        return
+    try:
+        callback()
+    except Exception as error:
+        rospy.logerr("callback of action server raised %s\n%s", error, traceback.format_exc())

@@ -1,0 +1,187 @@
+"""`rosrun actionlib_tools axclient.py /action [type]`: send goals from a terminal and show their progress."""
+
+from __future__ import annotations
+
+import sys
+from threading import Event
+from typing import Any
+
+import rospy
+import rostopic
+from actionlib import SimpleActionClient, TerminalState
+from actionlib_tools.dynamic_action import DynamicAction
+from actionlib_tools.edit import edited
+from actionlib_tools.library import to_yaml, yaml_msg_str
+from actionlib_tools.prompt import Prompt
+from pipros.basics.printable import listed
+
+USAGE = """Usage: axclient.py /action_name [action_type]
+
+On a terminal: show the goal and read the commands below. Otherwise: read the goal as YAML from standard input
+(empty for the default goal), send it, print feedback and result, and exit with 0 if it succeeded. Ctrl-C
+cancels the goal."""
+COMMANDS = """Commands: edit (the goal, in $EDITOR), set YAML, send, cancel, show, quit"""
+_SLICE_S = 0.1
+
+
+class WrongAction(ValueError):
+    """The action or its type does not exist."""
+
+
+def type_of_action(name: str) -> str:
+    """Return the type of a running action server, from its goal topic.
+
+    Raises:
+        WrongAction: no server is running, or the topic does not have the type of an action goal.
+    """
+    found = rostopic.get_topic_type(rospy.resolve_name(f"{name}/goal"))[0]
+    if found is None:
+        raise WrongAction(
+            f"unable to retrieve the topic type for goal topic '{name}/goal'. Is the action server for "
+            f"'{name}' running?"
+        )
+    if not found.endswith("ActionGoal"):
+        raise WrongAction(f"topic '{name}/goal' is not an action goal topic: its type is {found}")
+    return str(found[: -len("Goal")])
+
+
+class Client:
+    """Client of one action that prints feedback and results."""
+
+    def __init__(self, name: str, action: DynamicAction) -> None:
+        self.action = action
+        self.goal = action.goal()
+        self._client = SimpleActionClient(name, action.action)
+        self._ended = Event()
+        self._ended.set()
+
+    def wait_for_server(self) -> bool:
+        """Wait for the server without limit. Return False if the node is shut down first."""
+        if not self._client.wait_for_server(rospy.Duration(2)):
+            print("Waiting for the action server …", file=sys.stderr)
+            return self._client.wait_for_server()
+        return True
+
+    def set_goal(self, text: str) -> None:
+        """Set the goal from YAML.
+
+        Raises:
+            ValueError: the text is not a goal of this action.
+        """
+        try:
+            goal = yaml_msg_str(self.action.goal, text)
+            goal._check_types()
+        except rospy.ROSException as error:
+            raise ValueError(str(error)) from None
+        except Exception as error:  # messages and YAML raise various exceptions
+            raise ValueError(f"not a valid {self.action.goal._type}: {error}") from None
+        self.goal = goal
+
+    def send(self) -> None:
+        """Send the goal. Does not wait for the result."""
+        self._ended.clear()
+        self._client.send_goal(self.goal, self._on_end, self._on_active, self._on_feedback)
+
+    def cancel(self) -> None:
+        """Request cancellation of the goal, if one is active."""
+        if not self._ended.is_set():
+            self._client.cancel_goal()
+
+    def wait(self) -> int:
+        """Wait until the goal has ended and return its status; LOST if the node is shut down first."""
+        while not self._ended.wait(_SLICE_S):
+            if rospy.is_shutdown():
+                return TerminalState.LOST
+        return self._client.get_state()
+
+    def _on_active(self) -> None:
+        print("The goal is active.", flush=True)
+
+    def _on_feedback(self, feedback: Any) -> None:
+        print(f"feedback:\n{_indented(feedback)}", flush=True)
+
+    def _on_end(self, status: int, result: Any) -> None:
+        text = self._client.get_goal_status_text()
+        print(f"result:\n{_indented(result)}" if result is not None else "result: none")
+        print(f"{TerminalState.to_string(status)}{f': {listed(text)}' if text else ''}", flush=True)
+        self._ended.set()
+
+
+def _indented(message: Any) -> str:
+    return "\n".join(f"  {line}" for line in to_yaml(message).split("\n"))
+
+
+def main() -> int:
+    """Send one goal from standard input, or run the prompt on a terminal. Return the exit code."""
+    arguments = rospy.myargv()[1:]
+    if len(arguments) not in (1, 2) or arguments[0] in ("-h", "--help"):
+        print(USAGE)
+        return 0 if arguments[:1] in (["-h"], ["--help"]) else 2
+    name = arguments[0]
+    is_terminal = sys.stdin.isatty()
+    try:
+        goal = "" if is_terminal else sys.stdin.read()  # before the node starts
+        # On a terminal, the first Ctrl-C cancels the goal instead of shutting down the node.
+        rospy.init_node("axclient", anonymous=True, disable_signals=True)
+        action_type = arguments[1] if len(arguments) == 2 else type_of_action(name)
+        if not action_type.endswith("Action"):
+            raise WrongAction(f"the action type '{action_type}' doesn't end with the 'Action' suffix")
+        client = Client(name, DynamicAction(action_type))
+        if not client.wait_for_server():
+            return 1
+        return _run_prompt(client) if is_terminal else _send_once(client, goal)
+    except (WrongAction, ValueError) as error:
+        print(f"axclient.py: error: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    finally:
+        rospy.signal_shutdown("axclient ends")
+
+
+def _send_once(client: Client, goal: str) -> int:
+    client.set_goal(goal)
+    client.send()
+    try:
+        status = client.wait()
+    except KeyboardInterrupt:
+        client.cancel()
+        status = client.wait()
+    return 0 if status == TerminalState.SUCCEEDED else 1
+
+
+def _run_prompt(client: Client) -> int:
+    print(f"{client.action.goal._type}:\n{_indented(client.goal)}\n{COMMANDS}")
+    prompt = Prompt("axclient> ")
+    while (line := prompt.read()) is not None:
+        word, _, rest = line.partition(" ")
+        try:
+            if word == "quit":
+                return 0
+            if word == "send":
+                client.send()
+                try:
+                    client.wait()
+                except KeyboardInterrupt:
+                    print("Cancelling the goal …")
+                    client.cancel()
+                    client.wait()
+                continue
+            if word == "cancel":
+                client.cancel()
+                continue
+            if word == "edit":
+                client.set_goal(edited(to_yaml(client.goal)))
+            elif word == "set":
+                client.set_goal(rest)
+            elif word != "show" and line:
+                print(COMMANDS)
+                continue
+            print(_indented(client.goal))
+        except ValueError as error:
+            print(error)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,20 @@
+"""The state of a bond as a state machine of smclib, for Noetic's attribute `Bond.sm`."""
+
+from __future__ import annotations
+
+from pipros.libraries.bonds.life import State
+from smclib import statemap
+
+_STATES = {state.value: statemap.State(state.value, number) for number, state in enumerate(State)}
+
+
+class BondMachine(statemap.FSMContext):
+    """Mirror of the bond's state, without transitions of its own."""
+
+    def __init__(self) -> None:
+        super().__init__(_STATES[State.WAITING.value])
+
+    def enter(self, name: str) -> None:
+        """Set the state by name."""
+        self.clearState()
+        self.setState(_STATES[name])

@@ -1,0 +1,189 @@
+"""`CvBridge`, which converts between image messages and numpy arrays."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import sensor_msgs.msg
+from std_msgs.msg import Header
+
+from cv_bridge.boost.cv_bridge_boost import CV_MAT_CNWrap, CV_MAT_DEPTHWrap, cvtColor2, getCvType
+from pipros.libraries.vision.encodings import CHANNEL_STEP, DTYPES
+from pipros.libraries.vision.extras import numpy as np
+from pipros.libraries.vision.extras import opencv
+
+
+class CvBridgeError(TypeError):
+    """An image cannot be converted."""
+
+
+class CvBridge:
+    """Converter between `sensor_msgs` image messages and numpy arrays as used by OpenCV.
+
+    Arrays have the shape (height, width), or (height, width, channels) for more than one channel. Only
+    compressed images require OpenCV (`pip install 'pipros[vision]'`). Without state: threads may share it.
+
+    >>> bridge = CvBridge()
+    >>> gray = bridge.imgmsg_to_cv2(bridge.cv2_to_imgmsg(np.zeros((4, 6, 3), np.uint8), "rgb8"), "mono8")
+    >>> gray.shape
+    (4, 6)
+    """
+
+    def __init__(self) -> None:
+        self.cvtype_to_name = {
+            number + CHANNEL_STEP * (channels - 1): f"{depth}C{channels}"
+            for number, depth in enumerate(DTYPES)
+            for channels in range(1, 5)
+        }
+        self.cvdepth_to_numpy_depth = dict(enumerate(DTYPES.values()))
+        self.numpy_type_to_cvtype = {name: depth for depth, name in DTYPES.items()} | DTYPES
+
+    def dtype_with_channels_to_cvtype2(self, dtype: Any, n_channels: int) -> str:
+        """Return the encoding, such as 8UC3, for a numpy dtype and a number of channels.
+
+        Raises:
+            KeyError: no encoding has values of this dtype.
+        """
+        if dtype.name not in self.numpy_type_to_cvtype:
+            raise KeyError(f"dtype of an image must be one of {', '.join(DTYPES.values())}, got {dtype.name}")
+        return f"{self.numpy_type_to_cvtype[dtype.name]}C{n_channels}"
+
+    def cvtype2_to_dtype_with_channels(self, cvtype: int) -> tuple[str, int]:
+        """Return the name of the numpy dtype and the number of channels of an OpenCV type."""
+        return self.cvdepth_to_numpy_depth[CV_MAT_DEPTHWrap(cvtype)], CV_MAT_CNWrap(cvtype)
+
+    def encoding_to_cvtype2(self, encoding: str) -> int:
+        """Return the OpenCV type of an encoding.
+
+        Raises:
+            CvBridgeError: the encoding is unknown.
+        """
+        try:
+            return getCvType(encoding)
+        except RuntimeError as error:
+            raise CvBridgeError(error) from None
+
+    def encoding_to_dtype_with_channels(self, encoding: str) -> tuple[str, int]:
+        """Return the name of the numpy dtype and the number of channels of an encoding.
+
+        Raises:
+            CvBridgeError: the encoding is unknown.
+        """
+        return self.cvtype2_to_dtype_with_channels(self.encoding_to_cvtype2(encoding))
+
+    def imgmsg_to_cv2(self, img_msg: Any, desired_encoding: str = "passthrough") -> Any:
+        """Return the array of a `sensor_msgs/Image`, converted unless the encoding is "passthrough".
+
+        Rows may be padded (`step`). Without a conversion, the array shares the message's data if possible; it
+        is read-only then.
+
+        Raises:
+            CvBridgeError: an encoding is unknown, the conversion is not supported, or the data is too short.
+        """
+        dtype_name, channels = self.encoding_to_dtype_with_channels(img_msg.encoding)
+        dtype = np.dtype(dtype_name).newbyteorder(">" if img_msg.is_bigendian else "<")
+        image = self._array(img_msg, dtype, channels)
+        if not image.dtype.isnative:
+            image = image.astype(image.dtype.newbyteorder("="))
+        if desired_encoding == "passthrough":
+            return image
+        return self._converted(image, img_msg.encoding, desired_encoding)
+
+    def cv2_to_imgmsg(self, cvim: Any, encoding: str = "passthrough", header: Header | None = None) -> Any:
+        """Return the `sensor_msgs/Image` of an array. "passthrough" means the array's type, such as 8UC3.
+
+        Raises:
+            TypeError: `cvim` is not an array.
+            KeyError: no encoding has values of its dtype.
+            CvBridgeError: the encoding is unknown, or does not match the type of the array.
+        """
+        if not isinstance(cvim, np.ndarray | np.generic):
+            raise TypeError("Your input type is not a numpy array")
+        if cvim.ndim not in (2, 3):
+            raise CvBridgeError(f"an image must have two or three dimensions, got the shape {cvim.shape}")
+        shape: tuple[int, ...] = cvim.shape
+        height, width, channels = *shape[:2], (*shape, 1)[2]
+        cv_type = self.dtype_with_channels_to_cvtype2(cvim.dtype, channels)
+        if encoding != "passthrough" and self._type_name(encoding) != cv_type:
+            raise CvBridgeError(
+                f"encoding specified as {encoding}, but image has incompatible type {cv_type}"
+            )
+        message = sensor_msgs.msg.Image(
+            height=height,
+            width=width,
+            encoding=cv_type if encoding == "passthrough" else encoding,
+            is_bigendian=int(cvim.dtype.isnative == (sys.byteorder == "big")),
+            data=cvim.tobytes(),
+        )
+        if header is not None:
+            message.header = header
+        message.step = len(message.data) // height if height else 0
+        return message
+
+    def compressed_imgmsg_to_cv2(self, cmprs_img_msg: Any, desired_encoding: str = "passthrough") -> Any:
+        """Decode a `sensor_msgs/CompressedImage` with OpenCV; channels are in the order blue, green, red.
+
+        With "passthrough", return None if OpenCV cannot decode the image.
+
+        Raises:
+            CvBridgeError: the image cannot be decoded, or not converted to this encoding.
+            ImportError: OpenCV is not installed.
+        """
+        cv2 = opencv("a compressed image")
+        data = np.frombuffer(cmprs_img_msg.data, np.uint8).reshape(1, -1)
+        image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
+        if desired_encoding == "passthrough":
+            return image
+        if image is None:
+            raise CvBridgeError(f"OpenCV cannot read this compressed image of {data.size} bytes")
+        return self._converted(image, "bgr8", desired_encoding)
+
+    def cv2_to_compressed_imgmsg(self, cvim: Any, dst_format: str = "jpg") -> Any:
+        """Return the `sensor_msgs/CompressedImage` of an array.
+
+        Args:
+            cvim: the image; channels are in the order blue, green, red.
+            dst_format: a file extension that OpenCV supports, without the dot.
+
+        Raises:
+            TypeError: `cvim` is not an array.
+            CvBridgeError: OpenCV cannot encode the image in this format.
+            ImportError: OpenCV is not installed.
+        """
+        if not isinstance(cvim, np.ndarray | np.generic):
+            raise TypeError("Your input type is not a numpy array")
+        cv2 = opencv("compressing an image")
+        try:
+            data = cv2.imencode(f".{dst_format}", cvim)[1].tobytes()
+        except cv2.error as error:
+            raise CvBridgeError(f"OpenCV cannot write this image as {dst_format!r}: {error}") from error
+        return sensor_msgs.msg.CompressedImage(format=dst_format, data=data)
+
+    def _array(self, img_msg: Any, dtype: Any, channels: int) -> Any:
+        row = img_msg.width * channels * dtype.itemsize
+        # Some publishers do not set `step`; their rows are not padded.
+        step = max(img_msg.step, row)
+        shape = (img_msg.height, img_msg.width, channels)[: 2 if channels == 1 else 3]
+        strides = (step, dtype.itemsize * channels, dtype.itemsize)[: len(shape)]
+        data = img_msg.data.encode() if isinstance(img_msg.data, str) else bytes(img_msg.data)
+        needed = step * (img_msg.height - 1) + row if img_msg.height else 0
+        if len(data) < needed:
+            raise CvBridgeError(
+                f"buffer is too small for requested array: {img_msg.width} x {img_msg.height} pixels of "
+                f"[{img_msg.encoding}] with a step of {step} must have {needed} bytes, got {len(data)}"
+            )
+        return np.ascontiguousarray(np.ndarray(shape, dtype, data, strides=strides))
+
+    def _converted(self, image: Any, encoding: str, desired: str) -> Any:
+        try:
+            return cvtColor2(image, encoding, desired)
+        except RuntimeError as error:
+            raise CvBridgeError(error) from None
+
+    def _type_name(self, encoding: str) -> str:
+        cv_type = self.encoding_to_cvtype2(encoding)
+        return (
+            self.numpy_type_to_cvtype[self.cvdepth_to_numpy_depth[cv_type % CHANNEL_STEP]]
+            + f"C{CV_MAT_CNWrap(cv_type)}"
+        )

@@ -1,0 +1,82 @@
+"""`LogExporter`, which writes the diagnostics of a bag to CSV files."""
+
+from __future__ import annotations
+
+import shutil
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+
+from pipros.bag import open_bag
+from pipros.libraries.diagnostics.csv_rows import Columns, file_names
+from pipros.libraries.diagnostics.items import Status
+from pipros.basics.lazy_names import star_names as _star_names
+
+_star_names(__name__, "diagnostic_msgs operator os rosbag roslib subprocess sys tempfile time")
+
+_ROWS_AT_ONCE = 1000
+_TOPIC = "/diagnostics"
+
+
+class LogExporter:
+    """Writes a file for each name of a status on `/diagnostics`.
+
+    Attributes:
+        logfile: the bag.
+        output_dir: a folder for it in the folder that was given, `name_csv` for `name.bag`.
+    """
+
+    def __init__(self, output_dir: str, logfile: str) -> None:
+        """Makes the folder."""
+        self.logfile = logfile
+        self.output_dir = str(Path(output_dir) / f"{Path(logfile).stem}_csv")
+        self._files: dict[str, str] = {}
+        Path(self.output_dir).mkdir(parents=True, exist_ok=True)
+
+    def process_log(self) -> None:
+        """Reads the bag, and writes the files.
+
+        Raises:
+            OSError, pipros.bag.BagError: it cannot be read.
+        """
+        columns: dict[str, Columns] = defaultdict(Columns)
+        for _, status in self._statuses():
+            columns[status.name].add(status)
+        self._files = file_names(columns)
+        for name, found in columns.items():
+            self._path(name).write_text(found.header(), encoding="utf-8")
+        so_far: dict[str, Columns] = defaultdict(Columns)
+        rows: dict[str, list[str]] = defaultdict(list)
+        for stamp_s, status in self._statuses():
+            rows[status.name].append(so_far[status.name].row(status, stamp_s))
+            if len(rows[status.name]) >= _ROWS_AT_ONCE:
+                self._append(status.name, rows.pop(status.name))
+        for name, lines in rows.items():
+            self._append(name, lines)
+
+    def finish_logfile(self) -> None:
+        """Does nothing: `process_log` has written the files."""
+
+    def remove_files(self) -> None:
+        """Removes the folder."""
+        shutil.rmtree(self.output_dir, ignore_errors=True)
+
+    def get_filename(self, name: str) -> str | None:
+        """The file of a status; None for a name that the bag does not have."""
+        return str(self._path(name)) if name in self._files else None
+
+    def _path(self, name: str) -> Path:
+        return Path(self.output_dir) / self._files[name]
+
+    def _append(self, name: str, lines: list[str]) -> None:
+        with self._path(name).open("a", encoding="utf-8") as file:
+            file.writelines(lines)
+
+    def _statuses(self) -> Iterator[tuple[float, Status]]:
+        with open_bag(self.logfile) as bag:
+            for message in bag.messages([_TOPIC]):
+                array = message.message
+                for item in array.status:
+                    values = tuple((pair.key, pair.value) for pair in item.values)
+                    status = Status(item.name, item.level, item.message, item.hardware_id, values)
+                    yield array.header.stamp.to_sec(), status

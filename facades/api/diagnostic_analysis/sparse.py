@@ -1,0 +1,50 @@
+"""CSV files with fewer rows, such as a spreadsheet can show."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+from pipros.basics.lazy_names import star_names as _star_names
+
+_star_names(__name__, "os roslib sys")
+
+
+def make_sparse_skip(csv_file: str, skip: int) -> str:
+    """Writes the first row and each `skip`-th after it to `NAME_sparse.csv`. Returns its path.
+
+    Raises:
+        OSError: a file cannot be read or written.
+        ValueError: `skip` is below 1.
+    """
+    if skip < 1:
+        raise ValueError(f"rows can be skipped by 1 or more, not by {skip}")
+    return _thinned(csv_file, "_sparse", skip)
+
+
+def make_sparse_length(csv_file: str, length: int) -> str:
+    """Writes at least `length` rows, evenly spread, to `NAME_sprs_len.csv`. Returns its path.
+
+    All rows are written where there are fewer than twice as many.
+
+    Raises:
+        OSError: a file cannot be read or written.
+        ValueError: `length` is below 1.
+    """
+    if length < 1:
+        raise ValueError(f"a file can have 1 row or more, not {length}")
+    with open(csv_file, encoding="utf-8") as file:
+        lines = sum(1 for _ in file) + 1
+    return _thinned(csv_file, "_sprs_len", max(lines // length, 1))
+
+
+def _thinned(csv_file: str, suffix: str, step: int) -> str:
+    path = Path(csv_file)
+    output = path.with_name(f"{path.stem}{suffix}.csv")
+    with (
+        path.open(newline="", encoding="utf-8") as source,
+        output.open("w", newline="", encoding="utf-8") as target,
+    ):
+        writer = csv.writer(target)
+        writer.writerows(row for number, row in enumerate(csv.reader(source)) if number % step == 0)
+    return str(output)

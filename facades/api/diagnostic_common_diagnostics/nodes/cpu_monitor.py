@@ -1,0 +1,21 @@
+"""`rosrun diagnostic_common_diagnostics cpu_monitor.py`: reports the load of the processors."""
+
+from __future__ import annotations
+
+from diagnostic_common_diagnostics.nodes.monitor import init, number, psutil, run_updater
+from pipros.libraries.diagnostics.machine import Averages, Report, cpu_report
+from pipros.basics.interrupts import exits_after_ctrl_c
+
+
+@exits_after_ctrl_c()
+def main() -> int:
+    """Runs until the node is ended. Returns the exit code."""
+    source = psutil()
+    host = init("cpu_monitor")
+    warning, averages = number("~warning_percentage", 90), Averages(int(number("~window", 1)))
+    source.cpu_percent(percpu=True)  # the load since the last call: the first one has no meaning
+
+    def read() -> Report:
+        return cpu_report(averages.add(source.cpu_percent(percpu=True)), warning)
+
+    return run_updater("CPU Information", host, read, number("~rate", 1))

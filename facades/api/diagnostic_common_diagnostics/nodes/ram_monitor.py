@@ -1,0 +1,20 @@
+"""`rosrun diagnostic_common_diagnostics ram_monitor.py`: reports how much memory is used."""
+
+from __future__ import annotations
+
+from diagnostic_common_diagnostics.nodes.monitor import init, number, psutil, run_updater
+from pipros.libraries.diagnostics.machine import Averages, Report, ram_report
+from pipros.basics.interrupts import exits_after_ctrl_c
+
+
+@exits_after_ctrl_c()
+def main() -> int:
+    """Runs until the node is ended. Returns the exit code."""
+    source = psutil()
+    host = init("ram_monitor")
+    warning, averages = number("~warning_percentage", 90), Averages(int(number("~window", 1)))
+
+    def read() -> Report:
+        return ram_report(averages.add([source.virtual_memory().percent])[0], warning)
+
+    return run_updater("RAM Information", host, read, number("~rate", 1))

@@ -1,0 +1,68 @@
+"""`rosrun diagnostic_common_diagnostics sensors_monitor.py`: reports temperatures, fans and voltages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import rospy
+from diagnostic_common_diagnostics.nodes.monitor import init, psutil, run_updater
+from pipros.libraries.diagnostics.machine import Report, Sensor, sensors_report
+from pipros.basics.interrupts import exits_after_ctrl_c
+
+HWMON = Path("/sys/class/hwmon")
+
+
+def readings(source: Any) -> Iterator[Sensor]:
+    """What psutil reads; nothing on systems whose sensors it does not know."""
+    for chip, found in getattr(source, "sensors_temperatures", dict)().items():
+        for item in found:
+            yield Sensor(item.label or chip, "Temperature", item.current, item.high, item.critical)
+    for chip, found in getattr(source, "sensors_fans", dict)().items():
+        for item in found:
+            yield Sensor(item.label or chip, "Speed", item.current)
+
+
+def voltages(folder: Path = HWMON) -> Iterator[Sensor]:
+    """What the Linux kernel's drivers of hardware monitors read; nothing on other systems.
+
+    Their files hold thousandths of a volt (the kernel's `hwmon/sysfs-interface`).
+    """
+    for path in sorted(folder.glob("hwmon*/in*_input")):
+        number = path.name.removesuffix("_input")
+        volts = _volts(path)
+        if volts is None:
+            continue
+        label = _text(path.with_name(f"{number}_label")) or f"{_text(path.with_name('name'))} {number}"
+        low, high = (_volts(path.with_name(f"{number}_{bound}")) for bound in ("min", "max"))
+        yield Sensor(label.removesuffix(" Voltage"), "Voltage", volts, high=high, low=low)
+
+
+def _volts(path: Path) -> float | None:
+    try:
+        return int(_text(path)) / 1000
+    except ValueError:
+        return None
+
+
+def _text(path: Path) -> str:
+    """What a file of the kernel says; nothing where there is none, or the device does not answer."""
+    try:
+        return path.read_text(encoding="utf-8").strip()
+    except OSError:
+        return ""
+
+
+@exits_after_ctrl_c()
+def main() -> int:
+    """Runs until the node is ended. Returns the exit code."""
+    source = psutil()
+    host = init("sensors_monitor")
+    ignore_fans = bool(rospy.get_param("~ignore_fans", False))
+    rospy.loginfo("Ignore fanspeed warnings: %s", ignore_fans)
+
+    def read() -> Report:
+        return sensors_report([*readings(source), *voltages()], ignore_fans=ignore_fans)
+
+    return run_updater(f"{host} Sensor Status", "none", read, 1.0)

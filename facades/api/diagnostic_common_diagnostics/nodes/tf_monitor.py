@@ -1,0 +1,76 @@
+"""`rosrun diagnostic_common_diagnostics tf_monitor.py`: reports what is wrong with the transforms on /tf."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+from tf2_msgs.msg import TFMessage
+
+import rospy
+from diagnostic_common_diagnostics.nodes.monitor import report_of
+from diagnostic_updater import Updater
+from pipros.libraries.diagnostics.items import ERROR, OK, WARN
+from pipros.libraries.diagnostics.machine import Report
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.libraries.transforms import heard
+from pipros.libraries.transforms.heard import HeardTransform
+
+PERIOD_S = 1.0
+
+Check = Callable[[Sequence[HeardTransform]], list[str] | bool]
+
+
+def _nothing_came(came: Sequence[HeardTransform]) -> bool:
+    return not came
+
+
+TASKS: list[tuple[str, Check, int, str]] = [
+    ("Messaging status", _nothing_came, WARN, "No tf messages received"),
+    ("Time status", heard.of_other_times, WARN, "Received out-of-date/future transforms"),
+    ("Reparenting status", heard.reparented, ERROR, "TF re-parenting contention"),
+    ("Cycle status", heard.loops, ERROR, "TF cycle detection"),
+    ("Multiple authority status", heard.of_several_senders, ERROR, "TF multiple authority contention"),
+]
+"""Each status: its name, its check, and level and message where that finds something."""
+
+
+class Listener:
+    """Collects transforms, and hands over those of each period."""
+
+    def __init__(self) -> None:
+        self._coming: list[HeardTransform] = []
+        self._heard: list[HeardTransform] = []
+        rospy.Subscriber("/tf", TFMessage, self._on_message)
+
+    def _on_message(self, message: Any) -> None:
+        self._coming.extend(heard.heard_in(message, rospy.get_rostime()))
+
+    def end_period(self) -> None:
+        """What came since the last call is what `report` looks at from now on."""
+        self._heard, self._coming = self._coming, []
+
+    def report(self, check: Check, level: int, message: str) -> Report:
+        """What a check finds, with level and message where it finds something."""
+        found = check(self._heard)
+        if not found:
+            return Report(OK, "OK")
+        texts = found if isinstance(found, list) else []
+        return Report(level, message, [(f"Error {number}", text) for number, text in enumerate(texts, 1)])
+
+
+@exits_after_ctrl_c()
+def main() -> int:
+    """Runs until the node is ended. Returns the exit code."""
+    rospy.init_node("tf_monitor")
+    listener = Listener()
+    updater = Updater()
+    updater.setHardwareID("none")
+    for name, check, level, message in TASKS:
+        updater.add(name, report_of(partial(listener.report, check, level, message)))
+    while not rospy.is_shutdown():
+        rospy.rostime.wallsleep(PERIOD_S)
+        listener.end_period()
+        updater.update()
+    return 0

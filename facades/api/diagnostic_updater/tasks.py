@@ -1,0 +1,170 @@
+"""The tasks that report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from threading import Lock
+from typing import Any
+
+import rospy
+from diagnostic_updater.status import DiagnosticStatusWrapper
+from pipros.libraries.diagnostics.frequency import EventWindow, judged
+from pipros.libraries.diagnostics.stamps import StampDelays
+
+
+class DiagnosticTask:
+    """Something that reports when it is run."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def getName(self) -> str:
+        """The name of the task."""
+        return self.name
+
+    def run(self, stat: Any) -> Any:
+        """Writes to the status, and returns it."""
+        return stat
+
+
+class FunctionDiagnosticTask(DiagnosticTask):
+    """Runs a function, which takes a status and returns it."""
+
+    def __init__(self, name: str, fn: Callable[[Any], Any]) -> None:
+        super().__init__(name)
+        self.fn = fn
+
+    def run(self, stat: Any) -> Any:
+        """Calls the function."""
+        return self.fn(stat)
+
+
+class CompositeDiagnosticTask(DiagnosticTask):
+    """Several tasks that report together: their values, and a merged summary."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.tasks: list[Any] = []
+
+    def addTask(self, t: Any) -> None:
+        """Adds a task."""
+        self.tasks.append(t)
+
+    def run(self, stat: Any) -> Any:
+        """Runs all tasks, in order."""
+        before, combined = DiagnosticStatusWrapper(), DiagnosticStatusWrapper()
+        before.summary(stat)
+        for task in self.tasks:
+            stat.summary(before)
+            stat = task.run(stat)
+            combined.mergeSummary(stat)
+        stat.summary(combined)
+        return stat
+
+
+class FrequencyStatusParam:
+    """What a FrequencyStatus expects.
+
+    Args:
+        freq_bound: a dictionary with `min` and, if there is one, `max`, in Hz.
+        tolerance: the share by which they may be missed.
+        window_size: how many reports the frequency is taken over.
+    """
+
+    def __init__(self, freq_bound: dict[str, float], tolerance: float = 0.1, window_size: int = 5) -> None:
+        self.freq_bound = freq_bound
+        self.tolerance = tolerance
+        self.window_size = window_size
+
+
+class FrequencyStatus(DiagnosticTask):
+    """Reports how often `tick` is called."""
+
+    def __init__(self, params: FrequencyStatusParam, name: str = "FrequencyStatus") -> None:
+        super().__init__(name)
+        self.params = params
+        self.lock = Lock()
+        self.clear()
+
+    def clear(self) -> None:
+        """Resets the counts."""
+        with self.lock:
+            self._window = EventWindow(self.params.window_size, rospy.get_time())
+
+    def tick(self) -> None:
+        """Counts an event."""
+        with self.lock:
+            self._window.count += 1
+
+    def run(self, stat: Any) -> Any:
+        """Reports the events of the last `window_size` reports."""
+        bounds, tolerance = self.params.freq_bound, self.params.tolerance
+        least = bounds["min"] * (1 - tolerance)
+        most = bounds["max"] * (1 + tolerance) if "max" in bounds else None
+        with self.lock:
+            events, seconds, hz = self._window.report(rospy.get_time())
+            total = self._window.count
+        stat.summary(*judged(events, hz, least, most))
+        stat.add("Events in window", f"{events}")
+        stat.add("Events since startup", f"{total}")
+        stat.add("Duration of window (s)", f"{seconds:f}")
+        stat.add("Actual frequency (Hz)", f"{hz:f}")
+        if bounds.get("max") == bounds["min"]:
+            stat.add("Target frequency (Hz)", f"{bounds['min']:f}")
+        if bounds["min"] > 0:
+            stat.add("Minimum acceptable frequency (Hz)", f"{least:f}")
+        if most is not None:
+            stat.add("Maximum acceptable frequency (Hz)", f"{most:f}")
+        return stat
+
+
+class TimeStampStatusParam:
+    """How many seconds a stamp may be old; a negative number is a stamp in the future."""
+
+    def __init__(self, min_acceptable: float = -1, max_acceptable: float = 5) -> None:
+        self.max_acceptable = max_acceptable
+        self.min_acceptable = min_acceptable
+
+
+class TimeStampStatus(DiagnosticTask):
+    """Reports how old the stamps are that `tick` is called with."""
+
+    def __init__(self, params: TimeStampStatusParam | None = None, name: str = "Timestamp Status") -> None:
+        super().__init__(name)
+        self.params = params or TimeStampStatusParam()
+        self.lock = Lock()
+        self._delays = StampDelays()
+
+    def tick(self, stamp: Any) -> None:
+        """Counts a stamp: a `rospy.Time` or seconds."""
+        seconds = stamp if isinstance(stamp, int | float) else stamp.to_sec()
+        with self.lock:
+            self._delays.add(seconds, rospy.get_time())
+
+    def run(self, stat: Any) -> Any:
+        """Reports the stamps since the last report."""
+        least, greatest = self.params.min_acceptable, self.params.max_acceptable
+        with self.lock:
+            delays = self._delays
+            stat.summary(*delays.judged(least, greatest))
+            stat.add("Earliest timestamp delay:", f"{delays.least:f}")
+            stat.add("Latest timestamp delay:", f"{delays.greatest:f}")
+            stat.add("Earliest acceptable timestamp delay:", f"{least:f}")
+            stat.add("Latest acceptable timestamp delay:", f"{greatest:f}")
+            stat.add("Late diagnostic update count:", f"{delays.late_count}")
+            stat.add("Early diagnostic update count:", f"{delays.early_count}")
+            stat.add("Zero seen diagnostic update count:", f"{delays.zero_count}")
+            delays.forget()
+        return stat
+
+
+class Heartbeat(DiagnosticTask):
+    """Reports that the node runs."""
+
+    def __init__(self) -> None:
+        super().__init__("Heartbeat")
+
+    def run(self, stat: Any) -> Any:
+        """Always OK."""
+        stat.summary(0, "Alive")
+        return stat

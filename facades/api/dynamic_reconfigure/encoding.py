@@ -1,0 +1,117 @@
+"""Configurations and descriptions to messages and back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from dynamic_reconfigure.msg import (
+    BoolParameter,
+    DoubleParameter,
+    GroupState,
+    IntParameter,
+    ParamDescription,
+    StrParameter,
+)
+from dynamic_reconfigure.msg import Config as ConfigMsg
+from dynamic_reconfigure.msg import ConfigDescription as ConfigDescrMsg
+from dynamic_reconfigure.msg import Group as GroupMsg
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.reconfigure.cfg_file import parameters as extract_params
+from pipros.reconfigure.config import (
+    Config,
+    all_groups,
+    decode_config,
+    decode_description,
+    get_tree,
+    group_dict,
+    values,
+)
+
+__all__ = [
+    "Config",
+    "decode_config",
+    "decode_description",
+    "encode_config",
+    "encode_description",
+    "encode_groups",
+    "extract_params",
+    "get_tree",
+    "group_dict",
+    "initial_config",
+]
+
+_star_names(
+    __name__,
+    "dynamic_reconfigure.msg:BoolParameter ConfigDescrMsg=dynamic_reconfigure.msg:ConfigDescription "
+    "ConfigMsg=dynamic_reconfigure.msg:Config copy dynamic_reconfigure.msg:DoubleParameter "
+    "GroupMsg=dynamic_reconfigure.msg:Group dynamic_reconfigure.msg:GroupState "
+    "dynamic_reconfigure.msg:IntParameter dynamic_reconfigure.msg:ParamDescription roslib "
+    "dynamic_reconfigure.msg:StrParameter sys",
+)
+
+
+def encode_description(descr: Any) -> ConfigDescrMsg:
+    """The message that describes a configuration's module."""
+    return ConfigDescrMsg(
+        groups=encode_groups(None, descr.config_description),
+        max=encode_config(descr.max),
+        min=encode_config(descr.min),
+        dflt=encode_config(descr.defaults),
+    )
+
+
+def encode_groups(parent: Any, group: Any) -> list[Any]:  # noqa: ARG001 # as others call it
+    """The messages of a group and of those in it."""
+    fields = ("name", "type", "level", "description", "edit_method")
+    described = [ParamDescription(*(each[field] for field in fields)) for each in group["parameters"]]
+    message = GroupMsg(group["name"], group["type"], described, group["parent"], group["id"])
+    return [message, *(found for inner in group["groups"] for found in encode_groups(message, inner))]
+
+
+def encode_config(config: Any, flat: bool = True) -> ConfigMsg:
+    """The message of a configuration; a value that is a dictionary is its tree of groups."""
+    message = ConfigMsg()
+    for name, value in config.items():
+        if isinstance(value, bool):
+            message.bools.append(BoolParameter(name, value))
+        elif isinstance(value, int):
+            message.ints.append(IntParameter(name, value))
+        elif isinstance(value, str):
+            message.strs.append(StrParameter(name, value))
+        elif isinstance(value, float):
+            message.doubles.append(DoubleParameter(name, value))
+        elif isinstance(value, dict) and flat:
+            message.groups += [_state(value), *_states_below(value)]
+        elif isinstance(value, dict | list):
+            message.groups = [_state(each) for each in value]
+    return message
+
+
+def _state(group: Any) -> GroupState:
+    return GroupState(group["name"], group["state"], group["id"], group["parent"])
+
+
+def _states_below(group: Any) -> Iterator[GroupState]:
+    for inner in group["groups"].values():
+        yield from _states_below(inner)
+        yield _state(inner)
+
+
+def initial_config(msg: Any, description: Any = None) -> Config:
+    """The configuration of a message, with the states and values of groups by a `.cfg` description."""
+    config = values(msg)
+    if msg.groups and description is not None:
+        described = {group["id"]: group for group in all_groups(description)}
+        config["groups"] = get_tree(msg)
+
+        def fill(group: Any) -> None:
+            known = described[group["id"]]
+            group["state"] = known["state"]
+            for parameter in known["parameters"]:
+                group["parameters"][parameter["name"]] = config[parameter["name"]]
+            for inner in group["groups"].values():
+                fill(inner)
+
+        fill(config["groups"])
+    return config

@@ -1,0 +1,61 @@
+"""Conversion between raw and compressed image messages. Failures are logged and the image is dropped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from sensor_msgs.msg import CompressedImage, Image
+
+import rospy
+from cv_bridge import CvBridge, CvBridgeError
+from pipros.libraries.vision.compressed_images import CompressionError, Settings, compressed, decompressed
+from pipros.libraries.vision.picture_files import codec
+
+
+def compressor(topic: str) -> Callable[[Image], CompressedImage | None]:
+    """Return a function that compresses images by the parameters of `topic`.
+
+    The parameters are `format`, `jpeg_quality` and `png_level` in the namespace of the topic. The function
+    returns None if an image cannot be compressed.
+
+    Raises:
+        ImportError: neither OpenCV nor Pillow is installed.
+        CompressionError: a parameter has an invalid value.
+    """
+    default, bridge, pictures = Settings(), CvBridge(), codec()
+    settings = Settings(
+        rospy.get_param(f"{topic}/format", default.kind),
+        rospy.get_param(f"{topic}/jpeg_quality", default.jpeg_quality),
+        rospy.get_param(f"{topic}/png_level", default.png_level),
+    )
+
+    def compress(message: Image) -> CompressedImage | None:
+        try:
+            array = bridge.imgmsg_to_cv2(message)
+            kind, data = compressed(array, message.encoding, settings, pictures)
+        except (CvBridgeError, CompressionError) as error:
+            rospy.logerr_throttle(10, f"cannot compress image: {error}")
+            return None
+        return CompressedImage(message.header, kind, data)
+
+    return compress
+
+
+def decompressor() -> Callable[[CompressedImage], Image | None]:
+    """Return a function that decompresses images. It returns None if an image cannot be decompressed.
+
+    Raises:
+        ImportError: neither OpenCV nor Pillow is installed.
+    """
+    bridge, pictures = CvBridge(), codec()
+
+    def decompress(message: CompressedImage) -> Image | None:
+        try:
+            array, encoding = decompressed(message.format, message.data, pictures)
+            image: Image = bridge.cv2_to_imgmsg(array, encoding, message.header)
+        except (CvBridgeError, CompressionError) as error:
+            rospy.logerr_throttle(10, f"cannot decompress image: {error}")
+            return None
+        return image
+
+    return decompress

@@ -1,0 +1,106 @@
+"""Drop-in replacement for Noetic's joint_state_publisher: publish default or collected values of joints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+from sensor_msgs.msg import JointState
+
+import rospy
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.libraries.robot_model.joint_values import JointChoices, JointValues, MimicCircle
+from pipros.libraries.robot_model.urdf import UrdfError, read_robot
+
+
+def get_param(name: str, value: Any = None) -> Any:
+    """Return the private parameter `name`, or the one of the namespace, or the default `value`."""
+    for wanted in (f"~{name}", name):
+        if rospy.has_param(wanted):
+            return rospy.get_param(wanted)
+    return value
+
+
+class JointStatePublisher:
+    """Publisher of `joint_states` for the robot in the parameter `robot_description`.
+
+    The attributes `free_joints`, `joint_list` and `dependent_joints` hold the joints and may be modified.
+
+    Raises:
+        RuntimeError: `robot_description` is not set, or not a valid URDF.
+        SystemExit: joints mimic each other in a circle.
+    """
+
+    def __init__(self) -> None:
+        description = get_param("robot_description")
+        if description is None:
+            raise RuntimeError("The robot_description parameter is required and not set.")
+        choices = JointChoices(
+            get_param("zeros", {}),
+            get_param("dependent_joints", {}),
+            get_param("use_mimic_tags", True),
+            get_param("use_smallest_joint_limits", True),
+            get_param("publish_default_positions", True),
+            get_param("publish_default_velocities", False),
+            get_param("publish_default_efforts", False),
+        )
+        try:
+            self._values = JointValues(read_robot(str(description)), choices)
+        except UrdfError as error:
+            raise RuntimeError(f"robot_description: {error}") from error
+        except MimicCircle as error:
+            rospy.logerr("%s", error)
+            raise SystemExit(1) from error
+        for name in self._values.without_limits:
+            rospy.logwarn("%s is not fixed, nor continuous, but limits are not specified!", name)
+        self.free_joints = self._values.free
+        self.joint_list = self._values.names
+        self.dependent_joints = self._values.dependent
+        self.source_update_cb: Callable[[], object] | None = None
+        self.sources = [
+            rospy.Subscriber(source, JointState, self.source_cb) for source in get_param("source_list", [])
+        ]
+        self.pub = rospy.Publisher("joint_states", JointState, queue_size=5)
+
+    def source_cb(self, msg: Any) -> None:
+        """Handle a message of a source."""
+        self._values.update(msg.name, position=msg.position, velocity=msg.velocity, effort=msg.effort)
+        if self.source_update_cb is not None:
+            self.source_update_cb()
+
+    def set_source_update_cb(self, user_cb: Callable[[], object]) -> None:
+        """Set a function to call without arguments after each message of a source."""
+        self.source_update_cb = user_cb
+
+    def loop(self) -> None:
+        """Publish until the node is shut down."""
+        rate = rospy.Rate(get_param("rate", 10))
+        delta = get_param("delta", 0.0)
+        while not rospy.is_shutdown():
+            if delta > 0:
+                self.update(delta)
+            message = JointState(name=list(self.joint_list))
+            message.header.stamp = rospy.Time.now()
+            message.position, message.velocity, message.effort = self._values.columns()
+            if message.name:
+                self.pub.publish(message)
+            with suppress(rospy.ROSTimeMovedBackwardsException):
+                rate.sleep()
+
+    def update(self, delta: float) -> None:
+        """Move each joint by `delta` (radians or metres) within its range."""
+        self._values.sweep(delta)
+
+
+@exits_after_ctrl_c()
+def main() -> int:
+    """Run until the node is shut down. Return the exit code."""
+    rospy.init_node("joint_state_publisher")
+    try:
+        publisher = JointStatePublisher()
+    except RuntimeError as error:
+        rospy.logfatal("joint_state_publisher cannot start: %s", error)
+        return 1
+    publisher.loop()
+    return 0

@@ -1,0 +1,52 @@
+"""`TimeSequencer`, which orders messages by stamp, as in roscpp's message_filters."""
+
+from __future__ import annotations
+
+from threading import RLock
+from typing import Any
+
+import rospy
+from message_filters.simple_filter import SimpleFilter, stamp_of
+from pipros.libraries.filters.history import Sequencer
+
+
+class TimeSequencer(SimpleFilter):
+    """Filter that passes messages on in the order of their stamps, each at `delay` after its stamp.
+
+    Messages that arrive after a message with a later stamp was passed on are dropped. Callbacks run in the
+    thread of a timer.
+
+    Args:
+        f: the input filter.
+        delay: `rospy.Duration` for which a message waits for earlier ones.
+        update_rate: `rospy.Duration` between checks for messages that are due.
+        queue_size: maximum number of waiting messages; 0 for no limit.
+    """
+
+    def __init__(self, f: SimpleFilter, delay: Any, update_rate: Any, queue_size: int) -> None:
+        super().__init__()
+        self._sequencer = Sequencer(delay.to_nsec(), queue_size)
+        self._lock = RLock()
+        self.connectInput(f)
+        self._timer = rospy.Timer(update_rate, lambda _: self.dispatch(), reset=True)
+
+    def connectInput(self, f: SimpleFilter) -> None:
+        """Connect a filter as a further input."""
+        self.incoming_connection = f.registerCallback(self.add)
+
+    def add(self, msg: Any) -> None:
+        """Add a message."""
+        stamp = stamp_of(msg, False)
+        if stamp is not None:
+            with self._lock:
+                self._sequencer.add(stamp.to_nsec(), msg)
+
+    def dispatch(self) -> None:
+        """Pass on the messages that are due. Called by a timer."""
+        with self._lock:
+            for message in self._sequencer.due(rospy.Time.now().to_nsec()):
+                self.signalMessage(message)
+
+    def shutdown(self) -> None:
+        """Stop passing messages on."""
+        self._timer.shutdown()

@@ -1,0 +1,126 @@
+"""`TimeSynchronizer` and `ApproximateTimeSynchronizer`, which match messages of several filters by stamp."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from threading import RLock
+from typing import Any
+
+import rospy
+from message_filters.simple_filter import SimpleFilter, stamp_of
+from pipros.libraries.filters.synchronizer import ApproximateSynchronizer, ExactSynchronizer, Queue
+
+
+class TimeSynchronizer(SimpleFilter):
+    """Filter that outputs sets of messages, one of each input, with equal stamps.
+
+    Callbacks run one at a time, in the thread that delivers the last message of a set. Exceptions in a
+    callback, and messages added by it, do not affect later sets.
+
+    Args:
+        fs: the input filters.
+        queue_size: maximum number of waiting messages of each input; the oldest stamps are dropped.
+        reset: clear the queues if simulated time jumps back.
+    """
+
+    def __init__(self, fs: Sequence[SimpleFilter], queue_size: int, reset: bool = False) -> None:
+        super().__init__()
+        self.lock = RLock()
+        self._matcher: Any = self._new_matcher(len(fs), queue_size, reset)
+        self.connectInput(fs)
+
+    def _new_matcher(self, inputs: int, queue_size: int, reset: bool) -> ExactSynchronizer:
+        return ExactSynchronizer(inputs, queue_size, reset)
+
+    @property
+    def queues(self) -> list[Queue]:
+        """The queue of each input: messages by stamp in nanoseconds."""
+        queues: list[Queue] = self._matcher.queues
+        return queues
+
+    @property
+    def queue_size(self) -> int:
+        """Maximum number of waiting messages of each input."""
+        return int(self._matcher.queue_size)
+
+    @queue_size.setter
+    def queue_size(self, value: int) -> None:
+        self._matcher.queue_size = value
+
+    @property
+    def enable_reset(self) -> bool:
+        """Whether the queues are cleared if simulated time jumps back."""
+        return bool(self._matcher.reset)
+
+    @enable_reset.setter
+    def enable_reset(self, value: bool) -> None:
+        self._matcher.reset = value
+
+    def connectInput(self, fs: Sequence[SimpleFilter]) -> None:
+        """Connect new input filters. Waiting messages are dropped."""
+        old = self._matcher
+        self._matcher = self._new_matcher(len(fs), old.queue_size, old.reset)
+        self.input_connections = [
+            each.registerCallback(self.add, queue, index)
+            for index, (each, queue) in enumerate(zip(fs, self._matcher.queues, strict=True))
+        ]
+
+    def add(self, msg: Any, my_queue: Queue, my_queue_index: int | None = None) -> None:
+        """Add a message of the input with this queue and index."""
+        stamp: int = msg.header.stamp.to_nsec()
+        with self.lock:
+            now = self._simulated_now()
+            for complete in self._matcher.add(msg, stamp, my_queue, my_queue_index, now):
+                self.signalMessage(*complete)
+
+    def _simulated_now(self) -> int | None:
+        """Return the simulated time in nanoseconds; None if `reset` is off or the clock is real."""
+        if not self._matcher.reset or rospy.rostime.is_wallclock():
+            return None
+        return rospy.Time.now().to_nsec()
+
+
+class ApproximateTimeSynchronizer(TimeSynchronizer):
+    """Filter that outputs sets of messages, one of each input, whose stamps differ by less than `slop`.
+
+    Callbacks run as in `TimeSynchronizer`. If the clock jumps back, all waiting messages are dropped.
+
+    Args:
+        fs: the input filters.
+        queue_size: maximum number of waiting messages of each input; the oldest stamps are dropped.
+        slop: exclusive limit of the difference between the stamps of a set, in seconds.
+        allow_headerless: stamp messages without a header with their time of arrival; otherwise drop them.
+        reset: clear the queue of an input if simulated time has jumped back since its last message.
+    """
+
+    def __init__(
+        self,
+        fs: Sequence[SimpleFilter],
+        queue_size: int,
+        slop: float,
+        allow_headerless: bool = False,
+        reset: bool = False,
+    ) -> None:
+        self.slop = rospy.Duration.from_sec(slop)
+        self.allow_headerless = allow_headerless
+        super().__init__(fs, queue_size, reset)
+
+    def _new_matcher(self, inputs: int, queue_size: int, reset: bool) -> ExactSynchronizer:
+        return ApproximateSynchronizer(inputs, queue_size, self.slop.to_nsec(), reset)
+
+    def add(self, msg: Any, my_queue: Queue, my_queue_index: int | None = None) -> None:
+        """Add a message of the input with this queue and index."""
+        stamp_as_time = stamp_of(msg, self.allow_headerless)
+        if stamp_as_time is None:
+            return
+        stamp: int = stamp_as_time.to_nsec()
+        with self.lock:
+            matcher = self._matcher
+            now: int = rospy.Time.now().to_nsec()
+            simulated_now = now if matcher.reset and not rospy.rostime.is_wallclock() else None
+            if matcher.went_back(now, simulated_now, my_queue_index):
+                rospy.loginfo("Clock jumped back: dropped the messages that waited for synchronization.")
+                return
+            matcher.slop = self.slop.to_nsec()
+            for complete in matcher.add(msg, stamp, my_queue, my_queue_index, simulated_now):
+                self.signalMessage(*complete)

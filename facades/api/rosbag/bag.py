@@ -1,0 +1,360 @@
+"""`rosbag.Bag`: bags for Python code; see http://wiki.ros.org/rosbag/Code%20API. Facade of `pipros.bag`."""
+
+from __future__ import annotations
+
+import io
+import os
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+from pipros.bag import compression as _compression
+from pipros.bag.bag_file import BagFile
+from pipros.bag.connection import Connection
+from pipros.bag.index import Stamp
+from pipros.bag.reader import BagReader
+from pipros.bag.writer import CHUNK_BYTES
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.msg.time import Time as _Time
+from rosbag.exceptions import (
+    ROSBagEncryptException,
+    ROSBagEncryptNotSupportedException,
+    ROSBagException,
+    ROSBagFormatException,
+    ROSBagUnindexedException,
+    translated,
+)
+from rosbag.index_access import ConnectionFilter, IndexAccess
+from rosbag.results import BagMessage, BagMessageWithConnectionHeader
+from rospy.rostime import Time
+
+__all__ = [
+    "Bag",
+    "BagMessage",
+    "BagMessageWithConnectionHeader",
+    "Compression",
+    "ROSBagEncryptException",
+    "ROSBagEncryptNotSupportedException",
+    "ROSBagException",
+    "ROSBagFormatException",
+    "ROSBagUnindexedException",
+]
+
+_star_names(
+    __name__,
+    "bisect bz2 collections Cryptodome.Cipher.AES genmsg genpy get_random_bytes=os:urandom gnupg heapq os "
+    "re roslib rospy StringIO=io:BytesIO struct sys threading time yaml",
+)
+
+
+class Compression:
+    """The compressions of chunks."""
+
+    NONE = _compression.NONE
+    BZ2 = _compression.BZ2
+    LZ4 = _compression.LZ4
+
+
+class Bag(IndexAccess):
+    """A bag file, open for reading, writing or appending. Use it in one thread at a time.
+
+    Unlike genuine rosbag, messages come in time order also where they were not written in it; what is written
+    with a connection header of its own, or of another type than before, gets a connection of its own; and
+    one may read while writing.
+
+    Args:
+        f: a path, or a file for bytes that can seek. Files are closed by `close`, too.
+        mode: `r`, `w` or `a`.
+        compression: for the chunks to write: `none`, `bz2` or `lz4`.
+        chunk_threshold: their size in bytes, uncompressed.
+        allow_unindexed: open a bag without an index as an empty one, for `reindex`.
+        options: a dictionary with `compression` and `chunk_threshold`, which win.
+        skip_index: frequencies are not wanted, so that the indexes of all chunks need not be read.
+
+    Raises:
+        ValueError: an argument is invalid.
+        ROSBagException: the file is not a bag.
+        ROSBagUnindexedException: it has no index.
+    """
+
+    def __init__(
+        self,
+        f: Any,
+        mode: str = "r",
+        compression: str = Compression.NONE,
+        chunk_threshold: int = CHUNK_BYTES,
+        allow_unindexed: bool = False,
+        options: Mapping[str, Any] | None = None,
+        skip_index: bool = False,
+    ) -> None:
+        if options is not None:
+            if not isinstance(options, dict):
+                raise ValueError("options must be of type dict")
+            compression = options.get("compression", compression)
+            chunk_threshold = options.get("chunk_threshold", chunk_threshold)
+        self._file: Any = None
+        self._filename: str | None = None
+        self._bag: BagFile | None = None
+        self._skip_index = skip_index
+        _check_compression(compression)
+        _check_chunk_threshold(chunk_threshold)
+        self._compression, self._chunk_threshold = compression, chunk_threshold
+        if not f:
+            raise ValueError("filename (or stream) is invalid")
+        if mode not in ("r", "w", "a"):
+            raise ValueError(f'mode "{mode}" is invalid')
+        self._mode = mode
+        self._open(f, allow_unindexed)
+
+    def _open(self, f: Any, allow_unindexed: bool) -> None:
+        if isinstance(f, str | os.PathLike):
+            self._filename = os.fspath(f)
+            if self._mode == "a" and not os.path.exists(f):
+                raise ROSBagException("empty file")
+            self._file = open(f, {"r": "rb", "w": "w+b", "a": "r+b"}[self._mode])  # noqa: SIM115
+        else:
+            self._file = f
+        try:
+            with translated():
+                self._bag = BagFile(
+                    self._file,
+                    self._filename or str(getattr(self._file, "name", "<bag>")),
+                    self._mode,
+                    compression=self._compression,
+                    chunk_bytes=self._chunk_threshold,
+                    allow_unindexed=allow_unindexed,
+                )
+        except BaseException:
+            if self._filename is not None:
+                self._file.close()
+            raise
+        self._version = self._bag.version
+
+    def __iter__(self) -> Iterator[BagMessage]:
+        return self.read_messages()
+
+    def __enter__(self) -> Bag:
+        return self
+
+    def __exit__(self, exc_type: object, exc_value: object, traceback: object) -> None:
+        self.close()
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The options for chunks to write."""
+        return {"compression": self._compression, "chunk_threshold": self._chunk_threshold}
+
+    @property
+    def filename(self) -> str | None:
+        """The path, or None for a bag that was opened from a file object."""
+        return self._filename
+
+    @property
+    def version(self) -> int:
+        """The version of the format: 200 for 2.0."""
+        return self._version
+
+    @property
+    def mode(self) -> str:
+        """`r`, `w` or `a`."""
+        return self._mode
+
+    @property
+    def size(self) -> int:
+        """Bytes of the file."""
+        return self._opened().size
+
+    @property
+    def compression(self) -> str:
+        """The compression of the next chunk that is written."""
+        return self._compression
+
+    @compression.setter
+    def compression(self, compression: str) -> None:
+        _check_compression(compression)
+        with translated():
+            self._opened().set_chunks(compression, self._chunk_threshold)
+        self._compression = compression
+
+    @property
+    def chunk_threshold(self) -> int:
+        """The size of chunks to write, in bytes."""
+        return self._chunk_threshold
+
+    @chunk_threshold.setter
+    def chunk_threshold(self, chunk_threshold: int) -> None:
+        _check_chunk_threshold(chunk_threshold)
+        with translated():
+            self._opened().set_chunks(self._compression, chunk_threshold)
+        self._chunk_threshold = chunk_threshold
+
+    def set_encryptor(self, encryptor: str | None = None, param: Any = None) -> None:
+        """Does nothing without an encryptor.
+
+        Raises:
+            ROSBagEncryptNotSupportedException: there is one; encrypted bags are not supported.
+        """
+        del param
+        if encryptor not in (None, "", "rosbag/NoEncryptor"):
+            raise ROSBagEncryptNotSupportedException(
+                f"bags cannot be encrypted, got the encryptor [{encryptor}]"
+            )
+
+    def read_messages(
+        self,
+        topics: Iterable[str] | str | None = None,
+        start_time: _Time | None = None,
+        end_time: _Time | None = None,
+        connection_filter: ConnectionFilter | None = None,
+        raw: bool = False,
+        return_connection_header: bool = False,
+    ) -> Iterator[Any]:
+        """Messages in time order.
+
+        Args:
+            topics: those wanted, or one; all, if not given or empty.
+            start_time, end_time: the times wanted, both included.
+            connection_filter: is called with topic, type, md5sum, definition and connection header of each
+                connection, and says whether it is wanted.
+            raw: give (type, serialized message, md5sum, position, class) in place of the message.
+            return_connection_header: give `BagMessageWithConnectionHeader`, not `BagMessage`.
+
+        Raises:
+            ROSBagException: the bag is damaged, or has no usable definition of a type.
+        """
+        bag = self._view()
+        connections = self._chosen(bag, topics, connection_filter)
+        times = _stamp("start_time", start_time), _stamp("end_time", end_time)
+        found = self._read(bag, connections, times, raw)
+        if not return_connection_header:
+            return (BagMessage(connection.topic, message, t) for connection, message, t in found)
+        return (
+            BagMessageWithConnectionHeader(connection.topic, message, t, connection.header)
+            for connection, message, t in found
+        )
+
+    def _read(
+        self,
+        bag: BagReader,
+        connections: list[Connection],
+        times: tuple[Stamp | None, Stamp | None],
+        raw: bool,
+    ) -> Iterator[tuple[Connection, Any, Time]]:
+        classes: dict[int, Any] = {}
+        is_chunked = self._version == 200
+        new_time = Time.__new__
+        with translated():
+            for connection, seconds, nanoseconds, data, chunk, offset in bag.raw_messages(
+                connections, *times
+            ):
+                cls = classes.get(connection.id)
+                if cls is None:
+                    cls = classes[connection.id] = bag.class_of(connection)
+                stamp = new_time(Time)
+                stamp.secs = seconds
+                stamp.nsecs = nanoseconds
+                if not raw:
+                    yield connection, cls().deserialize(data), stamp
+                    continue
+                position = (chunk, offset) if is_chunked else chunk + offset
+                yield connection, (connection.type, data, connection.md5sum, position, cls), stamp
+
+    def write(
+        self,
+        topic: str,
+        msg: Any,
+        t: _Time | None = None,
+        raw: bool = False,
+        connection_header: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Adds a message.
+
+        Args:
+            msg: a message; if `raw`, the tuple (type, serialized message, md5sum, class), or one with a
+                position before the class, as `read_messages` gives it.
+            t: when it was received; now, if not given.
+            connection_header: of its publisher.
+
+        Raises:
+            ValueError: an argument is invalid, or the bag is closed.
+            ROSBagException: raw, and there is no class to take the definition from.
+        """
+        bag = self._opened()
+        if not topic:
+            raise ValueError("topic is invalid")
+        if not msg:
+            raise ValueError("msg is invalid")
+        if bag.topics is None:
+            raise io.UnsupportedOperation("write")
+        if t is None:
+            t = Time.from_sec(time.time())
+        elif not isinstance(t, _Time):
+            raise TypeError(f"t must be a rospy.Time, got {t!r}")
+        with translated():
+            if not raw:
+                bag.topics.write(topic, msg, t.secs, t.nsecs, connection_header)
+                return
+            if len(msg) not in (4, 5):
+                raise ValueError("msg must be of length 4 or 5")
+            type_name, data, md5sum, cls = msg[0], msg[1], msg[2], msg[-1]
+            bag.topics.write_raw(
+                topic, type_name, md5sum, bytes(data), t.secs, t.nsecs, connection_header, cls
+            )
+
+    def flush(self) -> None:
+        """Writes what was added since the last chunk to the file, as a chunk."""
+        with translated():
+            self._opened().flush()
+
+    def reindex(self) -> Iterator[int]:
+        """Rebuilds the index of a bag opened with mode `a` and `allow_unindexed`; `close` writes it.
+
+        Gives the positions of the chunks, for a display of progress.
+
+        Raises:
+            ROSBagException: the format cannot be given an index.
+        """
+        bag = self._opened()
+        if self._mode != "a":
+            raise io.UnsupportedOperation("truncate")
+        with translated():
+            return iter(bag.reindex())
+
+    def close(self) -> None:
+        """Writes the index and closes the file. May be called twice."""
+        if self._bag is None:
+            return
+        file, bag = self._file, self._bag
+        try:
+            with translated():
+                bag.finish()
+        finally:
+            self._file = self._bag = self._indexed = None
+            file.close()
+
+    def _view(self) -> BagReader:
+        with translated():
+            return self._opened().view()
+
+    def _opened(self) -> BagFile:
+        if self._bag is None:
+            raise ValueError("I/O operation on closed bag")
+        return self._bag
+
+
+def _check_compression(compression: str) -> None:
+    if compression not in _compression.COMPRESSIONS:
+        raise ValueError(f"compression must be one of: {', '.join(_compression.COMPRESSIONS)}")
+
+
+def _check_chunk_threshold(chunk_threshold: int) -> None:
+    if chunk_threshold < 0:
+        raise ValueError("chunk_threshold must be greater than or equal to zero")
+
+
+def _stamp(name: str, time: _Time | None) -> Stamp | None:
+    if time is None:
+        return None
+    if not hasattr(time, "secs"):
+        raise TypeError(f"{name} must be a rospy.Time, got {time!r}")
+    return time.secs, time.nsecs

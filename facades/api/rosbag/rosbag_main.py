@@ -1,0 +1,118 @@
+"""The command `rosbag` as functions, one for each subcommand.
+
+They take the arguments after the subcommand, return None, and end the process with SystemExit on failure.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from pipros.cli.rosbag import main as _main
+from pipros.basics.lazy_names import star_names as _star_names
+from rosbag.bag import (
+    Bag,
+    Compression,
+    ROSBagEncryptException,
+    ROSBagEncryptNotSupportedException,
+    ROSBagException,
+    ROSBagFormatException,
+    ROSBagUnindexedException,
+)
+from rosbag.migration import MessageMigrator, checkbag, fixbag2
+
+__all__ = [
+    "Bag",
+    "Compression",
+    "MessageMigrator",
+    "ROSBagEncryptException",
+    "ROSBagEncryptNotSupportedException",
+    "ROSBagException",
+    "ROSBagFormatException",
+    "ROSBagUnindexedException",
+    "check_cmd",
+    "checkbag",
+    "compress_cmd",
+    "decompress_cmd",
+    "decrypt_cmd",
+    "encrypt_cmd",
+    "filter_cmd",
+    "fix_cmd",
+    "fixbag2",
+    "info_cmd",
+    "play_cmd",
+    "record_cmd",
+    "reindex_cmd",
+    "rosbagmain",
+]
+
+_star_names(
+    __name__,
+    "UserDict=collections:UserDict optparse os print_function=__future__:print_function roslib shutil signal "
+    "subprocess sys time",
+)
+
+
+def rosbagmain(argv: Sequence[str] | None = None) -> None:
+    """The command `rosbag`; `argv` has its name first. Ends the process with its exit code."""
+    sys.exit(_main(list(sys.argv if argv is None else argv)[1:]))
+
+
+def _run(subcommand: str, argv: Sequence[str]) -> None:
+    if code := _main([subcommand, *argv]):
+        sys.exit(code)
+
+
+def record_cmd(argv: Sequence[str]) -> None:
+    """`rosbag record`."""
+    _run("record", argv)
+
+
+def info_cmd(argv: Sequence[str]) -> None:
+    """`rosbag info`."""
+    _run("info", argv)
+
+
+def play_cmd(argv: Sequence[str]) -> None:
+    """`rosbag play`."""
+    _run("play", argv)
+
+
+def filter_cmd(argv: Sequence[str]) -> None:
+    """`rosbag filter`."""
+    _run("filter", argv)
+
+
+def fix_cmd(argv: Sequence[str]) -> None:
+    """`rosbag fix`."""
+    _run("fix", argv)
+
+
+def check_cmd(argv: Sequence[str]) -> None:
+    """`rosbag check`."""
+    _run("check", argv)
+
+
+def compress_cmd(argv: Sequence[str]) -> None:
+    """`rosbag compress`."""
+    _run("compress", argv)
+
+
+def decompress_cmd(argv: Sequence[str]) -> None:
+    """`rosbag decompress`."""
+    _run("decompress", argv)
+
+
+def reindex_cmd(argv: Sequence[str]) -> None:
+    """`rosbag reindex`."""
+    _run("reindex", argv)
+
+
+def encrypt_cmd(argv: Sequence[str]) -> None:
+    """`rosbag encrypt`."""
+    _run("encrypt", argv)
+
+
+def decrypt_cmd(argv: Sequence[str]) -> None:
+    """`rosbag decrypt`."""
+    _run("decrypt", argv)

@@ -1,0 +1,266 @@
+"""Starting the node, parameters, and the rest of rospy's everyday functions."""
+
+from __future__ import annotations
+
+import errno
+import functools
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ParamSpec, TypeVar
+
+from pipros.basics.env import Environment
+from pipros.basics.errors import Interrupted, NotFound, Refused, Unreachable
+from pipros.basics.interruptible_wait import OnceEvent
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.msg import time as msg_time
+from pipros.basics.names import is_legal_remapping, parse_arguments
+from pipros.node.codec import AnyMessage
+from pipros.basics.shared_names import share_names
+from rospy.core import add_client_shutdown_hook, is_shutdown
+from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
+from rospy.logs import DEBUG as DEBUG
+from rospy.logs import ERROR as ERROR
+from rospy.logs import FATAL as FATAL
+from rospy.logs import INFO as INFO
+from rospy.logs import WARN as WARN
+from rospy.logs import logdebug as logdebug
+from rospy.logs import logerr as logerr
+from rospy.logs import loginfo as loginfo
+from rospy.logs import logwarn as logwarn
+from rospy.msproxy import MasterProxy
+from rospy.rostime import in_seconds
+from rospy.service import Service as Service
+from rospy.session import session
+from rospy.topics import Subscriber
+
+_star_names(
+    __name__,
+    "roscpp.srv:GetLoggers roscpp.srv:GetLoggersResponse threading:Lock rosgraph_msgs.msg:Log "
+    "roscpp.msg:Logger logging os random rosgraph roslib rospy roscpp.srv:SetLoggerLevel "
+    "roscpp.srv:SetLoggerLevelResponse socket struct time yaml",
+)
+
+TIMEOUT_READY = 15.0
+
+
+class _Unspecified:
+    """The type of the default of a parameter for which no default was given. Other packages use it."""
+
+
+_unspecified = _Unspecified()
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def _interruptible(function: Callable[P, T]) -> Callable[P, T]:
+    """Translate the interruption of a master call by the node's shutdown into rospy's exception."""
+
+    @functools.wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> T:
+        try:
+            return function(*args, **kwargs)
+        except Interrupted:
+            raise ROSInterruptException("rospy shutdown") from None
+        except Unreachable as error:
+            raise ConnectionRefusedError(errno.ECONNREFUSED, str(error)) from error
+
+    return call
+
+
+def init_node(
+    name: str,
+    argv: Sequence[str] | None = None,
+    anonymous: bool = False,
+    log_level: int | None = None,
+    disable_rostime: bool = False,
+    disable_rosout: bool = False,
+    disable_signals: bool = False,
+    xmlrpc_port: int = 0,
+    tcpros_port: int = 0,
+) -> None:
+    """Make this process a ROS node, and wait until the master answers.
+
+    Args:
+        name: the name without a namespace; `__name:=` on the command line overrides it.
+        argv: the arguments with remappings; by default `sys.argv`.
+        anonymous: makes the name unique.
+        log_level: `rospy.DEBUG`, `INFO`, `WARN`, `ERROR` or `FATAL`; INFO by default.
+        disable_rostime: keeps wall time, whatever `/use_sim_time` says.
+        disable_rosout: does not publish log messages.
+        disable_signals: leaves SIGINT and SIGTERM to the caller.
+        xmlrpc_port: the port of the node's slave API; 0 selects a free one.
+        tcpros_port: the port of its topics and services; 0 selects a free one.
+
+    Raises:
+        ValueError: the name is empty, or has a namespace.
+        ROSException: init_node was called before, with different arguments.
+        ROSInitException: init_node was interrupted, or called outside the main thread with signals enabled.
+    """
+    session.start(
+        name,
+        argv,
+        anonymous=anonymous,
+        log_level=log_level,
+        disable_rostime=disable_rostime,
+        disable_rosout=disable_rosout,
+        disable_signals=disable_signals,
+        rpc_port=xmlrpc_port,
+        tcpros_port=tcpros_port,
+    )
+
+
+def spin() -> None:
+    """Wait until the node is shut down.
+
+    Raises:
+        ROSInitException: before init_node.
+    """
+    if session.node is None:
+        raise ROSInitException("client code must call rospy.init_node() first")
+    session.node.wait_for_shutdown()
+
+
+def on_shutdown(h: Callable[[], object]) -> None:
+    """Call `h` when the node shuts down, while publishing still works.
+
+    Raises:
+        TypeError: `h` is not callable.
+    """
+    add_client_shutdown_hook(h)
+
+
+def myargv(argv: Sequence[str] | None = None) -> list[str]:
+    """Return the command line without remapping arguments."""
+    return [item for item in (sys.argv if argv is None else argv) if not is_legal_remapping(item)]
+
+
+def load_command_line_node_params(argv: Sequence[str]) -> dict[str, Any]:
+    """Return the private parameters that a command line sets with `_name:=value`; values are YAML."""
+    from pipros.safe import yaml
+
+    return {name: yaml.load(text) for name, text in parse_arguments(argv).params.items()}
+
+
+@_interruptible
+def get_published_topics(namespace: str = "/") -> list[list[str]]:
+    """Return `[topic, type]` of every published topic below the namespace."""
+    return session.master.get_published_topics(namespace)
+
+
+def get_master(env: Mapping[str, str] | None = None) -> MasterProxy:
+    """Return the master, for direct calls of its API."""
+    uri = session.master.uri if env is None else Environment.from_os(env).master_uri
+    return MasterProxy(uri)
+
+
+def wait_for_message(
+    topic: str, topic_type: type[AnyMessage], timeout: float | msg_time.Duration | None = None
+) -> AnyMessage:
+    """Subscribe to a topic, and return the first message. Blocks.
+
+    Raises:
+        ROSException: no message arrived within `timeout` seconds.
+        ROSInterruptException: the node was shut down meanwhile.
+    """
+    arrived: list[AnyMessage] = []
+    changed = OnceEvent()
+
+    def keep_first(message: AnyMessage) -> None:
+        arrived.append(message)
+        changed.set()
+
+    with session.ended_by_shutdown(changed):
+        if is_shutdown():
+            raise ROSInterruptException("rospy shutdown")
+        subscriber = Subscriber(topic, topic_type, keep_first)
+        try:
+            changed.wait(None if timeout is None else in_seconds(timeout))
+        finally:
+            subscriber.unregister()
+    if arrived:
+        return arrived[0]
+    if is_shutdown():
+        raise ROSInterruptException("rospy shutdown")
+    raise ROSException(f"timeout exceeded while waiting for message on topic {topic}")
+
+
+@_interruptible
+def get_param(param_name: str, default: Any = _unspecified) -> Any:
+    """Return a parameter's value; a namespace is a dictionary.
+
+    Raises:
+        KeyError: it is not set, and there is no default.
+    """
+    try:
+        return session.params.get(param_name)
+    except NotFound:
+        return _default(param_name, default)
+
+
+@_interruptible
+def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
+    """Return a parameter as `get_param` does, but query the master only once: it announces later changes."""
+    try:
+        return session.params.get_cached(param_name)
+    except NotFound:
+        return _default(param_name, default)
+
+
+def _default(param_name: str, default: Any) -> Any:
+    if default is _unspecified:
+        raise KeyError(param_name) from None
+    return default
+
+
+@_interruptible
+def set_param(param_name: str, param_value: Any) -> None:
+    """Set a parameter; a dictionary replaces a whole namespace.
+
+    Setting the root, `/`, to another type has no effect.
+
+    Raises:
+        TypeError: XML-RPC has no form for a value: None, a set, a key that is not a string.
+        OverflowError: an integer has more than 32 bits.
+        ROSException: the master refused.
+    """
+    if session.resolve(param_name) == "/" and not isinstance(param_value, (dict, type(None))):
+        return
+    try:
+        session.params.set(param_name, param_value)
+    except Refused as error:
+        raise ROSException(f"cannot set [{session.resolve(param_name)}]: {error.text}") from None
+
+
+@_interruptible
+def has_param(param_name: str) -> bool:
+    """Return True for a parameter that is set, and for a namespace with parameters."""
+    return session.params.has(param_name)
+
+
+@_interruptible
+def delete_param(param_name: str) -> None:
+    """Delete a parameter or a namespace.
+
+    Raises:
+        KeyError: it is not set.
+    """
+    try:
+        session.params.delete(param_name)
+    except NotFound:
+        raise KeyError(param_name) from None
+
+
+@_interruptible
+def search_param(param_name: str) -> str | None:
+    """Return the full name of the closest parameter, from the node's namespace upwards; None if not found."""
+    return session.params.search(param_name)
+
+
+@_interruptible
+def get_param_names() -> list[str]:
+    """Return the names of all parameters."""
+    return session.params.names()
+
+
+share_names(__name__, session, {"_init_node_args": "init_arguments"})

@@ -1,0 +1,17 @@
+"""`rospy.impl.simtime`: simulated time."""
+
+from __future__ import annotations
+
+from pipros.basics.lazy_names import star_names as _star_names
+from rospy.session import session
+
+_star_names(__name__, "rosgraph_msgs.msg:Clock rosgraph rospy traceback")
+
+
+def init_simtime() -> None:
+    """Make the node use `/clock` if `/use_sim_time` is set. `init_node` does this itself.
+
+    Raises:
+        ROSInitException: before init_node.
+    """
+    session.follow_simulated_time()

@@ -1,0 +1,107 @@
+"""`rospy.impl.tcpros_base`: genuine rospy's transport, by name; pipros has its own links, in `pipros.net`."""
+
+from __future__ import annotations
+
+import io
+import logging
+import socket
+from errno import EAGAIN as EAGAIN
+from errno import EWOULDBLOCK as EWOULDBLOCK
+from typing import TYPE_CHECKING, Any
+
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.msg.base import Message as Message
+from pipros.msg.errors import DeserializationError as DeserializationError
+from pipros.basics.uri import split_uri
+from rospy.core import *  # noqa: F403  # imported from here by other code
+from rospy.exceptions import ROSInternalException as ROSInternalException
+from rospy.exceptions import TransportException as TransportException
+from rospy.exceptions import TransportInitError as TransportInitError
+from rospy.exceptions import TransportTerminated as TransportTerminated
+from rospy.impl.transport import BIDIRECTIONAL as BIDIRECTIONAL
+from rospy.impl.transport import InternalOfRospy
+from rospy.impl.transport import Transport as Transport
+from rospy.msg import deserialize_messages as deserialize_messages
+from rospy.msg import serialize_message as serialize_message
+from rospy.service import ServiceException as ServiceException
+from rospy.session import session
+from rospy.topics import DEFAULT_BUFF_SIZE as DEFAULT_BUFF_SIZE
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+_star_names(
+    __name__,
+    "atexit io:BytesIO errno inspect rosgraph_msgs.msg:Log hashlib:md5 os functools:partial pickle rosgraph "
+    "rospkg rospy select signal io:StringIO struct sys time traceback types urlparse=urllib.parse "
+    "xmlrpcclient=xmlrpc.client",
+)
+
+TCPROS = "TCPROS"
+python3 = 1
+
+logger = logging.getLogger("rospy.tcpros")
+
+
+class TCPServer(InternalOfRospy):
+    """Accepts genuine rospy's connections."""
+
+
+class TCPROSServer(InternalOfRospy):
+    """Accepts genuine rospy's connections of topics and services."""
+
+
+class TCPROSTransportProtocol(InternalOfRospy):
+    """The common part of genuine rospy's connections of one topic or service."""
+
+
+class TCPROSTransport(InternalOfRospy, Transport):
+    """One connection of genuine rospy."""
+
+
+def recv_buff(sock: socket.socket, b: io.BytesIO, buff_size: int) -> int:
+    """Append a limited number of received bytes to a buffer, and return how many were received.
+
+    Raises:
+        TransportTerminated: the other side has closed the connection.
+    """
+    data = sock.recv(buff_size)
+    if not data:
+        raise TransportTerminated("unable to receive data from sender, check sender's logs for details")
+    return b.write(data)
+
+
+def read_ros_handshake_header(sock: socket.socket, b: io.BytesIO, buff_size: int) -> dict[str, str]:
+    """Read a connection header; see `rosgraph.network`.
+
+    Raises:
+        ROSHandshakeException: it is malformed, or the connection ended before it was complete.
+    """
+    from rosgraph import network  # with the rest of rosgraph, which few programs need
+
+    return network.read_ros_handshake_header(sock, b, buff_size)
+
+
+def write_ros_handshake_header(sock: socket.socket, header: Mapping[str, Any]) -> int:
+    """Send a connection header, and return its length; see `rosgraph.network`."""
+    from rosgraph import network
+
+    return network.write_ros_handshake_header(sock, header)
+
+
+def get_tcpros_server_address() -> tuple[str, int] | None:
+    """Return the host and port at which the node accepts connections; None before init_node."""
+    if session.node is None:
+        return None
+    host, port, _ = split_uri(session.node.endpoints.service_uri, ["rosrpc"])
+    return host, port
+
+
+def init_tcpros_server(port: int = 0) -> None:
+    """Do nothing: `init_node(tcpros_port=…)` opens the port."""
+    del port
+
+
+def start_tcpros_server() -> tuple[str, int] | None:
+    """Return `get_tcpros_server_address()`: `init_node` has started to accept connections."""
+    return get_tcpros_server_address()

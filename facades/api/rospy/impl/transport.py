@@ -1,0 +1,128 @@
+"""`rospy.impl.transport`: genuine rospy's connection classes.
+
+Connections of pipros are `pipros.net` links. These classes describe them, and are base classes for other
+code.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Any
+
+from pipros.basics.lazy_names import star_names as _star_names
+
+_star_names(__name__, "threading")
+
+INBOUND = "i"
+OUTBOUND = "o"
+BIDIRECTIONAL = "b"
+
+_numbers = itertools.count(1)
+
+
+class Transport:
+    """The common part of all connections.
+
+    Attributes:
+        transport_type: `TCPROS` for example.
+        direction: `i`, `o` or `b`.
+        name: the topic or service.
+        id: its number in this process.
+        endpoint_id: the peer.
+        local_endpoint, remote_endpoint: addresses and ports.
+        stat_bytes, stat_num_msg: the traffic so far.
+        done: true once it is closed.
+    """
+
+    transport_type = "UNKNOWN"
+
+    def __init__(self, direction: str, name: str = "unnamed") -> None:
+        self.name = name
+        self.direction = direction
+        self.done = False
+        self.cleanup_cb: Callable[[Any], object] | None = None
+        self.endpoint_id = ""
+        self.id = next(_numbers)
+        self.stat_bytes = 0
+        self.stat_num_msg = 0
+        self.local_endpoint: tuple[Any, int] = (0, 0)
+        self.remote_endpoint: tuple[Any, int] = (0, 0)
+
+    def fileno(self) -> int | None:
+        """Return the number of its socket; None if it has none."""
+        return None
+
+    def close(self) -> None:
+        """Mark it as closed, and call the cleanup callback with it, once per call."""
+        self.done = True
+        if self.cleanup_cb is not None:
+            self.cleanup_cb(self)
+
+    def set_cleanup_callback(self, cleanup_callback: Callable[[Any], object]) -> None:
+        """Call the function when the connection closes."""
+        self.cleanup_cb = cleanup_callback
+
+    def write_data(self, data: bytes) -> None:
+        """Send bytes. For derived classes.
+
+        Raises:
+            Exception: always, in this class.
+        """
+        raise Exception("not implemented")  # the type that callers of rospy catch
+
+    def get_transport_info(self) -> str:
+        """Return the connection in words. For derived classes."""
+        raise NotImplementedError
+
+
+class DeadTransport(Transport):
+    """The remaining data of a closed connection: its numbers."""
+
+    def __init__(self, transport: Transport) -> None:
+        super().__init__(transport.direction, transport.name)
+        self.transport_type = transport.transport_type
+        self.id = transport.id
+        self.endpoint_id = transport.endpoint_id
+        self.stat_bytes = transport.stat_bytes
+        self.stat_num_msg = transport.stat_num_msg
+        self.done = True
+
+
+class ProtocolHandler:
+    """Base of classes that create connections of one protocol."""
+
+    def shutdown(self) -> None:
+        """End it."""
+
+    def create_transport(self, topic: str, pub_uri: str, protocol_params: list[Any]) -> Any:
+        """Connect to a publisher. For derived classes."""
+        raise Exception("interface impl")
+
+    def supports(self, protocol: str) -> bool:
+        """Return whether it supports the protocol."""
+        del protocol
+        return False
+
+    def get_supported(self) -> list[list[str]]:
+        """Return the protocols that it supports, with their parameters."""
+        return []
+
+    def init_publisher(self, topic: str, protocol: list[Any]) -> Any:
+        """Answer a subscriber's topic request. For derived classes."""
+        raise Exception("interface impl")
+
+
+class InternalOfRospy:
+    """A class of genuine rospy's transport: it can be named and subclassed, but not instantiated.
+
+    Raises:
+        NotImplementedError: on instantiation.
+    """
+
+    def __init__(self, *args: object, **kwargs: object) -> None:
+        del args, kwargs
+        raise NotImplementedError(
+            f"{type(self).__name__} is an internal class of genuine rospy that pipros does not have. "
+            "Use rospy.Publisher, rospy.Subscriber, rospy.Service, rospy.ServiceProxy, or pipros.Node"
+        )

@@ -1,0 +1,185 @@
+"""The names of the default node."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pipros.basics import names
+from pipros.basics.names import canonicalize as canonicalize_name
+from pipros.basics.names import is_global as is_global
+from pipros.basics.names import is_private as is_private
+from pipros.basics.names import join as ns_join
+from pipros.net.argument_checks import ParameterInvalid as ParameterInvalid
+from pipros.net.argument_checks import global_name as global_name
+from pipros.net.argument_checks import resolved_name as valid_name_validator_resolved
+from pipros.net.argument_checks import unresolved_name as valid_name_validator_unresolved
+from pipros.net.argument_checks import valid_name as valid_name
+from rospy.exceptions import ROSException as ROSException
+from rospy.exceptions import ROSInitException as ROSInitException
+from rospy.session import session
+
+GLOBALNS = SEP = "/"
+REMAP = ":="
+TOPIC_ANYTYPE = SERVICE_ANYTYPE = ANYTYPE = "*"
+
+__all__ = [
+    "ANYTYPE",
+    "GLOBALNS",
+    "REMAP",
+    "SEP",
+    "SERVICE_ANYTYPE",
+    "TOPIC_ANYTYPE",
+    "ParameterInvalid",
+    "ROSException",
+    "ROSInitException",
+    "canonicalize_name",
+    "get_caller_id",
+    "get_mappings",
+    "get_name",
+    "get_namespace",
+    "get_resolved_mappings",
+    "get_ros_namespace",
+    "global_name",
+    "initialize_mappings",
+    "is_global",
+    "is_private",
+    "isstring",
+    "load_mappings",
+    "make_global_ns",
+    "namespace",
+    "ns_join",
+    "reload_mappings",
+    "remap_name",
+    "resolve_name",
+    "resolve_name_without_node_name",
+    "scoped_name",
+    "valid_name",
+    "valid_name_validator_resolved",
+    "valid_name_validator_unresolved",
+]
+
+
+def get_name() -> str:
+    """Return the full name of the node; `/unnamed` before init_node."""
+    return session.name
+
+
+get_caller_id = get_name
+
+
+def get_namespace() -> str:
+    """Return the namespace of the node, with a trailing slash."""
+    return session.namespace
+
+
+def resolve_name(name: str, caller_id: str | None = None) -> str:
+    """Return the global name of `name` in the node `caller_id`, by default this one, with remappings."""
+    identity = session.identity
+    return identity.resolve_for(caller_id or identity.name, name or "")
+
+
+def resolve_name_without_node_name(name: str) -> str:
+    """Resolve and remap a topic that is created before the node has its name.
+
+    Raises:
+        ValueError: the name is private, and so needs the node's.
+    """
+    return session.identity.resolve_topic_without_name(name or "")
+
+
+def remap_name(name: str, caller_id: str | None = None, resolved: bool = True) -> str:
+    """Return the target of the remapping argument whose source is literally `name`, else `name`."""
+    del resolved  # has no effect in Noetic either
+    identity = session.identity
+    return identity.remap(name, caller_id or identity.name)
+
+
+def scoped_name(caller_id: str, name: str) -> str:
+    """Return `name` relative to the namespace of `caller_id`.
+
+    Raises:
+        ROSException: `caller_id` is not a global name.
+        ValueError: `name` is not below that namespace.
+    """
+    if not names.is_global(caller_id):
+        raise ROSException("caller_id must be global")
+    ns, full = names.namespace(caller_id), names.canonicalize(name)
+    if not full.startswith(ns):
+        raise ValueError(f"{name} is not in the namespace of {caller_id}")
+    return full[len(ns) :]
+
+
+def get_mappings() -> dict[str, str]:
+    """Return the remapping arguments of the process as written, including special ones such as `__log`."""
+    arguments = session.identity.arguments
+    return {**arguments.special, **arguments.remappings}
+
+
+def get_resolved_mappings() -> dict[str, str]:
+    """Return the remapping arguments of the node as global names; special ones (`__log`) as written.
+
+    The result is empty before init_node, unless `initialize_mappings` was called.
+    """
+    if session.node is None and not session.has_resolved_remappings:
+        return {}
+    identity = session.identity
+    return {**identity.arguments.special, **identity.remappings}
+
+
+def reload_mappings(argv: Sequence[str]) -> None:
+    """Replace the remappings by those of another command line, effective at `initialize_mappings`."""
+    session.read_arguments(argv)
+
+
+def initialize_mappings(node_name: str) -> None:
+    """Resolve the remappings relative to `node_name`, a full name. `init_node` does this itself."""
+    session.resolve_remappings_for(node_name)
+
+
+def make_global_ns(name: str) -> str:
+    """Return the namespace as a global one, with a trailing slash.
+
+    Raises:
+        ValueError: the name is private.
+    """
+    return names.make_global_namespace(name)
+
+
+def isstring(s: object) -> bool:
+    """Return whether an object is a string."""
+    return isinstance(s, str)
+
+
+def get_ros_namespace(env: Mapping[str, str] | None = None, argv: Sequence[str] | None = None) -> str:
+    """Return the namespace of the process; see `rosgraph.names.get_ros_namespace`."""
+    from rosgraph import names as graph_names  # late, because few programs need rosgraph
+
+    return graph_names.get_ros_namespace(env, argv)
+
+
+def load_mappings(argv: Sequence[str]) -> dict[str, str]:
+    """Return the remappings of a command line; see `rosgraph.names.load_mappings`."""
+    from rosgraph import names as graph_names
+
+    return graph_names.load_mappings(argv)
+
+
+def namespace(name: str | None) -> str:
+    """Return the namespace of a name; see `rosgraph.names.namespace`."""
+    from rosgraph import names as graph_names
+
+    return graph_names.namespace(name)
+
+
+def __getattr__(name: str) -> Any:
+    """Return module state that some packages read."""
+    if name == "_mappings":
+        return get_mappings()
+    if name == "_resolved_mappings":
+        return get_resolved_mappings()
+    if name == "_caller_id":
+        return get_name()
+    if name == "_caller_namespace":
+        return get_namespace()
+    raise AttributeError(f"module 'rospy.names' has no attribute '{name}'")

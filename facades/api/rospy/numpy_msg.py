@@ -1,0 +1,38 @@
+"""`numpy_msg`: message classes that receive arrays of numbers as numpy arrays."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.node.codec import AnyMessage
+
+_star_names(__name__, "numpy")
+
+
+@cache
+def numpy_msg(msg_type: type[AnyMessage]) -> type[AnyMessage]:
+    """Return the class to publish or subscribe with instead of `msg_type`; the same one for each call.
+
+    Numpy arrays can be published with either class; this one also receives them.
+
+    >>> rospy.Subscriber("floats", numpy_msg(Float32MultiArray), callback)       # doctest: +SKIP
+    """
+    import numpy
+
+    def from_bytes(cls: type[AnyMessage], data: bytes | memoryview) -> AnyMessage:
+        return cls().deserialize_numpy(bytes(data), numpy)  # the arrays keep the copy alive
+
+    def deserialize(self: AnyMessage, str: bytes) -> AnyMessage:  # noqa: A002  # genpy's name for it
+        return self.deserialize_numpy(bytes(str), numpy)
+
+    members: dict[str, Any] = {
+        "__slots__": msg_type.__slots__,
+        "__doc__": msg_type.__doc__,
+        "_from_bytes": classmethod(from_bytes),
+        "deserialize": deserialize,
+    }
+    for name in ("_type", "_md5sum", "_full_text", "_has_header", "_slot_types"):
+        members[name] = getattr(msg_type, name)
+    return type(f"Numpy_{msg_type._type.replace('/', '__')}", (msg_type,), members)

@@ -1,0 +1,34 @@
+"""The command `rosconsole` for Python code. Facade of `pipros.cli.rosconsole`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from pipros.cli.rosconsole import main as _main
+from pipros.basics.lazy_names import star_names as _star_names
+from rospy.logger_level_service_caller import LoggerLevelServiceCaller, ROSConsoleException
+
+__all__ = ["NAME", "LoggerLevelServiceCaller", "ROSConsoleException", "error", "main"]
+
+_star_names(
+    __name__,
+    "argparse:ArgumentParser datetime:datetime rosgraph_msgs.msg:Log os re rosgraph rospy socket sys "
+    "dateutil.tz.tz:tzlocal",
+)
+
+NAME = "rosconsole"
+
+
+def error(status: int, msg: str) -> NoReturn:
+    """Print an error of the command and end the process with `status`."""
+    print(f"{NAME}: error: {msg}", file=sys.stderr)
+    sys.exit(status)
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Run the command; `argv` begins with its name. Raises SystemExit on errors."""
+    code = _main(list(sys.argv if argv is None else argv)[1:])
+    if code:
+        sys.exit(code)

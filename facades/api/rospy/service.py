@@ -1,0 +1,334 @@
+"""`rospy.Service`, `rospy.ServiceProxy` and `rospy.wait_for_service`."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pipros.basics.lazy_names import lazy_names
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.msg import time as msg_time
+from pipros.msg.base import Message
+from pipros.node import Node
+from pipros.node.endpoints import NameInUse
+from pipros.node.service_client import ServiceClient, ServiceFailed
+from pipros.node.service_server import HandlerError, ServiceServer
+from rospy.core import *  # noqa: F403  # imported from here by other code
+from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
+from rospy.msg import args_kwds_to_message
+from rospy.rostime import in_seconds
+from rospy.session import session
+from rospy.topics import DEFAULT_BUFF_SIZE
+
+_LOOK_INTERVAL_S = 0.3
+_LOOK_LIMIT_S = 10.0
+"""How often wait_for_service probes the service, and how long one probe may take."""
+
+logger = logging.getLogger("rospy.service")
+
+ErrorHandler = Callable[[BaseException, type[BaseException], BaseException, Any], object]
+
+
+class ServiceException(Exception):
+    """A service call failed."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceProtocol:
+    """The parts of a service connection."""
+
+    resolved_name: str
+    service_class: Any
+    buff_size: int
+
+
+class Service:
+    """Offers a service: calls `handler(request)` for each call, in a thread of the connection.
+
+    The handler may return the response, its only field, its fields as a list, tuple or dictionary, or `[]` or
+    `{}` if it has none.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        service_class: Any,
+        handler: Callable[[Any], Any],
+        buff_size: int = DEFAULT_BUFF_SIZE,
+        error_handler: ErrorHandler | None = None,
+    ) -> None:
+        """Register the service, or do so in init_node.
+
+        `error_handler(exception, type, value, traceback)` is called if the handler raises; the client gets an
+        error in any case. `buff_size` is accepted for compatibility and has no effect.
+
+        Raises:
+            ServiceException: this node offers a service of that name already.
+        """
+        self.resolved_name = session.resolve(name)
+        self.protocol = ServiceProtocol(self.resolved_name, service_class, buff_size)
+        self.buff_size = buff_size
+        self.error_handler = error_handler or _log_handler_error
+        self.uri: str | None = None  # rosrpc://host:port, once the node runs
+        self.service_class = service_class
+        self.request_class = service_class._request_class
+        self.response_class = service_class._response_class
+        self.handler = handler
+        self._node: Node | None = None
+        self._server: ServiceServer | None = None
+
+        self.registered = False
+        self.seq = 0
+        self._is_shut_down = False
+
+        def serve(node: Node) -> None:
+            if self._is_shut_down:
+                return
+            try:
+                self._server = node.endpoints.serve(
+                    self.resolved_name,
+                    service_class,
+                    self._respond,
+                    _adapt(self.error_handler),
+                )
+            except NameInUse as error:
+                raise ServiceException(str(error)) from None
+            self._node = node
+            self.uri = node.endpoints.service_uri
+            self.registered = True
+            session.services[self.resolved_name] = self
+
+        try:
+            session.claim_service(self.resolved_name)
+        except NameInUse as error:
+            raise ServiceException(str(error)) from None
+        session.when_started(serve)
+
+    @property
+    def done(self) -> bool:
+        """Whether the service was shut down."""
+        return self._is_shut_down or session.is_shutdown
+
+    def handle(self, transport: object, header: object) -> None:
+        """Refuse to handle a connection, which the node of pipros does itself, unlike genuine rospy.
+
+        Raises:
+            NotImplementedError: always.
+        """
+        del header
+        raise NotImplementedError(f"the node of pipros answers {transport} itself")
+
+    def shutdown(self, reason: str = "") -> None:
+        """Unregister the service. May be called repeatedly."""
+        del reason
+        self._is_shut_down = True
+        session.release_service(self.resolved_name)
+        if session.services.get(self.resolved_name) is self:
+            del session.services[self.resolved_name]
+        if self._node is not None and self._server is not None:
+            self._node.endpoints.stop_serving(self._server)
+
+    def spin(self) -> None:
+        """Wait until the node is shut down.
+
+        Raises:
+            ROSInitException: before init_node.
+        """
+        if session.node is None:
+            raise ROSInitException("client code must call rospy.init_node() first")
+        session.node.wait_for_shutdown()
+
+    def _respond(self, request: Message) -> Message:
+        try:
+            response = self.handler(request)
+        except ServiceException as error:
+            raise HandlerError(str(error)) from error
+        return convert_return_to_response(response, self.response_class)
+
+
+def _log_handler_error(
+    error: BaseException, kind: type[BaseException], value: BaseException, trace: Any
+) -> None:
+    """Log an exception of a handler; the default `error_handler`."""
+    del value, kind
+    session.logger.error("Error processing request: %s", error, exc_info=(type(error), error, trace))
+
+
+def _adapt(error_handler: ErrorHandler) -> Callable[[BaseException], object]:
+    return lambda error: error_handler(error, type(error), error, error.__traceback__)
+
+
+def convert_return_to_response(response: Any, response_class: type[Message]) -> Message:
+    """Convert a handler's return value into the response.
+
+    Raises:
+        HandlerError: the value does not fit the response.
+    """
+    if isinstance(response, Message) and response._type == response_class._type:
+        return response
+    if response is None:
+        raise HandlerError("service handler returned None")
+    try:
+        if isinstance(response, dict):
+            return response_class(**response)
+        if isinstance(response, (list, tuple)):
+            return response_class(*response)
+        return response_class(response)
+    except (AttributeError, TypeError) as error:
+        several = isinstance(response, (list, tuple))
+        fault = "wrong number of values" if several else "invalid value"
+        raise HandlerError(f"handler returned {fault}: {error}") from None
+
+
+class ServiceProxy:
+    """Calls a service: `proxy(request)`, or with the request's fields as arguments."""
+
+    def __init__(
+        self,
+        name: str,
+        service_class: Any,
+        persistent: bool = False,
+        headers: Mapping[str, str] | None = None,
+        *,
+        timeout: float | msg_time.Duration | None = None,
+    ) -> None:
+        """Store the settings; the first call connects. Works before init_node, too.
+
+        Args:
+            name: the service.
+            service_class: its class, `std_srvs.srv.Empty` for example.
+            persistent: keeps one connection for all calls.
+            headers: passed to the handler in `request._connection_header`.
+            timeout: the timeout of a call in seconds; None means no limit. (Not in Noetic.)
+        """
+        self.resolved_name = session.resolve(name)
+        self.service_class = service_class
+        self.request_class: type[Message] = service_class._request_class
+        self.response_class: type[Message] = service_class._response_class
+        self.persistent = persistent
+        self.buff_size = DEFAULT_BUFF_SIZE
+        self.protocol = ServiceProtocol(self.resolved_name, service_class, self.buff_size)
+        self.timeout = timeout
+        self.seq = 0
+        self._client = ServiceClient(
+            self.resolved_name,
+            service_class,
+            master=lambda: session.master,
+            calls=session.calls,
+            persistent=persistent,
+            headers=headers,
+        )
+
+    def __call__(self, *args: Any, **kwds: Any) -> Any:
+        """Call the service, as `call` does."""
+        return self.call(*args, **kwds)
+
+    def call(self, *args: Any, **kwds: Any) -> Any:
+        """Call the service and return its response.
+
+        The arguments are the request, or its fields: all in order, or some by name. `timeout=` limits this
+        call, unless the request has a field of that name.
+
+        Raises:
+            ServiceException: no node offers it, it replied with an error, or the timeout expired.
+            ROSInterruptException: the node was shut down meanwhile.
+            TypeError, AttributeError: the arguments do not fit the request.
+        """
+        timeout = self.timeout
+        if "timeout" in kwds and "timeout" not in self.request_class.__slots__:
+            timeout = kwds.pop("timeout")
+        request = args_kwds_to_message(self.request_class, args, kwds)
+        self.seq += 1
+        try:
+            return self._client.call(request, None if timeout is None else in_seconds(timeout))
+        except ServiceFailed as error:
+            if session.is_shutdown:
+                raise ROSInterruptException("node shutdown interrupted service call") from None
+            raise ServiceException(str(error)) from None
+
+    def wait_for_service(self, timeout: float | msg_time.Duration | None = None) -> None:
+        """Wait for the service; see `rospy.wait_for_service`."""
+        wait_for_service(self.resolved_name, timeout=timeout)
+
+    @property
+    def uri(self) -> str | None:
+        """The server's URI at the last call, `rosrpc://host:port`; None before the first."""
+        return self._client.uri
+
+    @property
+    def transport(self) -> object | None:
+        """The open connection of a persistent proxy; None before its first call."""
+        return self._client.kept
+
+    def close(self) -> None:
+        """Close the connection of a persistent proxy."""
+        self._client.close()
+
+
+def wait_for_service(service: str, timeout: float | msg_time.Duration | None = None) -> None:
+    """Wait until a service is offered and its server really answers.
+
+    Raises:
+        ValueError: `timeout` is 0.
+        ROSException: the service was not available within `timeout` seconds.
+        ROSInterruptException: the node was shut down meanwhile.
+    """
+    client = ServiceClient(
+        session.resolve(service), _AnyService, master=lambda: session.master, calls=session.calls
+    )
+    limit_s = None if timeout is None else in_seconds(timeout)
+    if limit_s == 0:
+        raise ValueError("timeout must be non-zero")
+    deadline = None if limit_s is None else time.monotonic() + limit_s
+    has_warned = False
+    while not session.is_shutdown:
+        left_s = _LOOK_LIMIT_S if deadline is None else deadline - time.monotonic()
+        if left_s <= 0:
+            raise ROSException(f"timeout exceeded while waiting for service {client.service}")
+        try:
+            client.probe(min(left_s, _LOOK_LIMIT_S))
+        except ServiceFailed as error:
+            if not has_warned and not session.is_shutdown and "unavailable" not in str(error):
+                has_warned = True
+                session.logger.warning("wait_for_service(%s): %s. Will keep trying.", client.service, error)
+        else:
+            return
+        session.wait(min(_LOOK_INTERVAL_S, max(left_s, 0)))
+    raise ROSInterruptException("rospy shutdown")
+
+
+class _AnyService:
+    """A placeholder for the service class, which a probe does not need."""
+
+    _type = _md5sum = "*"
+    _request_class = _response_class = Message
+
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "BIDIRECTIONAL": "rospy.impl.transport",
+        "DeadTransport": "rospy.impl.transport",
+        "INBOUND": "rospy.impl.transport",
+        "OUTBOUND": "rospy.impl.transport",
+        "ProtocolHandler": "rospy.impl.transport",
+        "Registration": "rospy.listeners",
+        "ServiceManager": "rospy.managers",
+        "Transport": "rospy.impl.transport",
+        "get_registration_listeners": "rospy.impl.registration",
+        "set_service_manager": "rospy.impl.registration",
+    },
+)
+
+_star_names(
+    __name__,
+    "atexit rospy.impl.transport:BIDIRECTIONAL rospy.impl.transport:DeadTransport "
+    "rospy.impl.registration:get_registration_listeners rospy.impl.transport:INBOUND inspect "
+    "rosgraph_msgs.msg:Log hashlib:md5 os rospy.impl.transport:OUTBOUND functools:partial pickle "
+    "rospy.impl.transport:ProtocolHandler rospy.impl.registration:Registration rosgraph rospkg rospy "
+    "rospy.impl.registration:set_service_manager signal struct sys traceback rospy.impl.transport:Transport "
+    "types urlparse=urllib.parse xmlrpcclient=xmlrpc.client",
+)

@@ -1,0 +1,138 @@
+"""`rospy.sleep`, `rospy.Rate` and `rospy.Timer`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.msg import time as msg_time
+from pipros.msg.time import NS_PER_S
+from pipros.node import rate
+from pipros.node.clock import TimeMovedBackwards
+from rospy.exceptions import ROSInterruptException, ROSTimeMovedBackwardsException
+from rospy.rostime import Duration, Time, clock, in_seconds
+from rospy.session import session
+
+_star_names(__name__, "genpy rospy threading time")
+
+
+def sleep(duration: float | msg_time.Duration) -> None:
+    """Sleep for a duration of the node's clock, in seconds; return at once if it is negative.
+
+    In wall time, a shutdown of the node ends the sleep without an exception, as in Noetic.
+
+    Raises:
+        ROSInterruptException: the node shut down, in simulated time.
+        ROSTimeMovedBackwardsException: simulated time went back.
+    """
+    seconds = in_seconds(duration)
+    if seconds < 0:
+        return
+    try:
+        goes_on = session.clock.sleep(seconds)
+    except TimeMovedBackwards as error:
+        raise ROSTimeMovedBackwardsException(error.jump_s) from None
+    _raise_if_interrupted(goes_on)
+
+
+class Rate:
+    """Keeps a loop at a rate in hertz; see `pipros.node.rate.Rate`."""
+
+    def __init__(self, hz: float, reset: bool = False) -> None:
+        """Start the first cycle. With `reset`, start over instead of raising if simulated time goes back.
+
+        Raises:
+            ROSInitException: before init_node.
+            ZeroDivisionError: `hz` is 0.
+        """
+        self._rate = rate.Rate(clock(), int(NS_PER_S / hz), reset=reset)
+
+    @property
+    def sleep_dur(self) -> Duration:
+        """The length of a cycle."""
+        return Duration(0, self._rate.period_ns)
+
+    @property
+    def last_time(self) -> Time:
+        """The start of the current cycle."""
+        return Time(*divmod(self._rate.last_ns, NS_PER_S))
+
+    @last_time.setter
+    def last_time(self, value: msg_time.Time) -> None:
+        self._rate.last_ns = value.to_nsec()
+
+    def remaining(self) -> Duration:
+        """Return the rest of the current cycle; negative if it is over."""
+        return Duration(0, self._rate.remaining_ns())
+
+    def sleep(self) -> None:
+        """Sleep for the rest of the current cycle; raise as `rospy.sleep`."""
+        try:
+            goes_on = self._rate.sleep()
+        except TimeMovedBackwards as error:
+            raise ROSTimeMovedBackwardsException(error.jump_s) from None
+        _raise_if_interrupted(goes_on)
+
+
+@dataclass(frozen=True, slots=True)
+class TimerEvent:
+    """The argument of a Timer's callback: due and real times of the calls, and the last duration."""
+
+    last_expected: Time | None
+    last_real: Time | None
+    current_expected: Time
+    current_real: Time
+    last_duration: float | None
+
+
+class Timer(rate.Timer):
+    """A started daemon thread that calls `callback(TimerEvent)` every `period` until `shutdown`."""
+
+    def __init__(
+        self,
+        period: msg_time.Duration,
+        callback: Callable[[TimerEvent], object],
+        oneshot: bool = False,
+        reset: bool = False,
+    ) -> None:
+        """Start the thread. An exception of the callback ends it.
+
+        Args:
+            period: the time from call to call, on the node's clock. A longer call delays the next one.
+            callback: called with a TimerEvent, one call at a time.
+            oneshot: ends after one call.
+            reset: starts over instead of ending if simulated time goes back.
+
+        Raises:
+            ROSInitException: before init_node.
+        """
+
+        def on_tick(tick: rate.Tick) -> None:
+            callback(
+                TimerEvent(
+                    _time(tick.last_expected_ns),
+                    _time(tick.last_real_ns),
+                    Time(*divmod(tick.current_expected_ns, NS_PER_S)),
+                    Time(*divmod(tick.current_real_ns, NS_PER_S)),
+                    tick.last_duration_s,
+                )
+            )
+
+        self._period = period
+        super().__init__(clock(), 0, on_tick, oneshot=oneshot, reset=reset)
+
+    def run(self) -> None:
+        """Run the timer; for the thread itself. As in Noetic, a period that is not a Duration ends it."""
+        self._period.to_sec()
+        self._period_ns = self._period.to_nsec()
+        super().run()
+
+
+def _time(nanoseconds: int | None) -> Time | None:
+    return None if nanoseconds is None else Time(*divmod(nanoseconds, NS_PER_S))
+
+
+def _raise_if_interrupted(goes_on: bool) -> None:
+    if not goes_on and session.node is not None and session.node.clock.is_simulated:
+        raise ROSInterruptException("ROS shutdown request")

@@ -1,0 +1,161 @@
+"""Makes the unittest class of a launch file with tests, and holds what came of it."""
+
+from __future__ import annotations
+
+import sys
+import unittest
+from collections.abc import Callable
+from pathlib import Path
+
+from pipros.basics.env import Environment
+from pipros.launch.console import Console
+from pipros.launch.load_context import LoadContext
+from pipros.launch.xml import load
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.testing.fixture import LaunchFixture
+from pipros.testing.rostest import Plan, Rostest
+from pipros.workspace.index import PackageIndex
+from roslaunch.config import ROSLaunchConfig, load_config_default
+from rostest.rostest_parent import ROSTestLaunchParent
+from rostest.rostestutil import (
+    createXMLRunner,
+    printlog,
+    printlogerr,
+    printRostestSummary,
+    printSummary,
+    xmlResultsFile,
+)
+from rosunit.junitxml import Result, result_of
+
+__all__ = [
+    "ROS_TEST_RESULTS_DIR",
+    "ROSTestLaunchParent",
+    "createUnitTest",
+    "createXMLRunner",
+    "failDuplicateRunner",
+    "failRunner",
+    "getConfig",
+    "getResults",
+    "getRostestParents",
+    "printRostestSummary",
+    "printSummary",
+    "printlog",
+    "printlogerr",
+    "setTextMode",
+    "setUp",
+    "tearDown",
+    "xmlResultsFile",
+]
+
+_star_names(__name__, "logging os roslaunch roslib rospkg rosunit sys time unittest")
+
+ROS_TEST_RESULTS_DIR = "ROS_TEST_RESULTS_DIR"
+
+_Method = Callable[[unittest.TestCase], None]
+
+
+class _Made:
+    """The runs that `createUnitTest` made, with what is needed to tell about them."""
+
+    def __init__(self) -> None:
+        self.runs: list[tuple[Rostest, ROSLaunchConfig]] = []
+        self.has_text = False
+        self.parents: list[ROSTestLaunchParent] = []
+
+
+_made = _Made()
+
+
+def createUnitTest(  # noqa: N802  # Noetic's name
+    pkg: str,
+    test_file: str,
+    reuse_master: bool = False,
+    clear: bool = False,
+    results_base_dir: str | None = None,
+) -> type[unittest.TestCase]:
+    """A unittest class with a case for each `<test>` of a launch file.
+
+    Args:
+        pkg: the package whose results these are.
+        results_base_dir: takes the place of the folder of test results.
+
+    Raises:
+        RLException: the file is wrong.
+    """
+    index, environment = PackageIndex.from_environment(), Environment.from_os()
+    launch = load([test_file], context=LoadContext.of_process(index))
+    launch.check_machines()
+    console = Console(has_title=False)
+    base = Path(results_base_dir) if results_base_dir else None
+    run = Rostest(
+        Plan(pkg, Path(test_file).absolute(), launch, base, _made.has_text),
+        index,
+        lambda: LaunchFixture(
+            launch,
+            index,
+            environment,
+            console,
+            reuse_master=reuse_master,
+            clear=clear,
+            text=_made.has_text,
+        ),
+    )
+    _made.runs.append((run, load_config_default([test_file], None)))
+    return run.case_class()
+
+
+def setTextMode(val: bool) -> None:  # noqa: N802
+    """Whether test programs report on the console, and write no results."""
+    _made.has_text = bool(val)
+    for run, _ in _made.runs:
+        run.write_text(text=_made.has_text)
+
+
+def getResults() -> Result:  # noqa: N802
+    """The results that test programs left so far."""
+    total = Result("rostest")
+    for run, _ in _made.runs:
+        for prefix, suite in run.results:
+            total.accumulate(result_of(suite, prefix.partition(".rosunit-")[2], prefix))
+    return total
+
+
+def getConfig() -> ROSLaunchConfig | None:  # noqa: N802
+    """The configuration of the launch file that was made a class last; None before the first."""
+    return _made.runs[-1][1] if _made.runs else None
+
+
+def getRostestParents() -> list[ROSTestLaunchParent]:  # noqa: N802
+    """Launches to be torn down at the end: none, for each case ends its own."""
+    return _made.parents
+
+
+def failRunner(testName: str, message: str) -> _Method:  # noqa: N802, N803
+    """A test method that fails with a message."""
+    _ = testName
+
+    def fn(self: unittest.TestCase) -> None:
+        print(message, file=sys.stderr)
+        self.fail(message)
+
+    return fn
+
+
+def failDuplicateRunner(testName: str) -> _Method:  # noqa: N802, N803
+    """A test method that fails because another test has its name."""
+    return failRunner(testName, f"Duplicate tests named [{testName}] in rostest suite")
+
+
+def setUp(self: unittest.TestCase) -> None:
+    """`setUp` of the classes that `createUnitTest` makes: starts master and nodes."""
+    _run_of(self).set_up()
+
+
+def tearDown(self: unittest.TestCase) -> None:
+    """`tearDown` of the classes that `createUnitTest` makes: ends them."""
+    _run_of(self).tear_down()
+
+
+def _run_of(case: unittest.TestCase) -> Rostest:
+    run: Rostest = case.rostest  # type: ignore[attr-defined]  # createUnitTest's classes have it
+    return run

@@ -1,0 +1,157 @@
+"""Test programs that run without a ROS system."""
+
+from __future__ import annotations
+
+import os
+import unittest
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.testing.bare import BareTest
+from pipros.testing.rostest import TestProgramTimedOut
+from pipros.testing.summary import case_summary, unittest_summary
+from pipros.workspace.index import PackageIndex
+from rosunit import junitxml
+from rosunit.core import (
+    create_xml_runner,
+    printerrlog,
+    printlog,
+    printlog_bold,
+    rostest_name_from_path,
+    xml_results_file,
+)
+
+__all__ = [
+    "BARE_TIME_LIMIT",
+    "TIMEOUT_SIGINT",
+    "TIMEOUT_SIGTERM",
+    "BareTestCase",
+    "TestTimeoutException",
+    "create_xml_runner",
+    "print_runner_summary",
+    "print_unittest_summary",
+    "printerrlog",
+    "printlog",
+    "printlog_bold",
+    "rostest_name_from_path",
+    "xml_results_file",
+]
+
+# unittest leaves the frames of modules with this variable out of its reports.
+__unittest = True
+
+BARE_TIME_LIMIT = 60.0
+TIMEOUT_SIGINT = 15.0
+TIMEOUT_SIGTERM = 2.0
+
+
+# Test scripts do not need `LocalProcess` at their start.
+_star_names(
+    __name__,
+    "rosunit.pmon:LocalProcess errno os rospkg rosunit.junitxml rosunit.pmon signal io:StringIO subprocess "
+    "time traceback unittest",
+)
+
+
+class TestTimeoutException(Exception):
+    """A test program ran longer than its time limit."""
+
+    __test__ = False  # not for pytest
+
+
+class BareTestCase(unittest.TestCase):
+    """A case that passes when a program ended and left results, which are in `results` then.
+
+    Attributes:
+        args: the command line of the program.
+        retry: how often a program with failures is run again.
+    """
+
+    def __init__(
+        self,
+        exe: str,
+        args: Sequence[str],
+        retry: int = 0,
+        time_limit: float | None = None,
+        test_name: str | None = None,
+        text_mode: bool = False,
+        package_name: str | None = None,
+    ) -> None:
+        super().__init__()
+        self.text_mode = text_mode
+        self.exe = os.path.abspath(exe)
+        owner = None if package_name else PackageIndex.from_environment().containing(Path(self.exe))
+        self.package = package_name or (owner.name if owner else None)
+        self.test_name = test_name or os.path.basename(exe)
+        self.args = [*(["python"] if self.exe.endswith(".py") else []), self.exe, *args]
+        if text_mode:
+            self.args.append("--text")
+        self.retry = retry
+        self.time_limit = time_limit or BARE_TIME_LIMIT
+        self.results = junitxml.Result(self.test_name)
+        self._arguments = list(args)
+
+    def runTest(self) -> None:  # noqa: N802  # unittest's name
+        """Runs the program, again while it fails and may be retried."""
+        if self.package is None:
+            self.fail("unable to determine package of executable")
+        test = BareTest(
+            Path(self.exe),
+            self._arguments,
+            self.package,
+            self.test_name,
+            self.time_limit,
+            text=self.text_mode,
+        )
+        while True:
+            printlog("Running test [%s]", self.test_name)
+            is_timed_out = False
+            try:
+                test.run_once(self)
+            except TestProgramTimedOut as error:
+                if not self.retry:
+                    raise TestTimeoutException(str(error)) from error
+                printerrlog("test [%s] timed out", self.test_name)
+                is_timed_out = True
+            else:
+                printlog("test [%s] finished", self.test_name)
+            results = self.results
+            if not self.text_mode and not is_timed_out:
+                results = junitxml.read(xml_results_file(self.package, self.test_name), self.test_name)
+            is_failed = is_timed_out or bool(results.num_errors or results.num_failures)
+            if not is_failed or not self.retry:
+                break
+            self.retry -= 1
+            printlog("test [%s] failed, retrying. Retries left: %s", self.test_name, self.retry)
+        self.results = results
+        sums = results.num_errors, results.num_failures, results.num_tests
+        printlog("test [%s] results summary: %s errors, %s failures, %s tests", self.test_name, *sums)
+
+
+def print_unittest_summary(result: unittest.TestResult) -> None:
+    """Prints how many tests ran, and which had errors and failures."""
+    names: list[list[str]] = [
+        [test.id().rpartition(".")[2] for test, _ in broken] for broken in (result.errors, result.failures)
+    ]
+    print(unittest_summary(result.testsRun, *names))
+
+
+def print_runner_summary(
+    runner_results: unittest.TestResult, junit_results: junitxml.Result, runner_name: str = "ROSUNIT"
+) -> None:
+    """Prints the cases of test programs, and which programs could not be run."""
+    lines = "".join(result.description for result in junit_results.test_case_results).splitlines()
+    not_run = [test.id().rpartition(".")[2] for test, _ in runner_results.failures]
+    lines += [f"[{name}][failed]" for name in not_run]
+    summary = case_summary(
+        lines,
+        junit_results.num_tests,
+        junit_results.num_errors + len(runner_results.errors),
+        junit_results.num_failures + len(runner_results.failures),
+        runner_name,
+    )
+    print("\n".join(summary))
+    if not_run:
+        print("ERROR: The following tests failed to run:")
+        print("\n".join(f" * {name}" for name in not_run) + "\n")

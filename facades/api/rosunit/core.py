@@ -1,0 +1,88 @@
+"""Result files of test programs, and what rosunit prints."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+from pipros.basics.env import Environment
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.node.program_log import make_folders_as_parent
+from pipros.testing import result_paths, script_runner
+from pipros.testing.result_paths import XML_OUTPUT_FLAG
+from pipros.testing.runner import XmlRunner
+from rosunit.xmlrunner import XMLTestRunner
+
+__all__ = [
+    "XML_OUTPUT_FLAG",
+    "XMLTestRunner",
+    "create_xml_runner",
+    "makedirs_with_parent_perms",
+    "printerrlog",
+    "printlog",
+    "printlog_bold",
+    "rostest_name_from_path",
+    "xml_results_file",
+]
+
+_star_names(__name__, "errno os rospkg sys")
+
+
+def _filled_in(msg: str, args: tuple[object, ...]) -> str:
+    return f"[ROSUNIT]{msg % args if args else msg}"
+
+
+def printlog(msg: str, *args: object) -> None:
+    """Prints to standard output; `args` are for the `%` forms of the text."""
+    print(_filled_in(msg, args))
+
+
+def printlog_bold(msg: str, *args: object) -> None:
+    """As `printlog`, in bold letters."""
+    print(f"\033[1m{_filled_in(msg, args)}\033[0m")
+
+
+def printerrlog(msg: str, *args: object) -> None:
+    """As `printlog`, to standard error."""
+    print(_filled_in(msg, args), file=sys.stderr)
+
+
+def makedirs_with_parent_perms(p: str) -> None:
+    """Makes a folder and those above it, each with owner and permissions of the folder that it is in."""
+    make_folders_as_parent(Path(os.path.abspath(p)))
+
+
+def xml_results_file(
+    test_pkg: str, test_name: str, is_rostest: bool = False, env: dict[str, Any] | None = None
+) -> str:
+    """The path of a test's result file, of which the folder is made.
+
+    Raises:
+        OSError: it cannot be made.
+    """
+    name = test_name.translate(dict.fromkeys(map(ord, _BAD_IN_NAMES), "_"))
+    path = result_paths.results_file(
+        test_pkg, name, is_rostest=is_rostest, environment=Environment.from_os(env)
+    )
+    makedirs_with_parent_perms(str(path.parent))
+    return str(path)
+
+
+_BAD_IN_NAMES = " \"'&$!`/\\"
+
+
+def rostest_name_from_path(pkg_dir: str, test_file: str) -> str:
+    """The name of a launch file among the results of its package; outside of it as its path says."""
+    path = Path(os.path.abspath(test_file))
+    if not path.is_relative_to(pkg_dir):
+        return str(Path(test_file).with_suffix("")).replace(os.sep, "_")
+    return result_paths.rostest_name(Path(pkg_dir), path)
+
+
+def create_xml_runner(
+    test_pkg: str, test_name: str, results_file: str | None = None, is_rostest: bool = False
+) -> XmlRunner:
+    """A unittest runner that leaves a result file."""
+    return script_runner.make_xml_runner(test_pkg, test_name, results_file, is_rostest=is_rostest)

@@ -1,0 +1,270 @@
+"""Test results in Noetic's classes, read from result files and written as XML."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from xml.etree import ElementTree
+
+from pipros.basics.env import Environment
+from pipros.basics.input_file import read_file
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.testing.results import Case, Outcome, Suite
+from pipros.testing.summary import case_summary
+from pipros.testing.xunit import CDATA_END, CDATA_START, UnreadableResults, escape_controls, parse_suites
+
+_star_names(
+    __name__,
+    "char=builtins:chr codecs DomNode=xml.dom:Node ET=xml.etree.ElementTree os xml.dom.minidom:parseString "
+    "functools:reduce rospkg io:StringIO",
+)
+
+_DASHES = "-" * 80
+
+
+class TestInfo:
+    """Why a case did not pass: the type of the exception, and what it says."""
+
+    __test__ = False  # not for pytest
+    tag = ""
+
+    def __init__(self, type_: str, text: str) -> None:
+        self.type = type_
+        self.text = text
+
+    def xml_element(self) -> ElementTree.Element:
+        element = ElementTree.Element(self.tag, type=self.type)
+        element.text = _cdata(self.text)
+        return element
+
+    def xml(self) -> bytes:
+        return ElementTree.tostring(self.xml_element())
+
+
+class TestError(TestInfo):
+    tag = "error"
+
+
+class TestFailure(TestInfo):
+    tag = "failure"
+
+
+class TestCaseResult:
+    """The outcome of one test case. It passed when it has neither failures nor errors."""
+
+    __test__ = False
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.failures: list[TestFailure] = []
+        self.errors: list[TestError] = []
+        self.time = 0.0
+        self.classname = ""
+
+    @property
+    def passed(self) -> bool:
+        return not self.errors and not self.failures
+
+    @property
+    def description(self) -> str:
+        """What a summary says about the case."""
+        if self.passed:
+            return f"[{self.name}][passed]\n"
+        return "".join(
+            f"{f'[{self.name}][{item.tag.upper()}]':-<80}\n{item.text}\n{_DASHES}\n\n"
+            for item in (*self.failures, *self.errors)
+        )
+
+    def add_failure(self, failure: TestFailure) -> None:
+        self.failures.append(failure)
+
+    def add_error(self, error: TestError) -> None:
+        self.errors.append(error)
+
+    def xml_element(self) -> ElementTree.Element:
+        element = ElementTree.Element(
+            "testcase", classname=self.classname, name=self.name, time=str(self.time)
+        )
+        element.extend([item.xml_element() for item in (*self.failures, *self.errors)])
+        return element
+
+    def xml(self) -> bytes:
+        return ElementTree.tostring(self.xml_element())
+
+
+class Result:
+    """The results of a test program, or of several."""
+
+    __slots__ = (
+        "name",
+        "num_errors",
+        "num_failures",
+        "num_tests",
+        "system_err",
+        "system_out",
+        "test_case_results",
+        "time",
+    )
+
+    def __init__(self, name: str, num_errors: int = 0, num_failures: int = 0, num_tests: int = 0) -> None:
+        self.name = name
+        self.num_errors = num_errors
+        self.num_failures = num_failures
+        self.num_tests = num_tests
+        self.test_case_results: list[TestCaseResult] = []
+        self.system_out = ""
+        self.system_err = ""
+        self.time = 0.0
+
+    def accumulate(self, r: Result) -> None:
+        """Adds the results of another run to these."""
+        self.num_errors += r.num_errors
+        self.num_failures += r.num_failures
+        self.num_tests += r.num_tests
+        self.time += r.time
+        self.test_case_results.extend(r.test_case_results)
+        self.system_out = "\n".join(filter(None, (self.system_out, r.system_out)))
+        self.system_err = "\n".join(filter(None, (self.system_err, r.system_err)))
+
+    def add_test_case_result(self, r: TestCaseResult) -> None:
+        """Adds a case. The numbers stay as they were given."""
+        self.test_case_results.append(r)
+
+    def xml_element(self) -> bytes:
+        """The content of a result file."""
+        element = ElementTree.Element(
+            "testsuite",
+            tests=str(self.num_tests),
+            failures=str(self.num_failures),
+            time=str(self.time),
+            errors=str(self.num_errors),
+            name=self.name,
+        )
+        element.extend([test_case_result.xml_element() for test_case_result in self.test_case_results])
+        for tag, text in (("system-out", self.system_out), ("system-err", self.system_err)):
+            ElementTree.SubElement(element, tag).text = _cdata(text)
+        return ElementTree.tostring(element)
+
+
+def read(test_file: str, test_name: str) -> Result:
+    """The results of a file, under the name `test_name`; none, with a warning, when it cannot be read."""
+    result = Result(test_name)
+    try:
+        content = read_file(test_file)
+        if not content:
+            print(f"WARN: test result file is empty [{test_file}]")
+            return result
+        suites = parse_suites(content, test_file)
+    except OSError as error:
+        print(f"WARN: cannot read test result file [{test_file}]: {error.strerror}")
+    except UnreadableResults as error:
+        print(f"WARN: cannot read test result file [{test_file}]: {error}")
+    else:
+        path = Path(test_file)
+        prefix = f"{path.absolute().parent.name}.{path.stem}"
+        for suite in suites:
+            result.accumulate(result_of(suite, test_name, prefix))
+    return result
+
+
+def result_of(suite: Suite, test_name: str, prefix: str) -> Result:
+    """A suite of `pipros.testing` in Noetic's classes. `prefix` comes before the names of its cases."""
+    result = Result(test_name, suite.errors, suite.failures, suite.tests)
+    result.time = suite.seconds
+    result.test_case_results = [_from_case(case, test_name, prefix) for case in suite.cases]
+    for text, name in ((suite.stdout, "stdout"), (suite.stderr, "stderr")):
+        if text:
+            section = f"\n{f'[{prefix}] {name}':-<80}\n{text}"
+            if name == "stdout":
+                result.system_out = section
+            else:
+                result.system_err = section
+    return result
+
+
+def _from_case(case: Case, test_name: str, prefix: str) -> TestCaseResult:
+    result = TestCaseResult(f"{prefix}/{case.name}")
+    result.classname = f"{test_name}.{case.class_name}"
+    result.time = case.seconds
+    if case.outcome is Outcome.FAILURE:
+        result.add_failure(TestFailure(case.kind, case.text))
+    elif case.outcome is Outcome.ERROR:
+        result.add_error(TestError(case.kind, case.text))
+    return result
+
+
+def test_failure_junit_xml(
+    test_name: str,
+    message: str,
+    stdout: str | None = None,
+    class_name: str = "Results",
+    testcase_name: str = "test_ran",
+) -> bytes:
+    """A result file that says that one test failed, and why."""
+    suite, case = _one_case(test_name, class_name, testcase_name, failures=1)
+    ElementTree.SubElement(case, "failure", message=escape_controls(message), type="")
+    if stdout:
+        ElementTree.SubElement(suite, "system-out").text = _cdata(stdout)
+    return ElementTree.tostring(suite)
+
+
+def test_success_junit_xml(
+    test_name: str, class_name: str = "Results", testcase_name: str = "test_ran"
+) -> bytes:
+    """A result file that says that one test passed."""
+    return ElementTree.tostring(_one_case(test_name, class_name, testcase_name, failures=0)[0])
+
+
+test_failure_junit_xml.__test__ = test_success_junit_xml.__test__ = False  # type: ignore[attr-defined]
+
+
+def _one_case(
+    test_name: str, class_name: str, testcase_name: str, failures: int
+) -> tuple[ElementTree.Element, ElementTree.Element]:
+    suite = ElementTree.Element(
+        "testsuite", tests="1", failures=str(failures), time="1", errors="0", name=test_name
+    )
+    case = ElementTree.SubElement(
+        suite, "testcase", name=testcase_name, status="run", time="1", classname=class_name
+    )
+    return suite, case
+
+
+def print_summary(junit_results: Result, runner_name: str = "ROSUNIT") -> None:
+    """Prints all cases, and the numbers of tests, errors and failures."""
+    cases = "".join(
+        test_case_result.description for test_case_result in junit_results.test_case_results
+    ).splitlines()
+    numbers = junit_results.num_tests, junit_results.num_errors, junit_results.num_failures
+    print("\n".join(case_summary(cases, *numbers, runner_name)))
+
+
+def read_all(filter_: Sequence[str] = ()) -> Result:
+    """All results of this user, or those of some packages."""
+    total = Result("ros")
+    folder = Environment.from_os().test_results_dir
+    for package in sorted(path for path in folder.glob("*") if path.is_dir()):
+        if not filter_ or package.name in filter_:
+            for file in sorted(package.glob("*.xml")):
+                total.accumulate(read(str(file), package.name))
+    return total
+
+
+def cdata(cdata_text: str) -> str:
+    """A CDATA section."""
+    return CDATA_START + cdata_text + CDATA_END
+
+
+def filter_nonprintable_text(text: str) -> str:
+    """The text with each character that XML forbids replaced by a written-out reference."""
+    return escape_controls(text)
+
+
+def invalid_char_replacer(m: re.Match[str]) -> str:
+    """The written-out reference of the character that a pattern found."""
+    return f"&#x{ord(m.group(0)):04X};"
+
+
+def _cdata(text: str) -> str:
+    return cdata(filter_nonprintable_text(text))

@@ -1,0 +1,52 @@
+"""A unittest runner that writes results as XML."""
+
+from __future__ import annotations
+
+import unittest
+from pathlib import Path
+from typing import TextIO
+
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.testing.runner import CaseResult, run_captured
+from pipros.testing.xunit import CDATA_END, CDATA_START, format_suite
+
+_star_names(
+    __name__,
+    "codecs xml.sax.saxutils:escape ET=xml.etree.ElementTree os re io:StringIO sys time traceback",
+)
+
+
+def cdata(cdata_text: str) -> str:
+    """A CDATA section."""
+    return CDATA_START + cdata_text + CDATA_END
+
+
+class XMLTestRunner:
+    """Writes results to a stream, or to a file `TEST-module.Class.xml` in the folder `path`."""
+
+    def __init__(self, stream: TextIO | None = None) -> None:
+        self._stream = stream
+        self._path = "."
+
+    @property
+    def path(self) -> str:
+        """The folder of the file; has no effect with a stream."""
+        return self._path
+
+    @path.setter
+    def path(self, path: str) -> None:
+        self._path = path
+
+    def run(self, test: unittest.TestSuite | unittest.TestCase) -> CaseResult:
+        """Runs tests; what they print goes to the results."""
+        result, suite = run_captured(test)
+        content = format_suite(suite)
+        if self._stream is None:
+            kind = type(test)
+            name = f"TEST-{kind.__module__}.{kind.__name__}.xml"
+            Path(self._path, name).write_text(content, encoding="utf-8")
+        else:
+            # Whoever opened the stream wrote the declaration, as genuine rosunit's own does.
+            self._stream.write(content.partition("\n")[2])
+            self._stream.flush()
+        return result

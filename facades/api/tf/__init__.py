@@ -1,0 +1,27 @@
+"""Drop-in replacement for Noetic's tf.
+
+`tf.transformations` requires numpy (`pip install 'pipros[numpy]'`) and is imported on first use.
+"""
+
+from typing import Any as _Any
+
+from pipros.basics.lazy_names import star_names as _star_names
+from tf.broadcaster import TransformBroadcaster as TransformBroadcaster
+from tf.listener import Transformer as Transformer
+from tf.listener import TransformerROS as TransformerROS
+from tf.listener import TransformListener as TransformListener
+from tf2_ros import ConnectivityException as ConnectivityException
+from tf2_ros import ExtrapolationException as ExtrapolationException
+from tf2_ros import LookupException as LookupException
+from tf2_ros import TransformException as Exception  # noqa: A004, F401 # its name in tf
+
+
+def __getattr__(name: str) -> _Any:
+    if name == "transformations":
+        from importlib import import_module
+
+        return import_module("tf.transformations")
+    raise AttributeError(f"module 'tf' has no attribute '{name}'")
+
+
+_star_names(__name__, "tf.transformations", hidden="transformer")

@@ -1,0 +1,115 @@
+"""tf's `TransformerROS` and `TransformListener`, which transform messages into other frames."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from geometry_msgs.msg import (
+    Point,
+    Point32,
+    PointStamped,
+    Pose,
+    PoseStamped,
+    Quaternion,
+    QuaternionStamped,
+    Vector3,
+    Vector3Stamped,
+)
+from sensor_msgs.msg import PointCloud
+from std_msgs.msg import Header
+
+import tf2_ros
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.libraries.transforms.pose import IDENTITY, composed, composed_exactly, normalized
+from pipros.libraries.transforms.pose import Pose as Numbers
+from tf.transformer import Transformer as Transformer
+from tf.transformer import strip_leading_slash as strip_leading_slash
+
+_star_names(__name__, "geometry_msgs numpy rospy sensor_msgs tf.transformations yaml")
+
+
+def xyz_to_mat44(pos: Any) -> Any:
+    """Return the 4x4 translation matrix of a Point or Vector3 message. Requires numpy."""
+    from tf import transformations
+
+    return transformations.translation_matrix((pos.x, pos.y, pos.z))
+
+
+def xyzw_to_mat44(ori: Any) -> Any:
+    """Return the 4x4 rotation matrix of a Quaternion message. Requires numpy."""
+    from tf import transformations
+
+    return transformations.quaternion_matrix((ori.x, ori.y, ori.z, ori.w))
+
+
+class TransformerROS(Transformer):
+    """Transformer for stamped messages. Results keep the stamp of the input."""
+
+    def asMatrix(self, target_frame: str, hdr: Any) -> Any:
+        """Return the 4x4 matrix from the frame of `hdr` to `target_frame` at the time of `hdr`.
+
+        Requires numpy.
+        """
+        return self.fromTranslationRotation(*self.lookupTransform(target_frame, hdr.frame_id, hdr.stamp))
+
+    def fromTranslationRotation(self, translation: Any, rotation: Any) -> Any:
+        """Return the 4x4 matrix of a position (x, y, z) and a quaternion (x, y, z, w). Requires numpy."""
+        from tf import transformations
+
+        return transformations.translation_matrix(translation) @ transformations.quaternion_matrix(rotation)
+
+    def transformPoint(self, target_frame: str, ps: PointStamped) -> PointStamped:
+        """Transform a point to `target_frame`."""
+        frame = self._frame(target_frame, ps.header)
+        return PointStamped(_header(target_frame, ps), Point(*_transform_point(frame, ps.point)))
+
+    def transformVector3(self, target_frame: str, v3s: Vector3Stamped) -> Vector3Stamped:
+        """Rotate a vector to `target_frame`, without translating it."""
+        frame = (*IDENTITY[:3], *self._frame(target_frame, v3s.header)[3:])
+        return Vector3Stamped(_header(target_frame, v3s), Vector3(*_transform_point(frame, v3s.vector)))
+
+    def transformQuaternion(self, target_frame: str, ps: QuaternionStamped) -> QuaternionStamped:
+        """Transform an orientation to `target_frame`."""
+        found = composed_exactly(self._frame(target_frame, ps.header), _pose_of(Point(), ps.quaternion))
+        return QuaternionStamped(_header(target_frame, ps), Quaternion(*found[3:]))
+
+    def transformPose(self, target_frame: str, ps: PoseStamped) -> PoseStamped:
+        """Transform a pose to `target_frame`."""
+        pose = _pose_of(ps.pose.position, ps.pose.orientation)
+        found = composed_exactly(self._frame(target_frame, ps.header), pose)
+        return PoseStamped(_header(target_frame, ps), Pose(Point(*found[:3]), Quaternion(*found[3:])))
+
+    def transformPointCloud(self, target_frame: str, point_cloud: PointCloud) -> PointCloud:
+        """Transform a point cloud to `target_frame`. The result shares the channels of the input."""
+        frame = self._frame(target_frame, point_cloud.header)
+        points = [Point32(*_transform_point(frame, point)) for point in point_cloud.points]
+        return PointCloud(_header(target_frame, point_cloud), points, point_cloud.channels)
+
+    def _frame(self, target_frame: str, header: Any) -> Numbers:
+        translation, rotation = self.lookupTransform(target_frame, header.frame_id, header.stamp)
+        px, py, pz = translation
+        qx, qy, qz, qw = rotation
+        return normalized((px, py, pz, qx, qy, qz, qw))
+
+
+def _header(target_frame: str, stamped: Any) -> Header:
+    return Header(stamp=stamped.header.stamp, frame_id=target_frame)
+
+
+def _pose_of(position: Any, rotation: Any) -> Numbers:
+    if rotation.x == rotation.y == rotation.z == rotation.w == 0:  # unset: treat as identity
+        return (position.x, position.y, position.z, *IDENTITY[3:])
+    return (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
+
+
+def _transform_point(frame: Numbers, point: Any) -> tuple[float, float, float]:
+    return composed(frame, (point.x, point.y, point.z, *IDENTITY[3:]))[:3]
+
+
+class TransformListener(TransformerROS):
+    """TransformerROS that is filled from `/tf` and `/tf_static`."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._listener = tf2_ros.TransformListener(self._buffer)
+        self.setUsingDedicatedThread(True)

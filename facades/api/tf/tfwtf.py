@@ -1,0 +1,95 @@
+"""roswtf plugin of tf: record /tf for one second and report inconsistent transforms."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from tf2_msgs.msg import TFMessage
+
+import rospy
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.libraries.transforms import heard
+from pipros.libraries.transforms.heard import HeardTransform
+from roswtf.rules import error_rule, warning_rule
+
+_star_names(__name__, "math rosgraph tf")
+
+_LISTEN_S = 1.0
+
+
+def _recorded(ctx: Any) -> Sequence[HeardTransform]:
+    """Return the transforms that `roswtf_plugin_online` recorded."""
+    return getattr(ctx, "heard_transforms", ())
+
+
+def rostime_delta(ctx: Any) -> list[str]:
+    return heard.of_other_times(_recorded(ctx))
+
+
+def reparenting(ctx: Any) -> list[str]:
+    return heard.reparented(_recorded(ctx))
+
+
+def cycle_detection(ctx: Any) -> list[str]:
+    return heard.loops(_recorded(ctx))
+
+
+def multiple_authority(ctx: Any) -> list[str]:
+    return heard.of_several_senders(_recorded(ctx))
+
+
+def no_msgs(ctx: Any) -> bool:
+    return not _recorded(ctx)
+
+
+def not_normalized(ctx: Any) -> list[str]:
+    return heard.not_normalized(_recorded(ctx))
+
+
+Rule = tuple[Callable[[Any], Any], str]
+
+tf_warnings: list[Rule] = [
+    (no_msgs, "No tf messages"),
+    (rostime_delta, "Received out-of-date/future transforms:"),
+    (not_normalized, "Received non-normalized rotation in transforms:"),
+]
+tf_errors: list[Rule] = [
+    (reparenting, "TF re-parenting contention:"),
+    (cycle_detection, "TF cycle detection::"),
+    (multiple_authority, "TF multiple authority contention:"),
+]
+
+
+def is_tf_active() -> bool:
+    """Return whether /tf has a publisher; False if the master cannot be reached."""
+    try:
+        return any(topic == "/tf" for topic, _ in rospy.get_published_topics())
+    except OSError:
+        return False
+
+
+def roswtf_plugin_online(ctx: Any) -> None:
+    """Apply the rules if /tf has a publisher. Blocks for one second; requires an initialised node."""
+    if not is_tf_active():
+        return
+    print("running tf checks, this will take a second...", flush=True)
+    ctx.heard_transforms = _listen()
+    print("... tf checks complete")
+    for function, text in tf_warnings:
+        warning_rule((function, text), function(ctx), ctx)
+    for function, text in tf_errors:
+        error_rule((function, text), function(ctx), ctx)
+
+
+def _listen() -> list[HeardTransform]:
+    found: list[HeardTransform] = []
+
+    def on_message(message: Any) -> None:
+        found.extend(heard.heard_in(message, rospy.get_rostime()))
+
+    subscriber = rospy.Subscriber("/tf", TFMessage, on_message)
+    time.sleep(_LISTEN_S)
+    subscriber.unregister()
+    return found

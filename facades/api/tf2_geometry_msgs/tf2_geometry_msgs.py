@@ -1,0 +1,96 @@
+"""Transforms of points, vectors, poses and wrenches. Only `transform_to_kdl` requires PyKDL."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from geometry_msgs.msg import (
+    Point,
+    PointStamped,
+    Pose,
+    PoseStamped,
+    Quaternion,
+    Vector3,
+    Vector3Stamped,
+    Wrench,
+    WrenchStamped,
+)
+
+import tf2_ros
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.libraries.transforms.pose import IDENTITY, composed, normalized
+from pipros.libraries.transforms.pose import Pose as Numbers
+
+_star_names(__name__, "copy PyKDL rospy")
+
+
+def to_msg_msg(msg: Any) -> Any:
+    """Return the message unchanged."""
+    return msg
+
+
+def from_msg_msg(msg: Any) -> Any:
+    """Return the message unchanged."""
+    return msg
+
+
+def transform_to_kdl(t: Any) -> Any:
+    """Return the transform as a PyKDL.Frame. Requires PyKDL, which is not on PyPI under this name."""
+    import PyKDL
+
+    position, rotation = t.transform.translation, t.transform.rotation
+    return PyKDL.Frame(
+        PyKDL.Rotation.Quaternion(rotation.x, rotation.y, rotation.z, rotation.w),
+        PyKDL.Vector(position.x, position.y, position.z),
+    )
+
+
+def _pose_of(position: Any, rotation: Any) -> Numbers:
+    if rotation.x == rotation.y == rotation.z == rotation.w == 0:  # unset: treat as identity
+        return (position.x, position.y, position.z, *IDENTITY[3:])
+    return (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
+
+
+def _transform_point(point: Any, transform: Any) -> tuple[float, float, float]:
+    frame = _pose_of(transform.transform.translation, transform.transform.rotation)
+    return composed(frame, (point.x, point.y, point.z, *IDENTITY[3:]))[:3]
+
+
+def _rotate(vector: Any, transform: Any) -> tuple[float, float, float]:
+    frame = (*IDENTITY[:3], *_pose_of(transform.transform.translation, transform.transform.rotation)[3:])
+    return composed(frame, (vector.x, vector.y, vector.z, *IDENTITY[3:]))[:3]
+
+
+def do_transform_point(point: PointStamped, transform: Any) -> PointStamped:
+    """Apply the transform to a point."""
+    return PointStamped(transform.header, Point(*_transform_point(point.point, transform)))
+
+
+def do_transform_vector3(vector3: Vector3Stamped, transform: Any) -> Vector3Stamped:
+    """Apply the rotation of the transform to a vector, without translating it."""
+    return Vector3Stamped(transform.header, Vector3(*_rotate(vector3.vector, transform)))
+
+
+def do_transform_pose(pose: PoseStamped, transform: Any) -> PoseStamped:
+    """Apply the transform to a pose."""
+    frame = _pose_of(transform.transform.translation, transform.transform.rotation)
+    found = normalized(composed(frame, _pose_of(pose.pose.position, pose.pose.orientation)))
+    return PoseStamped(transform.header, Pose(Point(*found[:3]), Quaternion(*found[3:])))
+
+
+def do_transform_wrench(wrench: WrenchStamped, transform: Any) -> WrenchStamped:
+    """Apply the rotation of the transform to force and torque separately.
+
+    The torque of the translated force is not added, as in Noetic.
+    """
+    force, torque = _rotate(wrench.wrench.force, transform), _rotate(wrench.wrench.torque, transform)
+    return WrenchStamped(transform.header, Wrench(Vector3(*force), Vector3(*torque)))
+
+
+for _type in (Vector3Stamped, PoseStamped, PointStamped):
+    tf2_ros.ConvertRegistration().add_to_msg(_type, to_msg_msg)
+    tf2_ros.ConvertRegistration().add_from_msg(_type, from_msg_msg)
+tf2_ros.TransformRegistration().add(PointStamped, do_transform_point)
+tf2_ros.TransformRegistration().add(Vector3Stamped, do_transform_vector3)
+tf2_ros.TransformRegistration().add(PoseStamped, do_transform_pose)
+tf2_ros.TransformRegistration().add(WrenchStamped, do_transform_wrench)

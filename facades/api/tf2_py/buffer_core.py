@@ -1,0 +1,184 @@
+"""`BufferCore`, a transform buffer that takes and returns messages."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+from std_msgs.msg import Header
+
+import rospy
+from pipros.msg.time import NS_PER_S
+from pipros.libraries.transforms.buffer import DEFAULT_LENGTH, FrameBuffer
+from pipros.libraries.transforms.errors import InvalidArgumentException
+from pipros.libraries.transforms.pose import Pose
+
+
+class BufferCore:
+    """Buffer of the transforms of the last `cache_time` (10 s by default) and of static transforms.
+
+    Static transforms are kept until they are replaced. The reason for rejecting a transform is written to
+    standard error, as in genuine tf2. All methods may be called from any thread.
+    """
+
+    _warning_stream: Any = None
+    """Stream for the reasons of rejected transforms; None for standard error."""
+
+    def __init__(self, cache_time: Any = None) -> None:
+        self._buffer = FrameBuffer(DEFAULT_LENGTH if cache_time is None else in_ns(cache_time))
+
+    def set_transform(self, transform: Any, authority: str) -> None:
+        """Add a TransformStamped. `authority` is the name of the node that published it."""
+        self._insert(transform, authority, False)
+
+    def set_transform_static(self, transform: Any, authority: str) -> None:
+        """Add a TransformStamped that never changes."""
+        self._insert(transform, authority, True)
+
+    def _insert(self, transform: Any, authority: str, is_static: bool) -> None:
+        header = transform.header
+        position, rotation = transform.transform.translation, transform.transform.rotation
+        pose = (
+            float(position.x),
+            float(position.y),
+            float(position.z),
+            float(rotation.x),
+            float(rotation.y),
+            float(rotation.z),
+            float(rotation.w),
+        )
+        stamp = in_ns(header.stamp)
+        if authority.__class__ is not str and not isinstance(authority, str):
+            raise TypeError(f"argument 2 must be str, not {type(authority).__name__}")
+        reasons = self._buffer.insert(
+            header.frame_id, transform.child_frame_id, stamp, pose, authority, is_static
+        )
+        for reason in reasons:
+            self._warn(reason)
+
+    def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> TransformStamped:
+        """Return the transform from the source frame to the target frame. Does not block.
+
+        `time` zero means the latest common time.
+
+        Raises:
+            LookupException, ConnectivityException, ExtrapolationException, InvalidArgumentException.
+        """
+        stamp, pose = self._buffer.lookup(
+            _require_str(target_frame, 1), _require_str(source_frame, 2), in_ns(time)
+        )
+        return stamped(stamp, target_frame, source_frame, pose)
+
+    def lookup_transform_full_core(
+        self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
+    ) -> TransformStamped:
+        """Like `lookup_transform_core`, with the source at `source_time` and the target at `target_time`.
+
+        `fixed_frame` must not move between these times.
+        """
+        stamp, pose = self._buffer.lookup_full(
+            _require_str(target_frame, 1),
+            in_ns(target_time),
+            _require_str(source_frame, 3),
+            in_ns(source_time),
+            _require_str(fixed_frame, 5),
+        )
+        return stamped(stamp, target_frame, source_frame, pose)
+
+    def can_transform_core(self, target_frame: str, source_frame: str, time: Any) -> tuple[int, str]:
+        """Return (1, "") if `lookup_transform_core` would succeed, otherwise 0 and the reason."""
+        _require_str(target_frame, 1), _require_str(source_frame, 2)
+        try:
+            reason = self._buffer.can_transform(target_frame, source_frame, in_ns(time))
+        except InvalidArgumentException as error:
+            self._warn(str(error))
+            return (0, "")
+        return (1, "") if reason is None else (0, reason)
+
+    def can_transform_full_core(
+        self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
+    ) -> tuple[int, str]:
+        """Return (1, "") if `lookup_transform_full_core` would succeed, otherwise 0 and the reason."""
+        _require_str(target_frame, 1), _require_str(source_frame, 3), _require_str(fixed_frame, 5)
+        times = in_ns(target_time), in_ns(source_time)
+        try:
+            reason = self._buffer.can_transform_full(
+                target_frame, times[0], source_frame, times[1], fixed_frame
+            )
+        except InvalidArgumentException as error:
+            self._warn(str(error))
+            return (0, "")
+        return (1, "") if reason is None else (0, reason)
+
+    def get_latest_common_time(self, target_frame: str, source_frame: str) -> rospy.Time:
+        """Return the latest time at which a transform between the frames is available."""
+        return in_time(
+            self._buffer.latest_common_time(_require_str(target_frame, 1), _require_str(source_frame, 2))
+        )
+
+    def clear(self) -> None:
+        """Remove all transforms except static ones."""
+        self._buffer.clear()
+
+    def all_frames_as_yaml(self, *_: Any) -> str:
+        """Return all frames as YAML: parent, publishing node, rate in Hz, times in seconds."""
+        return self._buffer.as_yaml()
+
+    def all_frames_as_string(self, *_: Any) -> str:
+        """Return one line per frame, with its parent."""
+        return self._buffer.as_string()
+
+    def _allFramesAsDot(self, current_time: Any = None) -> str:  # noqa: N802
+        return self._buffer.as_dot(None if current_time is None else in_ns(current_time) / NS_PER_S)
+
+    def _edges(self) -> list[tuple[str, str, str, float]]:
+        return self._buffer.edges()
+
+    def _frameExists(self, frame_id: str) -> bool:  # noqa: N802
+        return self._buffer.frame_exists(_require_str(frame_id, 1))
+
+    def _getFrameStrings(self) -> list[str]:  # noqa: N802
+        return self._buffer.frame_names()
+
+    def _chain(
+        self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
+    ) -> list[str]:
+        return self._buffer.chain(
+            target_frame, in_ns(target_time), source_frame, in_ns(source_time), fixed_frame
+        )
+
+    def _warn(self, text: str) -> None:
+        print(f"Warning: {text}", file=self._warning_stream or sys.stderr, flush=True)
+
+
+def stamped(stamp: int, parent: str, child: str, pose: Pose) -> TransformStamped:
+    """Return a pose as a message. `stamp` is in nanoseconds."""
+    px, py, pz, qx, qy, qz, qw = pose
+    header = Header(0, in_time(stamp), parent)
+    return TransformStamped(header, child, Transform(Vector3(px, py, pz), Quaternion(qx, qy, qz, qw)))
+
+
+def in_time(ns: int) -> rospy.Time:
+    """Convert nanoseconds to a `rospy.Time`."""
+    return rospy.Time(ns // NS_PER_S, ns % NS_PER_S)
+
+
+def in_ns(time: Any) -> int:
+    """Convert a time or a duration to nanoseconds.
+
+    Raises:
+        TypeError: the value is neither.
+    """
+    try:
+        return int(time.secs * NS_PER_S + time.nsecs)
+    except AttributeError:
+        if hasattr(time, "to_sec"):
+            return round(float(time.to_sec()) * NS_PER_S)
+        raise TypeError("time must have a to_sec method, e.g. rospy.Time or rospy.Duration") from None
+
+
+def _require_str(value: Any, number: int) -> str:
+    if isinstance(value, str):
+        return value
+    raise TypeError(f"argument {number} must be str, not {type(value).__name__}")

@@ -1,0 +1,152 @@
+"""`Buffer`, a transform buffer whose lookups can wait."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from threading import Condition
+from typing import Any
+
+from tf2_msgs.srv import FrameGraph, FrameGraphResponse
+
+import rospy
+from pipros.basics.lazy_names import star_names as _star_names
+from tf2_py import BufferCore
+from tf2_ros.buffer_interface import BufferInterface
+
+_star_names(__name__, "rosgraph tf2=tf2_py tf2_ros")
+
+DEFAULT_CAN_TRANSFORM_POLLING_SCALE = 0.01
+
+_SLICE_S = 0.1
+"""Maximum time between checks for Ctrl-C, shutdown and simulated time while waiting."""
+
+
+class Buffer(BufferCore, BufferInterface):
+    """Buffer of the transforms of the last `cache_time`, with lookups that can wait for missing transforms.
+
+    All methods may be called from any thread. Waiting lookups are woken by new transforms; they do not poll.
+
+    Args:
+        cache_time: a `rospy.Duration`; None for 10 s.
+        debug: offer the service `~tf2_frames`, which returns all frames as YAML.
+    """
+
+    def __init__(self, cache_time: Any = None, debug: bool = True) -> None:
+        BufferCore.__init__(self, cache_time)
+        BufferInterface.__init__(self)
+        self._changed = Condition()
+        self._waiters = 0
+        self.CAN_TRANSFORM_POLLING_SCALE = DEFAULT_CAN_TRANSFORM_POLLING_SCALE
+        if debug:
+            self._advertise_frames()
+
+    def _advertise_frames(self) -> None:
+        import rosgraph
+
+        try:
+            rosgraph.Master(rospy.get_name()).lookupService("~tf2_frames")
+        except (rosgraph.MasterError, rosgraph.MasterFailure):
+            self.frame_server = rospy.Service("~tf2_frames", FrameGraph, self._frames_as_response)
+
+    def _frames_as_response(self, _: Any) -> Any:
+        return FrameGraphResponse(self.all_frames_as_yaml())
+
+    def _insert(self, transform: Any, authority: str, is_static: bool) -> None:
+        super()._insert(transform, authority, is_static)
+        if self._waiters:
+            with self._changed:
+                self._changed.notify_all()
+
+    def lookup_transform(
+        self,
+        target_frame: str,
+        source_frame: str,
+        time: Any,
+        timeout: Any = rospy.Duration(0.0),  # noqa: B008 # as its documentation shows it
+    ) -> Any:
+        """Return the transform (TransformStamped) from the source frame to the target frame.
+
+        Args:
+            time: lookup time; zero for the latest common time.
+            timeout: maximum time to wait for the transform; zero does not wait.
+
+        Raises:
+            LookupException, ConnectivityException, ExtrapolationException, InvalidArgumentException.
+            ROSInterruptException: the node was shut down while waiting.
+        """
+        if timeout.secs or timeout.nsecs:
+            self.can_transform(target_frame, source_frame, time, timeout)
+        return self.lookup_transform_core(target_frame, source_frame, time)
+
+    def lookup_transform_full(
+        self,
+        target_frame: str,
+        target_time: Any,
+        source_frame: str,
+        source_time: Any,
+        fixed_frame: str,
+        timeout: Any = rospy.Duration(0.0),  # noqa: B008
+    ) -> Any:
+        """Like `lookup_transform`, with the source at `source_time` and the target at `target_time`.
+
+        `fixed_frame` must not move between these times.
+        """
+        arguments = (target_frame, target_time, source_frame, source_time, fixed_frame)
+        if timeout.secs or timeout.nsecs:
+            self.can_transform_full(*arguments, timeout)
+        return self.lookup_transform_full_core(*arguments)
+
+    def can_transform(
+        self,
+        target_frame: str,
+        source_frame: str,
+        time: Any,
+        timeout: Any = rospy.Duration(0.0),  # noqa: B008
+        return_debug_tuple: bool = False,
+    ) -> Any:
+        """Return whether `lookup_transform` would succeed, as 1 or 0, waiting up to `timeout`.
+
+        With `return_debug_tuple`, return a tuple of this number and the reason for a failure.
+        """
+        result = self._wait(lambda: self.can_transform_core(target_frame, source_frame, time), timeout)
+        return result if return_debug_tuple else result[0]
+
+    def can_transform_full(
+        self,
+        target_frame: str,
+        target_time: Any,
+        source_frame: str,
+        source_time: Any,
+        fixed_frame: str,
+        timeout: Any = rospy.Duration(0.0),  # noqa: B008
+        return_debug_tuple: bool = False,
+    ) -> Any:
+        """Like `can_transform`, for `lookup_transform_full`."""
+        arguments = (target_frame, target_time, source_frame, source_time, fixed_frame)
+        result = self._wait(lambda: self.can_transform_full_core(*arguments), timeout)
+        return result if return_debug_tuple else result[0]
+
+    def _wait(self, ask: Callable[[], tuple[int, str]], timeout: Any) -> tuple[int, str]:
+        """Re-evaluate `ask` on each new transform until it succeeds or `timeout` expires; return its result.
+
+        If the clock jumps back by more than 3 s, the wait ends: a bag was restarted.
+        """
+        result = ask()
+        if result[0] or not (timeout.secs or timeout.nsecs):
+            return result
+        start = rospy.Time.now()
+        end = start + timeout
+        with self._changed:
+            self._waiters += 1
+            try:
+                while not (result := ask())[0]:
+                    now = rospy.Time.now()
+                    if now >= end or now + rospy.Duration(3) < start:
+                        break
+                    if rospy.is_shutdown():
+                        raise rospy.ROSInterruptException("node was shut down while waiting for a transform")
+                    left = (end - now).to_sec() if rospy.rostime.is_wallclock() else _SLICE_S
+                    self._changed.wait(min(left, _SLICE_S))
+            finally:
+                self._waiters -= 1
+        return result

@@ -1,0 +1,121 @@
+"""`rosrun topic_tools mux`: republish the messages of the selected one of several topics."""
+
+from __future__ import annotations
+
+import threading
+
+import rospy
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.node.any_msg import RawMessage
+from pipros.libraries.topic_tools.selection import NONE, Refused, Selection
+from topic_tools.nodes.output import Input, Output, base_name
+from topic_tools.nodes.switching import Services, selection_of
+
+USAGE = "\nusage: mux OUT_TOPIC IN_TOPIC1 [IN_TOPIC2 [...]]\n"
+
+
+class Mux:
+    """Republisher of the selected topic. In lazy mode it subscribes to no other topic.
+
+    Until the first message has determined the type, it subscribes to all topics.
+    """
+
+    def __init__(self, target: str, selection: Selection, *, lazy: bool, latch: bool) -> None:
+        self.selection = selection
+        self._lazy, self._latch = lazy, latch
+        self._output = Output(target, self._follow)
+        self._lock = threading.RLock()
+        self._inputs = {topic: self._input(topic) for topic in selection.topics}
+        self._follow()
+
+    def _input(self, topic: str) -> Input:
+        return Input(topic, lambda message: self._on_message(topic, message))
+
+    def _on_message(self, topic: str, message: RawMessage) -> None:
+        if self._output.advertise_like(message, self._latch):
+            rospy.loginfo("advertising")
+            self._follow()
+        if topic != self.selection.selected:
+            return
+        if self._lazy and not self._output.subscribers:
+            self._follow()
+            if not self._output.subscribers:
+                return
+        self._output.publish(message)
+
+    def _follow(self) -> None:
+        """Subscribe to the inputs that are needed now, and unsubscribe from the others."""
+        with self._lock:
+            everything = not self._lazy or not self._output.is_advertised
+            for topic, source in self._inputs.items():
+                wanted = topic == self.selection.selected and self._output.subscribers > 0
+                if everything or wanted:
+                    source.subscribe()
+                elif source.unsubscribe():
+                    rospy.loginfo("Unregistering from %s", topic)
+
+    def select(self, topic: str) -> str:
+        """Select a topic, or none. Return the previous one. Raises `Refused`."""
+        rospy.loginfo("trying to switch mux to %s", topic)
+        with self._lock:
+            before = self.selection.select(topic)
+            self._follow()
+        if self.selection.selected:
+            rospy.loginfo("mux selected input: [%s]", topic)
+        else:
+            rospy.loginfo("mux selected to no input.")
+        return before
+
+    def add(self, topic: str) -> None:
+        """Add an input. Raises `Refused`."""
+        with self._lock:
+            self.selection.add(topic)
+            self._inputs[topic] = self._input(topic)
+            self._follow()
+        rospy.loginfo("added %s to mux", topic)
+
+    def delete(self, topic: str) -> None:
+        """Remove an input. Raises `Refused`."""
+        with self._lock:
+            self.selection.delete(topic)
+            source = self._inputs.pop(topic)
+        source.unsubscribe()
+        rospy.loginfo("deleted topic %s from mux", topic)
+
+
+@exits_after_ctrl_c()
+def main() -> int:
+    """Run until the node is shut down. Return the exit code."""
+    arguments = rospy.myargv()[1:]
+    if len(arguments) < 2:
+        print(USAGE)
+        return 1
+    target, *sources = arguments
+    rospy.init_node(f"{base_name(*arguments)}_mux", anonymous=True)
+    selection = selection_of("mux", sources)
+    first = str(rospy.get_param("~initial_topic", "")) or sources[0]
+    try:
+        selection.select(first if first == NONE else rospy.resolve_name(first))
+    except Refused as error:  # the same rule as for the service
+        rospy.logwarn("~initial_topic: %s", error)
+    lazy, latch = (bool(rospy.get_param(name, False)) for name in ("~lazy", "~latch"))
+    mux = Mux(target, selection, lazy=lazy, latch=latch)
+    services = Services("Mux", selection)
+
+    def select(topic: str) -> str:
+        before = mux.select(topic)
+        services.announce()
+        return before
+
+    def select_by_old_name(topic: str) -> str:
+        rospy.logwarn("the <topic>_select service is deprecated; use mux/select instead")
+        return select(topic)
+
+    services.announce()
+    services.serve("Select", select)
+    services.serve("Select", select_by_old_name, f"{target}_select")
+    services.serve("Add", mux.add)
+    services.serve("Delete", mux.delete)
+    services.serve_list()
+    rospy.spin()
+    return 0

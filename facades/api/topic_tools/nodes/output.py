@@ -1,0 +1,154 @@
+"""Topics of any type, which is determined by the first message."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import rospy
+from pipros.basics import names
+from pipros.node.any_msg import RawMessage
+from pipros.basics.printable import printable
+from pipros.libraries.topic_tools.raw import UnknownType, class_like
+
+QUEUE_SIZE = 10
+
+
+def base_name(topic: str, *others: str) -> str:
+    """Return the last component of a topic, which is part of the node's name.
+
+    Raises:
+        SystemExit: the last component is empty, or the name of one of the topics is invalid.
+    """
+    name = topic.rstrip("/").rpartition("/")[2]
+    if not name:
+        raise SystemExit(f'Base name extracted from "{topic}" is an empty string')
+    check_names("topic", topic, *others)
+    if not names.is_legal_base(name):
+        raise SystemExit(f"[{topic}] does not end in a name for a node: letters, digits and underscores")
+    return name
+
+
+def check_names(kind: str, *given: str) -> None:
+    """Refuse names of the command line at once, not when there is a master.
+
+    Args:
+        kind: `topic` or `service`, for the error.
+
+    Raises:
+        SystemExit: one is not a legal name.
+    """
+    for name in given:
+        canonical = names.canonicalize(name)
+        if canonical in ("", "/", "~") or not names.is_legal(canonical):
+            raise SystemExit(f"invalid {kind} name: [{printable(name)}]")
+
+
+class Output(rospy.SubscribeListener):
+    """A topic that is advertised when the first message has determined its type. Threads may share it."""
+
+    def __init__(self, topic: str, on_subscriber: Callable[[], object] = lambda: None) -> None:
+        """Set up the topic. `on_subscriber` is called for each new subscriber, in a thread of the node."""
+        self.topic = topic
+        self.has_subscriber = threading.Event()
+        self._on_subscriber = on_subscriber
+        self._publisher: Any = None
+        self._lock = threading.Lock()
+        self._refused: set[str] = set()
+
+    @property
+    def is_advertised(self) -> bool:
+        return self._publisher is not None
+
+    @property
+    def subscribers(self) -> int:
+        return self._publisher.get_num_connections() if self._publisher is not None else 0
+
+    def advertise_like(self, message: RawMessage, latch: bool) -> bool:
+        """Advertise the topic with the type of a message, unless it is already advertised.
+
+        Return whether this call advertised it. A message of unknown type is logged as an error.
+        """
+        with self._lock:
+            if self._publisher is not None:
+                return False
+            try:
+                kind = class_like(message.header)
+            except UnknownType as error:
+                self._complain(str(error))
+                return False
+            self._publisher = rospy.Publisher(
+                self.topic, kind, subscriber_listener=self, latch=latch, queue_size=QUEUE_SIZE
+            )
+            return True
+
+    def publish(self, message: RawMessage) -> None:
+        """Publish the bytes of a message. A message of another type is dropped, and logged once."""
+        publisher = self._publisher
+        if publisher is None:
+            return
+        if message.header.get("md5sum") not in (publisher.md5sum, "*"):
+            self._complain(
+                f"[{printable(message.header.get('callerid', '?'))}] publishes "
+                f"{printable(message.header.get('type', '?'))}, "
+                f"which cannot be passed on: {self.topic} is {publisher.type}"
+            )
+            return
+        publisher.publish(publisher.data_class(message.body))
+
+    def unregister(self) -> None:
+        """Stop advertising the topic."""
+        with self._lock:
+            publisher, self._publisher = self._publisher, None
+        if publisher is not None:
+            publisher.unregister()
+
+    def peer_subscribe(self, topic_name: str, topic_publish: Any, peer_publish: Any) -> None:
+        del topic_name, topic_publish, peer_publish
+        self.has_subscriber.set()
+        self._on_subscriber()
+
+    def _complain(self, text: str) -> None:
+        if text not in self._refused:
+            self._refused.add(text)
+            rospy.logerr(text)
+
+
+class Input:
+    """A topic with a subscription that can be switched on and off. Calls may be repeated."""
+
+    def __init__(self, topic: str, callback: Callable[[RawMessage], object]) -> None:
+        self.topic = rospy.resolve_name(topic)
+        self._callback = callback
+        self._subscriber: Any = None
+        self._lock = threading.RLock()
+
+    def subscribe(self) -> bool:
+        """Subscribe to the topic. Return False if it was already subscribed to."""
+        with self._lock:
+            if self._subscriber is not None:
+                return False
+            self._subscriber = rospy.Subscriber(self.topic, RawMessage, self._callback, queue_size=QUEUE_SIZE)
+            return True
+
+    def unsubscribe(self) -> bool:
+        """Unsubscribe from the topic. Return False if it was not subscribed to."""
+        with self._lock:
+            subscriber, self._subscriber = self._subscriber, None
+        if subscriber is not None:
+            subscriber.unregister()
+        return subscriber is not None
+
+    def unsubscribe_unless(self, is_needed: Callable[[], bool]) -> bool:
+        """Unsubscribe unless `is_needed` returns True. Atomic with respect to `subscribe`.
+
+        Return whether the topic was unsubscribed from.
+        """
+        with self._lock:
+            return not is_needed() and self.unsubscribe()
+
+
+def is_latched(message: RawMessage) -> bool:
+    """Return whether the publisher of a message latches."""
+    return message.header.get("latching") == "1"

@@ -1,0 +1,97 @@
+"""`rosrun topic_tools throttle`: limit the rate or the bandwidth of a topic."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+
+import rospy
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.node.any_msg import RawMessage
+from pipros.libraries.topic_tools.rates import ByteRate, MessageRate, Rule
+from topic_tools.nodes.output import Input, Output, base_name, is_latched
+
+USAGE = """
+usage:
+  throttle messages IN_TOPIC MSGS_PER_SEC [OUT_TOPIC]]
+OR
+  throttle bytes IN_TOPIC BYTES_PER_SEC WINDOW [OUT_TOPIC]]
+
+  Republish messages of IN_TOPIC on OUT_TOPIC (default: IN_TOPIC_throttle). With "messages",
+  republish a message if more than 1/MSGS_PER_SEC seconds have passed since the last one; with
+  "bytes", if those of the last WINDOW seconds have less than BYTES_PER_SEC bytes in total.
+  Other messages are dropped.
+"""
+
+
+class Throttle:
+    """Republisher of the messages that pass a rule."""
+
+    def __init__(self, source: str, target: str, rule: Rule, *, lazy: bool, latch: bool | None) -> None:
+        """Set up the topics. With `latch` None, latch if the publisher of the input does."""
+        self._rule, self._lazy, self._latch = rule, lazy, latch
+        self._wall_clock = bool(rospy.get_param("~wall_clock", False))
+        self._turn = threading.Lock()
+        self._output = Output(target, self._on_subscriber)
+        self.source = Input(source, self._on_message)
+
+    def _on_message(self, message: RawMessage) -> None:
+        latch = is_latched(message) if self._latch is None else self._latch
+        if self._output.advertise_like(message, latch):
+            print(f"advertised as {self._output.topic}", flush=True)
+        if self._lazy and not self._output.subscribers:
+            self.source.unsubscribe_unless(lambda: self._output.subscribers > 0)
+            if not self._output.subscribers:
+                return
+        now = time.time_ns() if self._wall_clock else rospy.get_rostime().to_nsec()
+        with self._turn:
+            passes = self._rule.passes(now, len(message.body))
+        if isinstance(self._rule, MessageRate) and self._rule.has_gone_back:
+            rospy.logwarn("Detected jump back in time, resetting throttle period to now.")
+        if passes:
+            self._output.publish(message)
+
+    def _on_subscriber(self) -> None:
+        if self._lazy and self.source.subscribe():
+            rospy.logdebug("lazy mode; resubscribing")
+
+
+def number_above_0(name: str, text: str) -> float:
+    """Parse an argument as a number.
+
+    Raises:
+        SystemExit: the argument is not a finite number > 0.
+    """
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0.0
+    if not 0.0 < number < math.inf:
+        raise SystemExit(f"{name} must be a finite number > 0, got {text}")
+    return number
+
+
+@exits_after_ctrl_c()
+def main() -> int:
+    """Run until the node is shut down. Return the exit code."""
+    kind, *arguments = [*rospy.myargv()[1:], ""]
+    arguments = arguments[:-1]
+    rule: Rule
+    if kind == "messages" and len(arguments) in (2, 3):
+        rule = MessageRate(number_above_0("MSGS_PER_SEC", arguments[1]))
+    elif kind == "bytes" and len(arguments) in (3, 4):
+        window_s = number_above_0("WINDOW", arguments[2])
+        rule = ByteRate(number_above_0("BYTES_PER_SEC", arguments[1]), window_s)
+    else:
+        print(USAGE)
+        return 1
+    source = arguments[0]
+    named = arguments[2 if kind == "messages" else 3 :]
+    rospy.init_node(f"{base_name(source, *named)}_throttle", anonymous=True)
+    latch = bool(rospy.get_param("~force_latch")) if rospy.has_param("~force_latch") else None
+    lazy = bool(rospy.get_param("~lazy", False))
+    target = named[0] if named else f"{source.rstrip('/')}_throttle"
+    Throttle(source, target, rule, lazy=lazy, latch=latch).source.subscribe()
+    rospy.spin()
+    return 0

@@ -1,0 +1,18 @@
+"""`catkin.cmake`: where the CMake modules of catkin are."""
+
+from catkin.find_in_workspaces import find_in_workspaces as find_in_workspaces
+from pipros.basics.lazy_names import star_names as _star_names
+
+_star_names(__name__, "os")
+
+
+def get_cmake_path() -> str:
+    """The folder of the CMake modules of a genuine catkin; pipros carries out `CMakeLists.txt` without them.
+
+    Raises:
+        RuntimeError: no workspace of `CMAKE_PREFIX_PATH` has a genuine catkin.
+    """
+    found = find_in_workspaces(["share"], "catkin", "cmake")
+    if not found:
+        raise RuntimeError("Could not determine catkin cmake path: no genuine catkin in CMAKE_PREFIX_PATH")
+    return found[0]

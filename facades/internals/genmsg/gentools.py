@@ -1,0 +1,78 @@
+"""`genmsg.gentools`: md5 and full text of loaded definitions."""
+
+from __future__ import annotations
+
+from genmsg.base import InvalidMsgSpec, MsgGenerationException
+from genmsg.msg_loader import MsgContext, load_depends
+from genmsg.msgs import MsgSpec, bare_msg_type, is_builtin
+from genmsg.srvs import SrvSpec
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.msg.language import digest
+from pipros.msg.language.spec import MessageSpec, ServiceSpec
+
+__all__ = [
+    "InvalidMsgSpec",
+    "MsgSpec",
+    "SrvSpec",
+    "bare_msg_type",
+    "compute_full_text",
+    "compute_full_type_name",
+    "compute_md5",
+    "compute_md5_text",
+    "compute_md5_v2",
+    "is_builtin",
+    "load_depends",
+]
+
+_star_names(__name__, "genmsg.base genmsg.msgs genmsg.names hashlib io:StringIO sys")
+
+
+def compute_md5_text(msg_context: MsgContext, spec: MsgSpec) -> str:
+    """The text over which the md5 is computed. The types that `spec` embeds must be loaded."""
+    return digest.md5_text(spec.definition(), _lookup(msg_context))
+
+
+def compute_md5(msg_context: MsgContext, spec: MsgSpec | SrvSpec) -> str:
+    """The md5 of a message or a service. The types that it embeds must be loaded."""
+    if isinstance(spec, SrvSpec):
+        return digest.service_md5(_service(spec), _lookup(msg_context))
+    return digest.message_md5(spec.definition(), _lookup(msg_context))
+
+
+compute_md5_v2 = compute_md5
+
+
+def compute_full_text(msg_context: MsgContext, spec: MsgSpec) -> str:
+    """The definition followed by those of all types it embeds. These must be loaded.
+
+    Raises:
+        KeyError: it is not registered itself, as a service, which has no such text.
+    """
+    if not msg_context.is_registered(spec.full_name):
+        raise KeyError(spec.full_name)
+    return digest.full_text(spec.definition(), _lookup(msg_context))
+
+
+def compute_full_type_name(package_name: str, file_name: str) -> str:
+    """`package/Name` for a file Name.msg or Name.srv.
+
+    Raises:
+        MsgGenerationException: for another file.
+    """
+    for extension in (".msg", ".srv"):
+        if file_name.endswith(extension):
+            return f"{package_name}/{file_name.removesuffix(extension)}"
+    raise MsgGenerationException(f"Processing file: '{file_name}' - unknown file extension")
+
+
+def _service(spec: SrvSpec) -> ServiceSpec:
+    return ServiceSpec(
+        spec.full_name, spec.request.definition(), spec.response.definition(), spec.text, spec.full_name
+    )
+
+
+def _lookup(msg_context: MsgContext) -> digest.Lookup:
+    def lookup(type_name: str) -> MessageSpec:
+        return msg_context.get_registered(type_name).definition()
+
+    return lookup

@@ -1,0 +1,29 @@
+"""`genpy.generate_initpy`: the `__init__.py` of folders of generated modules."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from genmsg import MsgGenerationException as MsgGenerationException
+from pipros.basics.lazy_names import star_names as _star_names
+
+_star_names(__name__, "os")
+
+
+def write_modules(outdir: str) -> int:
+    """Writes the `__init__.py` of a folder with generated modules, `_Name.py` each. Returns 0.
+
+    Raises:
+        OSError: the folder cannot be read or written.
+    """
+    write_module(outdir, sorted(file.stem for file in Path(outdir).glob("_[!_]*.py")))
+    return 0
+
+
+def write_module(basedir: str, generated_modules: Iterable[str]) -> None:
+    """Writes an `__init__.py` that has the names of these modules; leaves a file alone that says the same."""
+    text = "".join(f"from .{name} import *\n" for name in generated_modules)
+    file = Path(basedir, "__init__.py")
+    if not file.is_file() or file.read_text("utf-8") != text:
+        file.write_text(text, encoding="utf-8")

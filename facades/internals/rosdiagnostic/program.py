@@ -1,0 +1,54 @@
+"""`rosrun rosdiagnostic rosdiagnostic`: prints the statuses of a topic of diagnostics once."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Any
+
+import rospy
+from pipros.libraries.diagnostics.items import LEVEL_NAMES, Status
+from pipros.libraries.diagnostics.listing import listed
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.msg import load_message_class
+
+_LEVELS = [name.lower() for name in LEVEL_NAMES]
+
+
+@exits_after_ctrl_c(130)
+def main() -> int:
+    """Prints one array of statuses. Returns the exit code: 1 when none came in time."""
+    parser = argparse.ArgumentParser("rosdiagnostic", description="Prints the newest diagnostics.")
+    parser.add_argument("name", nargs="?", default="", help="only statuses with this in their names")
+    parser.add_argument("-t", "--topic", default="/diagnostics_agg", help="default: /diagnostics_agg")
+    parser.add_argument("-l", "--level", choices=_LEVELS, default="ok", help="only this level and worse ones")
+    parser.add_argument("-d", "--details", action="store_true", help="values, too")
+    parser.add_argument("-w", "--wait", type=float, default=5.0, metavar="S", help="seconds, by default 5")
+    options = parser.parse_args(rospy.myargv()[1:])
+    rospy.init_node("rosdiagnostic", anonymous=True)
+    kind: Any = load_message_class("diagnostic_msgs/DiagnosticArray")
+    try:
+        array = rospy.wait_for_message(options.topic, kind, timeout=options.wait)
+    except rospy.ROSInterruptException:
+        return 130
+    except rospy.ROSException:
+        print(
+            f"ERROR: nothing came on {options.topic} in {options.wait:g} s; /diagnostics_agg needs an "
+            "aggregator (rosrun diagnostic_aggregator aggregator_node), -t /diagnostics does not",
+            file=sys.stderr,
+        )
+        return 1
+    statuses = [
+        Status(
+            item.name,
+            item.level,
+            item.message,
+            item.hardware_id,
+            [(pair.key, pair.value) for pair in item.values],
+        )
+        for item in array.status
+    ]
+    least = _LEVELS.index(options.level)
+    for line in listed(statuses, least=least, part=options.name, details=options.details):
+        print(line)
+    return 0

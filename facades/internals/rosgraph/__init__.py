@@ -1,0 +1,59 @@
+"""Drop-in replacement for Noetic's rosgraph: names, network addresses and the master API.
+
+Facade of `pipros.basics.names`, `pipros.net` and `pipros.wire`; see http://docs.ros.org/noetic/api/rosgraph.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+from pipros.basics.lazy_names import star_names as _star_names
+from rosgraph import names, network, rosenv
+from rosgraph.masterapi import Master, MasterError, MasterException, MasterFailure
+from rosgraph.masterapi import is_online as is_master_online
+from rosgraph.rosenv import (
+    ROS_HOSTNAME,
+    ROS_IP,
+    ROS_IPV6,
+    ROS_MASTER_URI,
+    ROS_NAMESPACE,
+    get_master_uri,
+)
+
+__all__ = [
+    "ROS_HOSTNAME",
+    "ROS_IP",
+    "ROS_IPV6",
+    "ROS_MASTER_URI",
+    "ROS_NAMESPACE",
+    "Master",
+    "MasterError",
+    "MasterException",
+    "MasterFailure",
+    "get_master_uri",
+    "is_master_online",
+    "myargv",
+    "names",
+    "network",
+    "rosenv",
+]
+
+
+def myargv(argv: Sequence[str] | None = None) -> list[str]:
+    """Return the arguments without `:=`."""
+    argv = sys.argv if argv is None else argv
+    return [argument for argument in argv if ":=" not in argument]
+
+
+def __getattr__(name: str) -> Any:
+    """Import modules on first use that `import rospy` makes attributes in Noetic."""
+    if name in ("roslogging", "xmlrpc"):
+        from importlib import import_module
+
+        return import_module(f"rosgraph.{name}")
+    raise AttributeError(f"module 'rosgraph' has no attribute '{name}'")
+
+
+_star_names(__name__, hidden="names network rosenv")

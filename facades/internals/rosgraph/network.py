@@ -1,0 +1,216 @@
+"""Network addresses and connection headers. Facade of `pipros.net.address` and `pipros.wire`."""
+
+from __future__ import annotations
+
+import logging
+import os
+import socket
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+from pipros.basics.env import Environment
+from pipros.basics.errors import ProtocolError
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.net import address as _address
+from pipros.net.this_machine import is_this_machine
+from pipros.wire.header import HeaderReader, decode_header, encode_header
+from rosgraph.rosenv import ROS_HOSTNAME, ROS_IP, ROS_IPV6
+
+__all__ = [
+    "ROS_HOSTNAME",
+    "ROS_IP",
+    "ROS_IPV6",
+    "SIOCGIFADDR",
+    "SIOCGIFCONF",
+    "ROSHandshakeException",
+    "create_local_xmlrpc_uri",
+    "decode_ros_handshake_header",
+    "encode_ros_handshake_header",
+    "get_address_override",
+    "get_bind_address",
+    "get_host_name",
+    "get_local_address",
+    "get_local_addresses",
+    "is_local_address",
+    "logger",
+    "parse_http_host_and_port",
+    "python3",
+    "read_ros_handshake_header",
+    "use_ipv6",
+    "write_ros_handshake_header",
+]
+
+_star_names(__name__, "io:BytesIO logging os platform socket struct sys urlparse=urllib.parse")
+
+
+# Requests of ioctl() on Linux: list of network interfaces, and address of an interface.
+SIOCGIFCONF = 0x8912
+SIOCGIFADDR = 0x8915
+python3 = 1
+
+logger = logging.getLogger("rosgraph.network")
+
+
+class ROSHandshakeException(Exception):  # Noetic's name
+    """A connection header is invalid or was not received."""
+
+
+def parse_http_host_and_port(url: str) -> tuple[str, int]:
+    """Return host and port of a URL; the default port is 80.
+
+    Raises:
+        ValueError: `url` is not a valid URL.
+    """
+    from urllib.parse import urlsplit
+
+    parts = urlsplit(url) if url else None
+    if parts is None or not parts.scheme or not parts.hostname:
+        raise ValueError("not a valid URL")
+    return parts.hostname, parts.port or 80
+
+
+def get_address_override() -> str | None:
+    """Return the address set by `__hostname:=`, `__ip:=`, `ROS_HOSTNAME` or `ROS_IP`, or None.
+
+    Invalid values are reported on standard error.
+    """
+    for key in ("__hostname:=", "__ip:="):
+        for argument in sys.argv:
+            if argument.startswith(key):
+                return argument[len(key) :]
+    for name in (ROS_HOSTNAME, ROS_IP):
+        if name in os.environ:
+            value = os.environ[name]
+            if not value:
+                sys.stderr.write(f"invalid {name} (an empty string)\n")
+            elif "://" in value:
+                sys.stderr.write(f"invalid {name} (protocol should not be included)\n")
+            elif name == ROS_IP and "." in value and value.rfind(":") > value.rfind("."):
+                sys.stderr.write(f"invalid {name} (port should not be included)\n")
+            elif name == ROS_IP and "." not in value and ":" not in value:
+                sys.stderr.write(f"invalid {name} (must be a valid IPv4 or IPv6 address)\n")
+            return value
+    return None
+
+
+def get_host_name() -> str:
+    """Return the name or address of this machine to advertise to other machines."""
+    return get_address_override() or _best_name()
+
+
+def _best_name() -> str:
+    name = socket.gethostname()
+    return name if name and not _address.is_loopback(name) else get_local_address()
+
+
+def get_local_addresses() -> list[str]:
+    """Return the IP addresses of this machine, loopback first."""
+    try:
+        _, _, found = socket.gethostbyname_ex(socket.gethostname())
+    except OSError:
+        found = []
+    towards = _address.address_towards("http://192.0.2.1:9/")
+    return list(dict.fromkeys([_address.LOOPBACK, *found, towards]))
+
+
+def get_local_address() -> str:
+    """Return the overridden address, or one that other machines can reach if it exists, or loopback."""
+    if override := get_address_override():
+        return override
+    addresses = get_local_addresses()
+    return next((found for found in addresses if not _address.is_loopback(found)), addresses[0])
+
+
+def is_local_address(hostname: str) -> bool:
+    """Return whether a name or address belongs to this machine."""
+    return is_this_machine(hostname)
+
+
+def get_bind_address(address: str | None = None) -> str:
+    """Return the address to bind for a server that clients reach as `address`.
+
+    The default is that of pipros nodes: loopback if master and node are local.
+    """
+    address = address or get_address_override()
+    if not address:
+        return _address.bind_host(Environment.from_os())
+    if not _address.is_loopback(address):
+        return _address.ANY_IPV6 if use_ipv6() else _address.ANY
+    if use_ipv6():
+        return _address.LOOPBACK_IPV6
+    return address if address.startswith("127.") else _address.LOOPBACK
+
+
+def use_ipv6() -> bool:
+    """Return whether `ROS_IPV6=on`."""
+    return os.environ.get(ROS_IPV6) == "on"
+
+
+def create_local_xmlrpc_uri(port: int) -> str:
+    """Return the URI of an XML-RPC server of this machine."""
+    return _address.uri(get_host_name(), port)
+
+
+def encode_ros_handshake_header(header: Mapping[Any, Any]) -> bytes:
+    """Encode a TCPROS connection header, with its length first. Keys and values are str, or bytes in UTF-8.
+
+    Raises:
+        TypeError: a key or a value is neither str nor bytes.
+    """
+    return encode_header({_text(key): _text(value) for key, value in header.items()})
+
+
+def _text(part: object) -> str:
+    if isinstance(part, bytes):
+        return part.decode()
+    if not isinstance(part, str):
+        raise TypeError(f"header fields must be str or bytes, got {type(part).__name__}: {part!r}")
+    return part
+
+
+def decode_ros_handshake_header(header_str: bytes) -> dict[str, str]:
+    """Return the fields of a connection header that starts with its length.
+
+    Raises:
+        ROSHandshakeException: the header is incomplete or invalid.
+    """
+    size = int.from_bytes(header_str[:4], "little") + 4
+    if len(header_str) < size or len(header_str) < 4:
+        raise ROSHandshakeException(
+            f"Incomplete header. Expected {size + 4} bytes but only have {len(header_str)}"
+        )
+    try:
+        return {key.strip(): value for key, value in decode_header(header_str[4:size]).items()}
+    except ProtocolError as error:
+        raise ROSHandshakeException(str(error)) from None
+
+
+def read_ros_handshake_header(sock: socket.socket, b: Any, buff_size: int) -> dict[str, str]:
+    """Read a connection header from a socket. Bytes after the header are left in the buffer `b`.
+
+    Raises:
+        ROSHandshakeException: the peer closed the connection too early, or the header is invalid or too long.
+    """
+    reader = HeaderReader()
+    data: bytes = b.getvalue()
+    try:
+        while (fields := reader.feed(data)) is None:
+            data = sock.recv(buff_size)
+            if not data:
+                raise ROSHandshakeException(
+                    "connection from sender terminated before handshake header received"
+                )
+    except ProtocolError as error:
+        raise ROSHandshakeException(str(error)) from None
+    b.seek(0)
+    b.truncate()
+    b.write(reader.rest)
+    return fields
+
+
+def write_ros_handshake_header(sock: socket.socket, header: Mapping[Any, Any]) -> int:
+    """Send a connection header and return its size in bytes."""
+    data = encode_ros_handshake_header(header)
+    sock.sendall(data)
+    return len(data)

@@ -1,0 +1,111 @@
+"""`roslaunch`, the Python API that scripts of Noetic use, on top of `pipros.launch`."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+from pipros.basics.env import DEFAULT_MASTER_PORT, Environment
+from pipros.basics.lazy_names import star_names as _star_names
+from roslaunch import (
+    config,
+    core,
+    launch,
+    loader,
+    nodeprocess,
+    param_dump,
+    parent,
+    pmon,
+    rlutil,
+    scriptapi,
+    server,
+    substitution_args,
+    xmlloader,
+)
+from roslaunch.config import ROSLaunchConfig
+from roslaunch.core import Machine, Master, Node, Param, RLException, Test
+from roslaunch.launch import ROSLaunchRunner
+from roslaunch.nodeprocess import DEFAULT_TIMEOUT_SIGINT, DEFAULT_TIMEOUT_SIGTERM, NUM_WORKERS
+from roslaunch.pmon import Process
+from roslaunch.scriptapi import ROSLaunch
+from roslaunch.xmlloader import XmlLoader, XmlParseException
+
+NAME = "roslaunch"
+
+__all__ = [
+    "DEFAULT_MASTER_PORT",
+    "DEFAULT_TIMEOUT_SIGINT",
+    "DEFAULT_TIMEOUT_SIGTERM",
+    "NAME",
+    "NUM_WORKERS",
+    "Machine",
+    "Master",
+    "Node",
+    "Param",
+    "Process",
+    "RLException",
+    "ROSLaunch",
+    "ROSLaunchConfig",
+    "ROSLaunchRunner",
+    "Test",
+    "XmlLoader",
+    "XmlParseException",
+    "config",
+    "configure_logging",
+    "core",
+    "handle_exception",
+    "launch",
+    "loader",
+    "main",
+    "nodeprocess",
+    "param_dump",
+    "parent",
+    "pmon",
+    "rlutil",
+    "scriptapi",
+    "server",
+    "substitution_args",
+    "write_pid_file",
+    "xmlloader",
+]
+
+_star_names(
+    __name__,
+    "logging os roslaunch.depends roslaunch.node_args roslaunch_core=roslaunch.core "
+    "roslaunch_param_dump=roslaunch.param_dump rospkg sys traceback",
+    hidden="Machine Param",
+)
+
+
+def configure_logging(uuid: str) -> None:
+    """Does nothing; for scripts that call it before they launch. The launcher opens its log file itself."""
+    _ = uuid
+
+
+def write_pid_file(options_pid_fn: str | None, options_core: bool, port: int | None) -> None:
+    """Writes our process id to a file; for a core without one to `~/.ros/roscore-PORT.pid`."""
+    file = options_pid_fn and os.path.expanduser(options_pid_fn)
+    if not file and options_core:
+        file = str(Environment.from_os().ros_home / f"roscore-{port or DEFAULT_MASTER_PORT}.pid")
+    if file:
+        Path(file).write_text(str(os.getpid()))
+
+
+def handle_exception(roslaunch_core: Any, logger: Any, msg: str, e: Exception) -> NoReturn:
+    """Prints an error by a module that has `printerrlog`, and ends the process with 1."""
+    roslaunch_core.printerrlog(msg + str(e))
+    roslaunch_core.printerrlog("The traceback for the exception was written to the log file")
+    if logger:
+        logger.error(traceback.format_exc())
+    sys.exit(1)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """The command `roslaunch`; `argv` has the program's name first, as `sys.argv` does."""
+    from pipros.cli.roslaunch import main as run
+
+    return run(None if argv is None else list(argv)[1:])

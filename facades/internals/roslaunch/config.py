@@ -1,0 +1,294 @@
+"""The contents of launch files, under Noetic's names."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from pipros.basics import names
+from pipros.basics.env import DEFAULT_MASTER_PORT
+from pipros.launch import announcements, model
+from pipros.launch.model import ParameterAction, ParameterCommand
+from pipros.launch.roscore import ROS_DISTRO
+from pipros.basics.lazy_names import star_names as _star_names
+from rosgraph.network import create_local_xmlrpc_uri
+from roslaunch.core import (
+    Executable,
+    FileAndArguments,
+    Machine,
+    Master,
+    Node,
+    Param,
+    RLException,
+    RosbinExecutable,
+    Test,
+    is_machine_local,
+    local_machine,
+)
+
+if TYPE_CHECKING:
+    from roslaunch.xmlloader import XmlLoader
+
+__all__ = [
+    "DEFAULT_MASTER_PORT",
+    "Master",
+    "RLException",
+    "ROSLaunchConfig",
+    "calculate_env_loader",
+    "get_roscore_filename",
+    "is_machine_local",
+    "load_config_default",
+    "load_roscore",
+    "local_machine",
+    "namespaces_of",
+]
+
+_star_names(__name__, "logging os rosgraph roslaunch rospkg types")
+
+
+def namespaces_of(name: str | None) -> list[str]:
+    """The namespaces above a name, the outermost first: `["/", "/a"]` for `/a/b`.
+
+    Raises:
+        ValueError: for None.
+        TypeError: for what is not a text.
+    """
+    if not isinstance(name, str):
+        raise ValueError("name") if name is None else TypeError("name")
+    parts = [part for part in name.split("/") if part]
+    return ["/", *("/" + "/".join(parts[:count]) for count in range(1, len(parts)))]
+
+
+def get_roscore_filename() -> str:
+    """The launch file of the core."""
+    from pipros.workspace.index import PackageIndex
+
+    return str(PackageIndex.from_environment().find("roslaunch").path / "resources" / "roscore.xml")
+
+
+def load_roscore(loader: XmlLoader, config: ROSLaunchConfig, verbose: bool = True) -> None:
+    """Loads the launch file of the core into the configuration."""
+    loader.load(get_roscore_filename(), config, core=True, verbose=verbose)
+
+
+def calculate_env_loader(env: Mapping[str, str] | None = None) -> str:
+    """Where an installation of Noetic on another computer has its env-loader."""
+    _ = env
+    return f"/opt/ros/{ROS_DISTRO}/env.sh"
+
+
+class ROSLaunchConfig:
+    """Nodes, tests, parameters and machines of launch files; the local machine has the name "".
+
+    `to_launch` returns its contents as a value of pipros.
+    """
+
+    def __init__(self) -> None:
+        self.master = Master()
+        self.nodes_core: list[Node] = []
+        self.nodes: list[Node] = []
+        self.roslaunch_files: list[str] = []
+        self.resolved_node_names: list[str] = []
+        self.tests: list[Test] = []
+        self.machines: dict[str, Machine] = {"": local_machine()}
+        self.params: dict[str, Param] = {}
+        self.clear_params: list[str] = []
+        self.executables: list[Executable] = []
+        self.config_errors: list[str] = []
+        self.logger = logging.getLogger("roslaunch")
+        self._has_remote_nodes: bool | None = None
+
+    def add_roslaunch_file(self, f: str) -> None:
+        """Notes a file that was read."""
+        self.roslaunch_files.append(f)
+
+    def add_config_error(self, msg: str) -> None:
+        """Notes a mistake that does not prevent the launch."""
+        self.config_errors.append(msg)
+
+    def set_master(self, m: Master) -> None:
+        """Takes another master than that of the environment."""
+        self.master = m
+
+    def has_remote_nodes(self) -> bool:
+        """Whether a node runs on another computer.
+
+        Raises:
+            RLException: machines were not assigned yet.
+        """
+        if self._has_remote_nodes is None:
+            raise RLException("ERROR: has_remote_nodes() cannot be called until prelaunch check is complete")
+        return self._has_remote_nodes
+
+    def assign_machines(self) -> None:
+        """Sets `machine` of all nodes and tests; machines that differ in their name only become one.
+
+        Raises:
+            RLException: no file describes a machine, or nobody knows its address.
+        """
+        if self._has_remote_nodes is not None:
+            return
+        for node in self.nodes_core:
+            node.machine = self.machines[""]
+        used: dict[str, Machine] = {}
+        for node in (*self.nodes, *self.tests):
+            name = node.machine_name or ""
+            if name not in self.machines:
+                raise RLException(f"ERROR: unknown machine [{name}]")
+            machine = self.machines[name]
+            node.machine = used.setdefault(machine.config_key(), machine)
+        self._has_remote_nodes = not all(map(is_machine_local, used.values()))
+
+    def summary(self, local: bool = False) -> str:
+        """The lists of parameters, machines and nodes, as roslaunch prints them.
+
+        Args:
+            local: leaves out machines, and the nodes of others.
+        """
+        nodes = [
+            node for node in self.nodes if not local or node.machine is None or is_machine_local(node.machine)
+        ]
+        return announcements.summary(
+            {key: param.value for key, param in self.params.items()},
+            [node.to_model() for node in nodes],
+            machines=() if local else [name for name in self.machines if name],
+            has_machines=not local,
+            cleared=self.clear_params,
+        )
+
+    def add_executable(self, exe: Executable) -> None:
+        """Adds a command.
+
+        Raises:
+            ValueError: it is None.
+        """
+        if not exe:
+            raise ValueError("exe is None")
+        self.executables.append(exe)
+
+    def add_clear_param(self, param: str) -> None:
+        """Adds a namespace of which the parameters are deleted first."""
+        self.clear_params.append(param)
+
+    def add_param(self, p: Param, filename: str | None = None, verbose: bool = True) -> None:
+        """Adds a parameter; a later one of the same name wins."""
+        _ = filename
+        for parent in namespaces_of(p.key):
+            if parent in self.params:
+                self.add_config_error(f"parameter [{p.key}] conflicts with parent parameter [{parent}]")
+        self.params[p.key] = p
+        if verbose:
+            print(f"Added parameter [{p.key}]")
+
+    def add_machine(self, m: Machine, verbose: bool = True) -> bool:
+        """Adds a machine; False when it was there already.
+
+        Raises:
+            RLException: a different one has its name.
+        """
+        if m.name in self.machines:
+            if m != self.machines[m.name]:
+                raise RLException(f"Machine [{m.name}] already added and does not match duplicate entry")
+            return False
+        self.machines[m.name] = m
+        if verbose:
+            print(f"Added machine [{m.name}]")
+        return True
+
+    def add_test(self, test: Test, verbose: bool = True) -> None:
+        """Adds a test."""
+        _ = verbose
+        self.tests.append(test)
+
+    def add_node(self, node: Node, core: bool = False, verbose: bool = True) -> None:
+        """Adds a node.
+
+        Args:
+            core: whether it belongs to the core, as `/rosout` does.
+
+        Raises:
+            RLException: another one has its name, or a node of the core has none.
+        """
+        if node.name:
+            name = names.join(node.namespace, node.name)
+            if name in self.resolved_node_names:
+                raise RLException(
+                    f"roslaunch file contains multiple nodes named [{name}].\n"
+                    "Please check all <node> 'name' attributes to make sure they are unique.\n"
+                    "Also check that $(anon id) use different ids."
+                )
+            self.resolved_node_names.append(name)
+        elif core:
+            raise RLException(f"ROS core nodes must have a name. [{node.package}/{node.type}]")
+        (self.nodes_core if core else self.nodes).append(node)
+        if verbose:
+            kind = "core node" if core else "node"
+            print(f"Added {kind} of type [{node.package}/{node.type}] in namespace [{node.namespace}]")
+
+    def to_launch(self) -> model.Launch:
+        """What is in the configuration, as a value of pipros; without the nodes of the core."""
+        return model.Launch(
+            files=tuple(self.roslaunch_files),
+            params={key: param.value for key, param in self.params.items()},
+            clear_params=tuple(self.clear_params),
+            commands=tuple(
+                _command(executable.args)
+                for executable in self.executables
+                if isinstance(executable, RosbinExecutable) and executable.command == "rosparam"
+            ),
+            nodes=tuple(node.to_model() for node in self.nodes),
+            tests=tuple(test.to_test() for test in self.tests),
+            machines={name: machine.to_model() for name, machine in self.machines.items() if name},
+            warnings=tuple(self.config_errors),
+        )
+
+
+def _command(words: Sequence[Any]) -> ParameterCommand:
+    """The `rosparam` command that words such as `("dump", "/file", "/ns")` mean."""
+    action, *rest = words
+    key = rest[-1] if rest else "/"
+    return ParameterCommand(ParameterAction(action), key, (rest[0] or "") if len(rest) > 1 else "")
+
+
+def load_config_default(
+    roslaunch_files: Sequence[FileAndArguments],
+    port: int | None,
+    roslaunch_strs: Sequence[str] | None = None,
+    loader: XmlLoader | None = None,
+    verbose: bool = False,
+    assign_machines: bool = True,
+    ignore_unset_args: bool = False,
+) -> ROSLaunchConfig:
+    """Loads the core's launch file, then others.
+
+    Args:
+        roslaunch_files: paths, or pairs of a path and the words of a command line for it.
+        port: of the master, when not that of the environment.
+        roslaunch_strs: contents of further launch files.
+
+    Raises:
+        RLException: with file, line and element.
+    """
+    from roslaunch.xmlloader import XmlLoader
+
+    config = ROSLaunchConfig()
+    if port:
+        config.master.uri = create_local_xmlrpc_uri(port)
+    loader = loader or XmlLoader()
+    loader.ignore_unset_args = ignore_unset_args
+    load_roscore(loader, config, verbose=verbose)
+    for entry in roslaunch_files:
+        file, words = (entry, None) if isinstance(entry, str) else entry
+        try:
+            loader.load(file, config, argv=words, verbose=verbose)
+        except RLException as error:
+            raise RLException(error.reason, error.places, error.element) from error
+    for text in roslaunch_strs or ():
+        try:
+            loader.load_string(text, config)
+        except RLException as error:
+            raise RLException(f"Launch string: {text}\nException: {error}") from error
+    if assign_machines:
+        config.assign_machines()
+    return config

@@ -1,0 +1,582 @@
+"""The parts of a launch under Noetic's names: mutable, made of and into values of `pipros.launch.model`."""
+
+from __future__ import annotations
+
+import os
+import re
+import socket
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache
+from typing import Any, TypeVar
+from xml.sax.saxutils import escape
+from xmlrpc.client import MultiCall, ServerProxy
+
+from pipros.basics import names
+from pipros.basics.env import Environment, split_master_uri
+from pipros.launch import model, placement, run_id
+from pipros.launch.model import LaunchError
+from pipros.basics.lazy_names import star_names as _star_names
+from rosgraph.network import create_local_xmlrpc_uri, parse_http_host_and_port
+from rosgraph.rosenv import ROS_MASTER_URI, ROS_NAMESPACE
+from roslaunch.printing import (
+    add_printerrlog_handler,
+    add_printlog_handler,
+    clear_printerrlog_handlers,
+    clear_printlog_handlers,
+    printerrlog,
+    printlog,
+    printlog_bold,
+)
+
+__all__ = [
+    "PHASE_RUN",
+    "PHASE_SETUP",
+    "PHASE_TEARDOWN",
+    "TEST_TIME_LIMIT_DEFAULT",
+    "Executable",
+    "Machine",
+    "Master",
+    "Node",
+    "Param",
+    "RLException",
+    "RosbinExecutable",
+    "Test",
+    "add_printerrlog_handler",
+    "add_printlog_handler",
+    "clear_printerrlog_handlers",
+    "clear_printlog_handlers",
+    "generate_run_id",
+    "get_master_uri_env",
+    "get_ros_package_path",
+    "get_ros_root",
+    "is_child_mode",
+    "is_machine_local",
+    "local_machine",
+    "printerrlog",
+    "printlog",
+    "printlog_bold",
+    "remap_localhost_uri",
+    "rle_wrapper",
+    "set_child_mode",
+    "setup_env",
+]
+
+_star_names(
+    __name__,
+    "basestring=builtins:str xml.sax.saxutils:escape logging xmlrpc.client:MultiCall os re rosgraph rospkg "
+    "xmlrpc.client:ServerProxy socket sys unicode=builtins:str",
+)
+
+FileAndArguments = str | tuple[str, Sequence[str]]
+"""A launch file, alone or with the `name:=value` words for it."""
+
+RLException = LaunchError
+"""The class of all errors of roslaunch."""
+
+PHASE_SETUP = "setup"
+PHASE_RUN = "run"
+PHASE_TEARDOWN = "teardown"
+TEST_TIME_LIMIT_DEFAULT = 60
+
+_REGISTER_TIMEOUT_S = 10.0
+_IS_RUNNING_TIMEOUT_S = 5.0
+_Result = TypeVar("_Result")
+
+
+class Master:
+    """A master by its URI; by default that of the environment."""
+
+    __slots__ = ("auto", "type", "uri")
+
+    ROSMASTER = "rosmaster"
+    ZENMASTER = "zenmaster"
+
+    def __init__(self, type_: str | None = None, uri: str | None = None, auto: object = None) -> None:
+        _ = auto
+        self.auto = None
+        self.type = type_ or Master.ROSMASTER
+        self.uri: str = uri or get_master_uri_env()
+
+    def get_host(self) -> str:
+        """The host of the URI."""
+        return parse_http_host_and_port(self.uri)[0]
+
+    def get_port(self) -> int:
+        """The port of the URI."""
+        return parse_http_host_and_port(self.uri)[1]
+
+    def get(self) -> ServerProxy:
+        """An XML-RPC proxy of the master."""
+        return ServerProxy(self.uri)
+
+    def get_multi(self) -> MultiCall:
+        """An XML-RPC proxy that makes several calls in one."""
+        return MultiCall(self.get())
+
+    def is_running(self) -> bool:
+        """Whether the master answers within five seconds."""
+        from pipros.basics.errors import PiprosError
+        from pipros.net.master_client import MasterClient
+
+        client = MasterClient(self.uri, "/roslaunch", timeout_s=_IS_RUNNING_TIMEOUT_S)
+        try:
+            client.get_pid()
+        except (PiprosError, ValueError):
+            return False
+        finally:
+            client.close()
+        return True
+
+    def __eq__(self, m2: object) -> bool:
+        return isinstance(m2, Master) and (m2.type, m2.uri) == (self.type, self.uri)
+
+    __hash__ = None  # type: ignore[assignment]  # its attributes change
+
+
+class Machine:
+    """A computer to start nodes on."""
+
+    __slots__ = ("address", "assignable", "env_loader", "name", "password", "ssh_port", "timeout", "user")
+
+    def __init__(
+        self,
+        name: str,
+        address: str,
+        env_loader: str | None = None,
+        ssh_port: int = 22,
+        user: str | None = None,
+        password: str | None = None,
+        assignable: bool = True,
+        env_args: Sequence[object] = (),
+        timeout: float | None = None,
+    ) -> None:
+        _ = env_args
+        self.name = name
+        self.env_loader = env_loader
+        self.user = user or None
+        self.password = password
+        self.address = address
+        self.ssh_port = ssh_port
+        self.assignable = assignable
+        self.timeout = timeout or _REGISTER_TIMEOUT_S
+
+    def config_key(self) -> str:
+        """A text that is equal for machines that differ in nothing but their names."""
+        return (
+            f"Machine(address[{self.address}] env_loader[{self.env_loader}] ssh_port[{self.ssh_port}] "
+            f"user[{self.user or ''}] password[{self.password or ''}] timeout[{self.timeout}])"
+        )
+
+    def config_equals(self, m2: object) -> bool:
+        """Whether the other is a machine that differs in nothing but its name."""
+        return isinstance(m2, Machine) and self.config_key() == m2.config_key()
+
+    def to_model(self) -> model.Machine:
+        """The machine as a value of pipros."""
+        return model.Machine(
+            name=self.name,
+            address=self.address,
+            user=self.user or "",
+            password=self.password or "",
+            ssh_port=self.ssh_port,
+            env_loader=self.env_loader or "",
+            timeout_s=self.timeout,
+        )
+
+    @classmethod
+    def from_model(cls, machine: model.Machine) -> Machine:
+        """The machine of a launch file, under Noetic's names."""
+        return cls(
+            machine.name,
+            machine.address,
+            machine.env_loader or None,
+            machine.ssh_port,
+            machine.user or None,
+            machine.password or None,
+            timeout=machine.timeout_s,
+        )
+
+    def __eq__(self, m2: object) -> bool:
+        return (
+            isinstance(m2, Machine)
+            and (self.name, self.assignable) == (m2.name, m2.assignable)
+            and self.config_equals(m2)
+        )
+
+    __hash__ = None  # type: ignore[assignment]  # its attributes change
+
+    def __str__(self) -> str:
+        return (
+            f"Machine(name[{self.name}] env_loader[{self.env_loader}] address[{self.address}] "
+            f"ssh_port[{self.ssh_port}] user[{self.user}] assignable[{self.assignable}] "
+            f"timeout[{self.timeout}])"
+        )
+
+
+class Param:
+    """A parameter with its full name."""
+
+    def __init__(self, key: str, value: Any) -> None:
+        self.key = names.canonicalize(key)
+        self.value = value
+
+    def __eq__(self, p: object) -> bool:
+        return isinstance(p, Param) and (p.key, p.value) == (self.key, self.value)
+
+    __hash__ = None  # type: ignore[assignment]  # its value changes
+
+    def __str__(self) -> str:
+        return f"{self.key}={self.value}"
+
+    __repr__ = __str__
+
+
+class Node:
+    """A node to launch: `Node("rospy_tutorials", "talker.py", name="talker")`.
+
+    Attributes:
+        process_name: its name among the processes, once it was launched.
+        machine: where it runs, once machines were assigned.
+    """
+
+    __slots__ = (
+        "args", "cwd", "env_args", "filename", "launch_prefix", "machine", "machine_name", "name",
+        "namespace", "output", "package", "process_name", "remap_args", "required", "respawn",
+        "respawn_delay", "type",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        package: str,
+        node_type: str,
+        name: str | None = None,
+        namespace: str = "/",
+        machine_name: str | None = None,
+        args: str = "",
+        respawn: bool = False,
+        respawn_delay: float = 0.0,
+        remap_args: Iterable[Sequence[str]] | None = None,
+        env_args: Iterable[Sequence[str]] | None = None,
+        output: str | None = None,
+        cwd: str | None = None,
+        launch_prefix: str | None = None,
+        required: bool = False,
+        filename: str = "<unknown>",
+    ) -> None:
+        self.package = package
+        self.type = node_type
+        self.name = name or None
+        self.namespace = re.sub("//+", "/", names.make_global_namespace(namespace or "/"))
+        self.machine_name = machine_name or None
+        self.respawn = respawn
+        self.respawn_delay = respawn_delay
+        self.args = args or ""
+        self.remap_args: Any = remap_args or []
+        self.env_args: Any = env_args or []
+        self.output = output
+        self.cwd = "ROS_HOME" if cwd == "ros_home" else cwd
+        self.launch_prefix = launch_prefix or None
+        self.required = required
+        self.filename = filename
+        self.process_name: str | None = None
+        self.machine: Machine | None = None
+        if self.respawn and self.required:
+            raise ValueError("respawn and required cannot both be set to true")
+        if self.name and "/" in self.name:
+            raise ValueError("node name cannot contain a namespace")
+        if not self.package.strip():
+            raise ValueError("package must be non-empty")
+        if not self.type.strip():
+            raise ValueError("type must be non-empty")
+        if self.output not in ("log", "screen", None):
+            raise ValueError("output must be one of 'log', 'screen'")
+        if self.cwd not in ("ROS_HOME", "node", None):
+            raise ValueError("cwd must be one of 'ROS_HOME', 'node'")
+
+    def xmltype(self) -> str:
+        """The tag of its element."""
+        return "node"
+
+    def xmlattrs(self) -> list[tuple[str, Any]]:
+        """The attributes of its element with their values; None for those that are not set."""
+        return [
+            ("pkg", self.package),
+            ("type", self.type),
+            ("machine", self.machine_name),
+            ("ns", self.namespace),
+            ("args", self.args),
+            ("output", self.output),
+            ("cwd", self.cwd or None),
+            ("respawn", self.respawn),
+            ("respawn_delay", self.respawn_delay),
+            ("name", self.name or None),
+            ("launch-prefix", self.launch_prefix),
+            ("required", self.required),
+        ]
+
+    def to_xml(self) -> str:
+        """Its element, without parameters."""
+        return self._xml(())
+
+    def to_remote_xml(self) -> str:
+        """Its element for the launch child of another machine, which is its machine."""
+        return self._xml(("machine",))
+
+    def _xml(self, left_out: Sequence[str]) -> str:
+        tag = self.xmltype()
+        attributes = " ".join(
+            f'{key}="{_escaped(value)}"'
+            for key, value in self.xmlattrs()
+            if value is not None and key not in left_out
+        )
+        lines = [f"<{tag} {attributes}>"]
+        lines += [f'  <remap from="{source}" to="{target}" />' for source, target in self.remap_args]
+        lines += [f'  <env name="{key}" value="{value}" />' for key, value in self.env_args]
+        return "\n".join([*lines, f"</{tag}>"])
+
+    def to_model(self) -> model.Node:
+        """The node as a value of pipros; without a name it is named after its program."""
+        return model.Node(
+            package=self.package,
+            type=self.type,
+            name=self.name or names.anonymous(self.type.replace(".", "_")),
+            namespace=self.namespace,
+            arguments=self.args,
+            remappings=tuple((source, target) for source, target in self.remap_args),
+            environment=tuple((str(key), str(value)) for key, value in self.env_args),
+            machine=self.machine_name or "",
+            respawn=self.respawn,
+            respawn_delay_s=self.respawn_delay,
+            required=self.required,
+            output=model.Output(self.output) if self.output else None,
+            working_folder=model.WorkingFolder(self.cwd) if self.cwd else None,
+            launch_prefix=self.launch_prefix or "",
+        )
+
+    @classmethod
+    def from_model(cls, node: model.Node) -> Node:
+        """The node of a launch file, under Noetic's names."""
+        made = Node(
+            node.package,
+            node.type,
+            node.name,
+            node.namespace,
+            **_shared(node),
+            respawn=node.respawn,
+            respawn_delay=node.respawn_delay_s,
+            required=node.required,
+        )
+        made.output = node.output.value if node.output else None
+        return made
+
+
+def _shared(node: model.Node) -> dict[str, Any]:
+    """What nodes and tests of a launch file have in common, besides their names."""
+    return {
+        "machine_name": node.machine or None,
+        "args": node.arguments,
+        "remap_args": [list(pair) for pair in node.remappings],
+        "env_args": [tuple(pair) for pair in node.environment],
+        "cwd": node.working_folder.value if node.working_folder else None,
+        "launch_prefix": node.launch_prefix or None,
+        "filename": node.place.file if node.place else "<unknown>",
+    }
+
+
+def _escaped(value: object) -> object:
+    return escape(value, {'"': "&quot;"}) if isinstance(value, str) else value
+
+
+class Test(Node):
+    """A test of a launch file: a node that ends, and leaves results."""
+
+    __test__ = False  # not for pytest
+    __slots__ = ("retry", "test_name", "time_limit")
+
+    def __init__(
+        self,
+        test_name: str,
+        package: str,
+        node_type: str,
+        name: str | None = None,
+        namespace: str = "/",
+        machine_name: str | None = None,
+        args: str = "",
+        remap_args: Iterable[Sequence[str]] | None = None,
+        env_args: Iterable[Sequence[str]] | None = None,
+        time_limit: float | None = None,
+        cwd: str | None = None,
+        launch_prefix: str | None = None,
+        retry: int | None = None,
+        filename: str = "<unknown>",
+    ) -> None:
+        super().__init__(
+            package,
+            node_type,
+            name=name,
+            namespace=namespace,
+            machine_name=machine_name,
+            args=args,
+            remap_args=remap_args,
+            env_args=env_args,
+            output="log",
+            cwd=cwd,
+            launch_prefix=launch_prefix,
+            filename=filename,
+        )
+        self.test_name = test_name
+        self.retry = retry or 0
+        limit = time_limit or TEST_TIME_LIMIT_DEFAULT
+        if type(limit) not in (float, int):
+            raise ValueError("'time-limit' must be a number")
+        if limit <= 0:
+            raise ValueError("'time-limit' must be a positive number")
+        self.time_limit = float(limit)
+
+    def xmltype(self) -> str:
+        return "test"
+
+    def xmlattrs(self) -> list[tuple[str, Any]]:
+        attributes = [pair for pair in super().xmlattrs() if pair[0] not in ("respawn", "respawn_delay")]
+        attributes.append(("test-name", self.test_name))
+        if self.retry:
+            attributes.append(("retry", str(self.retry)))
+        if self.time_limit != TEST_TIME_LIMIT_DEFAULT:
+            attributes.append(("time-limit", self.time_limit))
+        return attributes
+
+    def to_test(self) -> model.Test:
+        """The test as a value of pipros."""
+        return model.Test(self.to_model(), self.test_name, self.time_limit, self.retry)
+
+    @classmethod
+    def from_test(cls, test: model.Test) -> Test:
+        """The test of a launch file, under Noetic's names."""
+        node = test.node
+        return cls(
+            test.test_name,
+            node.package,
+            node.type,
+            node.name,
+            node.namespace,
+            **_shared(node),
+            time_limit=test.time_limit_s,
+            retry=test.retry,
+        )
+
+
+class Executable:
+    """A command to run before, during or after a launch."""
+
+    def __init__(self, cmd: str, args: Sequence[str], phase: str = PHASE_RUN) -> None:
+        self.command = cmd
+        self.args = args
+        self.phase = phase
+
+    def __str__(self) -> str:
+        return f"{self.command} {' '.join(self.args)}"
+
+    __repr__ = __str__
+
+
+class RosbinExecutable(Executable):
+    """A command of ROS: `RosbinExecutable("rosparam", ("delete", "/x"), PHASE_SETUP)`."""
+
+    def __str__(self) -> str:
+        return f"ros/bin/{super().__str__()}"
+
+    __repr__ = __str__
+
+
+@cache
+def local_machine() -> Machine:
+    """This computer; always the same object."""
+    return Machine("", "localhost")
+
+
+def is_machine_local(machine: Machine) -> bool:
+    """Whether nodes of the machine are started without ssh: it is this computer, and its user is ours.
+
+    Raises:
+        RLException: nobody knows its address.
+    """
+    try:
+        socket.getaddrinfo(machine.address, 0, 0, 0, socket.SOL_TCP)
+    except (socket.gaierror, UnicodeError):
+        raise RLException(f"cannot resolve host address for machine [{machine.address}]") from None
+    return placement.is_local(machine.to_model())
+
+
+def rle_wrapper(fn: Callable[..., _Result]) -> Callable[..., _Result]:
+    """The function with all its errors turned into RLException."""
+
+    def wrapped_fn(*args: Any) -> _Result:
+        try:
+            return fn(*args)
+        except Exception as error:
+            raise RLException(f"ERROR: {error}") from error
+
+    return wrapped_fn
+
+
+def _master_uri(*args: Any) -> str:
+    uri = Environment.from_os(*args).master_uri
+    split_master_uri(uri)
+    return uri
+
+
+get_master_uri_env = rle_wrapper(_master_uri)
+"""The URI of the master that the environment names. Raises RLException when it is not a URI with a port."""
+
+
+def get_ros_root(env: Mapping[str, str] | None = None) -> str | None:
+    """`ROS_ROOT` of the environment."""
+    return (os.environ if env is None else env).get("ROS_ROOT")
+
+
+def get_ros_package_path(env: Mapping[str, str] | None = None) -> str | None:
+    """`ROS_PACKAGE_PATH` of the environment."""
+    return (os.environ if env is None else env).get("ROS_PACKAGE_PATH")
+
+
+def remap_localhost_uri(uri: str, force_localhost: bool = False) -> str:
+    """The URI with this computer's address in place of `localhost`; of any host, when forced."""
+    host, port = parse_http_host_and_port(uri)
+    return create_local_xmlrpc_uri(port) if force_localhost or host == "localhost" else uri
+
+
+def setup_env(
+    node: Node | None, machine: Machine | None, master_uri: str, env: Mapping[str, str] | None = None
+) -> dict[str, str]:
+    """The variables for a node: those of `env` (by default of this process), its namespace, its own."""
+    _ = machine
+    variables = dict(os.environ if env is None else env)
+    variables[ROS_MASTER_URI] = master_uri
+    if node is not None:
+        variables.pop(ROS_NAMESPACE, None)
+        namespace = node.namespace.removesuffix("/")
+        if namespace:
+            variables[ROS_NAMESPACE] = namespace
+        variables.update((str(key), str(value)) for key, value in node.env_args)
+    return variables
+
+
+def generate_run_id() -> str:
+    """A new run id."""
+    return run_id.new_run_id()
+
+
+class _Child:
+    """Whether this process is a launch child."""
+
+    mode = False
+
+
+def is_child_mode() -> bool:
+    """Whether `set_child_mode` said that this process is a launch child."""
+    return _Child.mode
+
+
+def set_child_mode(child_mode: bool) -> None:
+    """Says whether this process is a launch child."""
+    _Child.mode = child_mode

@@ -1,0 +1,353 @@
+"""`ROSLaunchRunner`: executes a configuration."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from pipros.basics import names
+from pipros.basics.env import Environment
+from pipros.launch.command import CannotLaunch
+from pipros.launch.console import Console
+from pipros.launch.model import LaunchError
+from pipros.launch.run import LaunchRun, RunOptions
+from pipros.launch.session import LaunchSession, SessionOptions
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.master.options import MasterOptions, limits_with_timeout
+from roslaunch.core import (
+    PHASE_RUN,
+    PHASE_SETUP,
+    PHASE_TEARDOWN,
+    TEST_TIME_LIMIT_DEFAULT,
+    Executable,
+    Machine,
+    Master,
+    Node,
+    Param,
+    RLException,
+    RosbinExecutable,
+    Test,
+    add_printerrlog_handler,
+    add_printlog_handler,
+    clear_printerrlog_handlers,
+    clear_printlog_handlers,
+    generate_run_id,
+    get_master_uri_env,
+    get_ros_package_path,
+    get_ros_root,
+    is_child_mode,
+    is_machine_local,
+    local_machine,
+    printerrlog,
+    printlog,
+    printlog_bold,
+    remap_localhost_uri,
+    rle_wrapper,
+    set_child_mode,
+    setup_env,
+)
+from roslaunch.nodeprocess import (
+    DEFAULT_TIMEOUT_SIGINT,
+    DEFAULT_TIMEOUT_SIGTERM,
+    NUM_WORKERS,
+    RunProcess,
+    RunProcesses,
+    create_master_process,
+    create_node_process,
+    process_numbers,
+)
+from roslaunch.pmon import ProcessListener, ProcessMonitor, start_process_monitor
+from roslaunch.rlutil import update_terminal_name
+
+if TYPE_CHECKING:
+    from roslaunch.config import ROSLaunchConfig
+
+__all__ = [
+    "DEFAULT_TIMEOUT_SIGINT",
+    "DEFAULT_TIMEOUT_SIGTERM",
+    "NUM_WORKERS",
+    "PHASE_RUN",
+    "PHASE_SETUP",
+    "PHASE_TEARDOWN",
+    "TEST_TIME_LIMIT_DEFAULT",
+    "Executable",
+    "Machine",
+    "Master",
+    "Node",
+    "Param",
+    "ProcessListener",
+    "RLException",
+    "RLTestTimeoutException",
+    "ROSLaunchListener",
+    "ROSLaunchRunner",
+    "ROSRemoteRunnerIF",
+    "RosbinExecutable",
+    "Test",
+    "add_printerrlog_handler",
+    "add_printlog_handler",
+    "clear_printerrlog_handlers",
+    "clear_printlog_handlers",
+    "create_master_process",
+    "create_node_process",
+    "generate_run_id",
+    "get_master_uri_env",
+    "get_ros_package_path",
+    "get_ros_root",
+    "is_child_mode",
+    "is_machine_local",
+    "local_machine",
+    "printerrlog",
+    "printlog",
+    "printlog_bold",
+    "remap_localhost_uri",
+    "rle_wrapper",
+    "set_child_mode",
+    "setup_env",
+    "start_process_monitor",
+    "update_terminal_name",
+    "validate_master_launch",
+]
+
+_star_names(
+    __name__,
+    "basestring=builtins:str xml.sax.saxutils:escape logging xmlrpc.client:MultiCall os re rosgraph rospkg "
+    "xmlrpc.client:ServerProxy socket subprocess sys time traceback unicode=builtins:str",
+)
+
+_LOOK_EVERY_S = 0.05
+
+
+class RLTestTimeoutException(RLException):
+    """A test ran longer than its time limit."""
+
+
+class ROSLaunchListener:
+    """Is called at the end of each process of a launch; to be subclassed."""
+
+    def process_died(self, process_name: str, exit_code: int | None) -> None:
+        """Called after the end of a process was printed."""
+
+
+class ROSRemoteRunnerIF:
+    """What starts nodes on other machines; to be subclassed."""
+
+    def setup(self) -> None:
+        """Called before nodes are started."""
+
+    def add_process_listener(self, l: ProcessListener) -> None:  # noqa: E741  # Noetic's name
+        """Called at the ends of processes on other machines."""
+
+    def launch_remote_nodes(self) -> tuple[list[str], list[str]]:
+        """The names of the nodes that started, and of those that did not."""
+        return [], []
+
+
+def validate_master_launch(m: Master, is_core: bool, is_rostest: bool = False) -> None:
+    """Checks that a master can be started here.
+
+    Raises:
+        RLException: it would be on another computer.
+    """
+    _ = is_rostest
+    host = m.get_host()
+    if is_core or m.is_running() or is_machine_local(Machine("", host)):
+        return
+    raise RLException(
+        f"ERROR: unable to contact ROS master at [{m.uri}]\n"
+        "The traceback for the exception was written to the log file"
+    )
+
+
+class ROSLaunchRunner:
+    """Executes a configuration: has a master, sets the parameters, starts the nodes, watches them.
+
+    `launch` starts everything; `stop` ends it. A `ROSLaunchParent` has one in `runner`.
+
+    Attributes:
+        pm: the monitor that watches the nodes.
+        config, run_id, server_uri: as given.
+    """
+
+    def __init__(
+        self,
+        run_id: str,
+        config: ROSLaunchConfig,
+        server_uri: str | None = None,
+        pmon: ProcessMonitor | None = None,
+        is_core: bool = False,
+        remote_runner: ROSRemoteRunnerIF | None = None,
+        is_child: bool = False,
+        is_rostest: bool = False,
+        num_workers: int = NUM_WORKERS,
+        timeout: float | None = None,
+        master_logger_level: object = False,
+        sigint_timeout: float = DEFAULT_TIMEOUT_SIGINT,
+        sigterm_timeout: float = DEFAULT_TIMEOUT_SIGTERM,
+    ) -> None:
+        if run_id is None:
+            raise RLException("run_id is None")
+        self.run_id = run_id
+        self.config = config
+        self.server_uri = server_uri
+        self.is_core = is_core
+        self.is_child = is_child
+        self.is_rostest = is_rostest
+        self.remote_runner = remote_runner
+        self.num_workers = num_workers
+        self.timeout = timeout
+        self.master_logger_level = master_logger_level
+        self.sigint_timeout = sigint_timeout
+        self.sigterm_timeout = sigterm_timeout
+        self.logger = logging.getLogger("roslaunch")
+        monitor = pmon or start_process_monitor()
+        if monitor is None:
+            raise RLException("cannot start a process monitor: a signal has begun the shutdown")
+        self.pm = monitor
+        self.listeners = self.pm.listeners
+        self._session: LaunchSession | None = None
+        self._processes: RunProcesses | None = None
+
+    @classmethod
+    def of_session(
+        cls, session: LaunchSession, run_id: str, config: ROSLaunchConfig, pm: ProcessMonitor
+    ) -> ROSLaunchRunner:
+        """The runner of a session that was started; `pm` watches it from now on."""
+        runner = cls(run_id, config, None if session.server is None else session.server.uri, pm)
+        runner._session = session
+        runner._watch()
+        return runner
+
+    @property
+    def session(self) -> LaunchSession:
+        """What the runner starts, or was made for."""
+        if self._session is None:
+            self._session = self._make_session()
+        return self._session
+
+    def _make_session(self) -> LaunchSession:
+        return LaunchSession(
+            [],
+            {},
+            SessionOptions(
+                is_core=self.is_core,
+                run_id=self.run_id,
+                has_summary=False,
+                checks_log_folder=False,
+                has_server=False,
+                numbers=process_numbers,
+                master=MasterOptions(limits=limits_with_timeout(self.timeout)),
+                run=RunOptions(
+                    sigint_timeout_s=self.sigint_timeout,
+                    sigterm_timeout_s=self.sigterm_timeout,
+                    is_child=self.is_child,
+                ),
+            ),
+            Console(has_title=False),
+            environment=Environment.from_os(),
+            load_launch=self.config.to_launch,
+            on_end=self.pm.tell,
+        )
+
+    def launch(self) -> tuple[list[RunProcess], list[str]]:
+        """Starts everything. Returns the processes that run, and the names of nodes that did not start.
+
+        Raises:
+            RLException: the master cannot be started, or refuses a parameter; what was started runs.
+        """
+        _check_executables(self.config.executables)
+        self.session.start()
+        self._watch()
+        return self._run_processes().all(), list(self.session.failed)
+
+    def launch_node(self, node: Node, core: bool = False) -> tuple[Any, bool]:
+        """Starts one node.
+
+        Returns:
+            The process and True; the name of the node and False when it could not be started.
+        """
+        if core:
+            node.respawn = True
+        try:
+            managed = self._run().start_managed(node.to_model())
+        except CannotLaunch as error:
+            printerrlog(f"ERROR: {error}")
+            return node.name, False
+        process = self._run_processes().of(managed)
+        node.process_name = process.name
+        return process, True
+
+    def run_test(self, test: Test) -> None:
+        """Runs a test to its end.
+
+        Raises:
+            RLTestTimeoutException: its time limit is over; it runs until `stop`.
+            RLException: it could not be started.
+        """
+        _, is_started = self.launch_node(test)
+        if not is_started:
+            raise RLException(f"test [{test.test_name}] failed to launch")
+        deadline = time.monotonic() + test.time_limit
+        while self.spin_once() and self.is_node_running(test):
+            if time.monotonic() > deadline:
+                raise RLTestTimeoutException(
+                    f"max time [{test.time_limit}s] allotted for test [{test.test_name}] "
+                    f"of type [{test.package}/{test.type}]"
+                )
+            time.sleep(_LOOK_EVERY_S)
+
+    def is_node_running(self, node: Node) -> bool:
+        """Whether the process that a node was given runs."""
+        return node.process_name is not None and self.pm.has_process(node.process_name)
+
+    def add_process_listener(self, l: ProcessListener) -> None:  # noqa: E741  # Noetic's name
+        """From now on tells a listener about each end."""
+        self.pm.add_process_listener(l)
+
+    def spin_once(self) -> bool:
+        """False when the launch is over."""
+        return self.pm.mainthread_spin_once()
+
+    def spin(self) -> None:
+        """Returns when the launch is over; says so when nothing runs."""
+        if not self.pm.get_active_names() and not self.session.owns_master:
+            printlog_bold("No processes to monitor")
+            self.stop()
+            return
+        self.pm.mainthread_spin()
+
+    def stop(self) -> None:
+        """Ends everything that was started. May be repeated."""
+        self.pm.shutdown()
+        if self.pm.ident is not None:
+            self.pm.join()
+        self.session.stop()
+
+    def _watch(self) -> None:
+        run = self.session.run
+        self._processes = RunProcesses(run, self.run_id, run.stop)
+        self.pm.watch(self._processes)
+        process_names = {process.full_name: process.name for process in self._processes.all()}
+        for node in self.config.nodes:
+            node.process_name = process_names.get(names.join(node.namespace, node.name or ""))
+
+    def _run(self) -> LaunchRun:
+        try:
+            return self.session.run
+        except RuntimeError as error:
+            raise RLException(str(error)) from error
+
+    def _run_processes(self) -> RunProcesses:
+        if self._processes is None:
+            raise RLException("the runner has launched nothing yet; call launch() first")
+        return self._processes
+
+
+def _check_executables(executables: Sequence[Executable]) -> None:
+    """Only those run that launch files make; a configuration could hold any program."""
+    for executable in executables:
+        if not isinstance(executable, RosbinExecutable) or executable.command != "rosparam":
+            raise LaunchError(
+                f"the command [{executable}] cannot be run: only rosparam can stand in a configuration"
+            )

@@ -1,0 +1,275 @@
+"""What loaders of launch files share: the context of an element, types of values, parameters."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from pipros.basics import names
+from pipros.launch.load_context import LoadContext
+from pipros.launch.param_types import flatten
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.safe import yaml as _yaml
+from rosgraph.names import canonicalize_name, is_legal_name, load_mappings, make_global_ns, ns_join
+from roslaunch.core import PHASE_SETUP, Param, RLException, RosbinExecutable
+from roslaunch.substitution_args import convert_value
+
+__all__ = [
+    "PHASE_SETUP",
+    "PRIV_NAME",
+    "LoadException",
+    "Loader",
+    "LoaderContext",
+    "Param",
+    "RLException",
+    "RosbinExecutable",
+    "canonicalize_name",
+    "convert_value",
+    "is_legal_name",
+    "load_mappings",
+    "load_sysargs_into_context",
+    "make_global_ns",
+    "ns_join",
+    "post_process_include_args",
+    "process_include_args",
+]
+
+_star_names(__name__, "copy:deepcopy errno os sys yaml")
+
+PRIV_NAME = "~"
+
+_PARAM_SOURCES = "value", "textfile", "binfile", "command"
+
+
+class LoadException(RLException):
+    """Something that a launch file asks for cannot be loaded."""
+
+
+class LoaderContext:
+    """The namespace, arguments, remappings and private parameters of an element of a launch file.
+
+    Attributes:
+        resolve_dict: what `resolve_args` takes as its context; `arg` and `arg_doc` are in it.
+        include_resolve_dict: that of the file to be included, while an `<include>` is read.
+        arg_names: the arguments declared so far.
+        args_passed: the arguments that an `<include>` gives.
+    """
+
+    def __init__(
+        self,
+        ns: str,
+        filename: str | None,
+        parent: LoaderContext | None = None,
+        params: list[Param] | None = None,
+        env_args: list[tuple[str, str]] | None = None,
+        resolve_dict: dict[str, Any] | None = None,
+        include_resolve_dict: dict[str, Any] | None = None,
+        arg_names: list[str] | None = None,
+    ) -> None:
+        self.parent = parent
+        self.ns = names.make_global_namespace(ns or "/")
+        self.params = params or []
+        self.env_args = env_args or []
+        self.filename = filename
+        self.resolve_dict = resolve_dict or {}
+        self.arg_names = arg_names or []
+        self.args_passed: list[str] = []
+        self.include_resolve_dict = include_resolve_dict or None
+        self.pass_all_args = False
+        self._remap_args: list[list[str]] = []
+
+    def add_param(self, p: Param) -> None:
+        """Adds a private parameter, which all later nodes get; a later one of the same name wins."""
+        self.params[:] = [param for param in self.params if param.key != p.key] + [p]
+
+    def add_remap(self, remap: Sequence[str]) -> None:
+        """Adds a remapping; a later one of the same name wins.
+
+        Raises:
+            RLException: a name is empty or illegal.
+        """
+        source, target = map(names.canonicalize, remap)
+        if not source or not target:
+            raise RLException("remap from/to attributes cannot be empty")
+        for word, name in (("from", source), ("to", target)):
+            if not names.is_legal(name):
+                raise RLException(f"remap {word} [{name}] is not a valid ROS name")
+        self._remap_args = [pair for pair in self._remap_args if pair[0] != source] + [[source, target]]
+
+    def add_arg(
+        self, name: str, default: str | None = None, value: str | None = None, doc: str | None = None
+    ) -> None:
+        """Declares an argument, and sets it unless it was set from outside.
+
+        Raises:
+            LoadException: it was declared before, or the value would override one from outside.
+        """
+        if name not in self.arg_names:
+            self.arg_names.append(name)
+        elif not self.pass_all_args:
+            raise LoadException(f"arg '{name}' has already been declared")
+        context = self.resolve_dict if self.include_resolve_dict is None else self.include_resolve_dict
+        arguments = context.setdefault("arg", {})
+        if value is not None:
+            if name in arguments and not self.pass_all_args:
+                raise LoadException(f"cannot override arg '{name}', which has already been set")
+            arguments[name] = value
+        elif default is not None:
+            arguments.setdefault(name, default)
+        documented = context.setdefault("arg_doc", {})
+        if not value:
+            documented[name] = (doc, default)
+
+    def remap_args(self) -> list[list[str]]:
+        """The remappings of this context and of those around it."""
+        if self.parent is None:
+            return list(self._remap_args)
+        own = {pair[0] for pair in self._remap_args}
+        return [pair for pair in self.parent.remap_args() if pair[0] not in own] + self._remap_args
+
+    def child(self, ns: str | None) -> LoaderContext:
+        """A context inside of this one, which inherits everything and shares nothing but parameters."""
+        inner = self.ns
+        if ns:
+            inner = ns if ns.startswith("/") or ns == PRIV_NAME else names.join(self.ns, ns)
+        return LoaderContext(
+            inner,
+            self.filename,
+            parent=self,
+            params=self.params,
+            env_args=list(self.env_args),
+            resolve_dict=copy.deepcopy(self.resolve_dict),
+            arg_names=list(self.arg_names),
+            include_resolve_dict=self.include_resolve_dict,
+        )
+
+    def include_child(self, ns: str | None, filename: str) -> LoaderContext:
+        """A context for an included file: nothing is declared in it yet."""
+        inner = self.child(ns)
+        inner.arg_names = []
+        inner.filename = filename
+        inner.include_resolve_dict = {}
+        return inner
+
+
+def process_include_args(context: LoaderContext) -> None:
+    """Makes the arguments that were given inside an `<include>` those of the included file.
+
+    Raises:
+        LoadException: one has no value.
+    """
+    passed = context.include_resolve_dict or {}
+    arguments = passed.get("arg", {})
+    if any(name not in arguments for name in context.arg_names):
+        raise LoadException("include args must have declared values")
+    context.args_passed = list(arguments)
+    context.arg_names = []
+    context.resolve_dict = passed
+    context.include_resolve_dict = None
+
+
+def post_process_include_args(context: LoaderContext) -> None:
+    """Checks that the included file declared all arguments that it was given.
+
+    Raises:
+        LoadException: it did not.
+    """
+    unused = [name for name in context.args_passed if name not in context.arg_names]
+    if unused:
+        raise LoadException(f"unused args [{', '.join(unused)}] for include of [{context.filename}]")
+
+
+def load_sysargs_into_context(context: LoaderContext, argv: Sequence[str]) -> None:
+    """Sets the `name:=value` words of a command line as arguments."""
+    from pipros.launch.arguments import split_arguments
+
+    context.resolve_dict["arg"] = split_arguments(argv)[0]
+
+
+class Loader:
+    """Adds what is in launch files to a configuration."""
+
+    def add_param(self, ros_config: Any, param_name: str, param_value: Any, verbose: bool = True) -> None:
+        """Adds a parameter; for a dictionary one for each value in it."""
+        for key, value in flatten(param_name, param_value).items():
+            ros_config.add_param(Param(key, value), verbose=verbose)
+
+    def param_value(
+        self,
+        verbose: bool,
+        name: str,
+        ptype: str,
+        value: str | None,
+        textfile: str | None,
+        binfile: str | None,
+        command: str | None,
+    ) -> Any:
+        """The value of a `<param>` with these attributes, of which all but one are None.
+
+        Raises:
+            ValueError: the text does not fit the type, or the command fails.
+            OSError: the file cannot be read.
+        """
+        context = LoadContext.of_process()
+        if value is not None:
+            return convert_value(value.strip(), ptype)
+        if textfile is not None:
+            return convert_value(context.read_file(textfile).decode(), ptype)
+        if binfile is not None:
+            from xmlrpc.client import Binary
+
+            return Binary(context.read_file(binfile))
+        if command is None:
+            raise ValueError(f"<param> [{name}] needs one of {', '.join(_PARAM_SOURCES)}")
+        if verbose:
+            print(f"... executing command param [{command}]")
+        return convert_value(context.run_command(command), ptype)
+
+    def load_rosparam(
+        self,
+        context: LoaderContext,
+        ros_config: Any,
+        cmd: str,
+        param: str | None,
+        file_: str | None,
+        text: str,
+        verbose: bool = True,
+        subst_function: Callable[[str], str] | None = None,
+    ) -> None:
+        """Adds what a `<rosparam>` loads, or the command that it stands for.
+
+        Raises:
+            ValueError: the command is unknown, or a value needs a name.
+            LoadException: the file or its YAML cannot be read.
+        """
+        if cmd not in ("load", "dump", "delete"):
+            raise ValueError("command must be 'load', 'dump', or 'delete'")
+        if cmd == "delete" and file_ is not None:
+            raise ValueError("'file' attribute is invalid with 'delete' command.")
+        full = names.join(context.ns, param) if param else context.ns
+        if cmd != "load":
+            words: Any = (cmd, file_, full) if cmd == "dump" else (cmd, full)
+            ros_config.add_executable(RosbinExecutable("rosparam", words, PHASE_SETUP))
+            return
+        if file_ is not None:
+            try:
+                text = LoadContext.of_process().read_file(file_).decode()
+            except FileNotFoundError:
+                raise LoadException(f"file does not exist [{file_}]") from None
+        if subst_function is not None:
+            text = subst_function(text)
+        try:
+            value = _yaml.load(text, file_ or context.filename or "<rosparam>")
+        except _yaml.YamlError as error:
+            raise LoadException(f"error loading <rosparam> tag: \n\t{error}") from error
+        if value is None:
+            return
+        if not param and not isinstance(value, dict):
+            raise ValueError("'param' attribute must be set for non-dictionary values")
+        self.add_param(ros_config, full, value, verbose=verbose)
+
+    def load_env(self, context: LoaderContext, ros_config: Any, name: str, value: str) -> None:
+        """Adds a variable for all later nodes of a context."""
+        _ = ros_config
+        context.env_args.append((name, value))

@@ -1,0 +1,201 @@
+"""`ROSLaunchParent`: launches files from a script."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+
+from pipros.basics.env import Environment
+from pipros.launch.console import Console
+from pipros.launch.model import Launch
+from pipros.launch.run import RunOptions
+from pipros.launch.session import LaunchSession, SessionOptions
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.master.options import MasterOptions, limits_with_timeout
+from roslaunch.config import ROSLaunchConfig, load_config_default
+from roslaunch.core import FileAndArguments, RLException, printerrlog, printlog_bold
+from roslaunch.launch import ROSLaunchRunner
+from roslaunch.nodeprocess import (
+    DEFAULT_TIMEOUT_SIGINT,
+    DEFAULT_TIMEOUT_SIGTERM,
+    NUM_WORKERS,
+    process_numbers,
+)
+from roslaunch.pmon import ProcessListener, ProcessMonitor, start_process_monitor
+from roslaunch.server import ROSLaunchParentNode
+
+__all__ = [
+    "DEFAULT_TIMEOUT_SIGINT",
+    "DEFAULT_TIMEOUT_SIGTERM",
+    "NUM_WORKERS",
+    "RLException",
+    "ROSLaunchParent",
+    "load_config_default",
+    "printerrlog",
+    "printlog_bold",
+]
+
+_star_names(__name__, "logging roslaunch")
+
+
+class ROSLaunchParent:
+    """One launch: `start()`, then `spin()` or `spin_once()`, then `shutdown()`.
+
+    Between `start` and `shutdown` a thread watches the nodes, whatever the script does.
+
+    Attributes:
+        config: what is launched; None until it is loaded. May be changed before `start`.
+        pm: the monitor of the processes; None before `start`.
+        runner, server: of the launch; None before `start`.
+    """
+
+    def __init__(
+        self,
+        run_id: str,
+        roslaunch_files: Sequence[FileAndArguments],
+        is_core: bool = False,
+        port: int | None = None,
+        local_only: bool = False,
+        process_listeners: Sequence[ProcessListener] | None = None,
+        verbose: bool = False,
+        force_screen: bool = False,
+        force_log: bool = False,
+        is_rostest: bool = False,
+        roslaunch_strs: Sequence[str] | None = None,
+        num_workers: int = NUM_WORKERS,
+        timeout: float | None = None,
+        master_logger_level: object = False,
+        show_summary: bool = True,
+        force_required: bool = False,
+        sigint_timeout: float = DEFAULT_TIMEOUT_SIGINT,
+        sigterm_timeout: float = DEFAULT_TIMEOUT_SIGTERM,
+    ) -> None:
+        self._run_options = RunOptions(
+            local_only=local_only, sigint_timeout_s=sigint_timeout, sigterm_timeout_s=sigterm_timeout
+        )
+        self.logger = logging.getLogger("roslaunch.parent")
+        self.run_id = run_id
+        self.process_listeners = process_listeners
+        self.roslaunch_files = roslaunch_files
+        self.roslaunch_strs = roslaunch_strs
+        self.is_core = is_core
+        self.is_rostest = is_rostest
+        self.port = port
+        self.local_only = local_only
+        self.verbose = verbose
+        self.show_summary = show_summary
+        self.num_workers = num_workers
+        self.timeout = timeout
+        self.master_logger_level = master_logger_level
+        self.sigint_timeout = sigint_timeout
+        self.sigterm_timeout = sigterm_timeout
+        self.force_screen = force_screen
+        self.force_log = force_log
+        self.force_required = force_required
+        self.config: ROSLaunchConfig | None = None
+        self.runner: ROSLaunchRunner | None = None
+        self.server: ROSLaunchParentNode | None = None
+        self.pm: ProcessMonitor | None = None
+        self.remote_runner: object = None
+        self.session: LaunchSession | None = None
+        self._is_over = False
+
+    def _load_config(self) -> None:
+        """Loads the files; for scripts that change what is in them before `start`. Raises RLException."""
+        config = load_config_default(
+            self.roslaunch_files, self.port, roslaunch_strs=self.roslaunch_strs, verbose=self.verbose
+        )
+        for node in config.nodes:
+            if self.force_screen:
+                node.output = "screen"
+            if self.force_log:
+                node.output = "log"
+            if self.force_required:
+                if node.respawn:
+                    raise ValueError("respawn and required cannot both be set to true")
+                node.required = True
+        self.config = config
+
+    def start(self, auto_terminate: bool = True) -> None:
+        """Starts a master, unless one answers, sets the parameters and starts the nodes.
+
+        Args:
+            auto_terminate: whether the launch is over when all nodes have ended, and the master is another's.
+
+        Raises:
+            RLException: a file is wrong; nothing is left running.
+        """
+        session = self.session = self._make_session()
+        try:
+            session.start()
+        except BaseException:
+            self.shutdown()
+            raise
+        assert self.config is not None  # noqa: S101  # the session has loaded it
+        assert self.pm is not None  # noqa: S101  # made with the session
+        self.runner = ROSLaunchRunner.of_session(session, self.run_id, self.config, self.pm)
+        self.server = ROSLaunchParentNode.of_session(session, self.config, self.pm)
+        if auto_terminate and not session.owns_master:
+            self.pm.registrations_complete()
+        for listener in self.process_listeners or ():
+            self.pm.add_process_listener(listener)
+
+    def spin_once(self) -> bool:
+        """False when the launch is over."""
+        return self.runner is not None and self.runner.spin_once()
+
+    def spin(self) -> None:
+        """Waits until the launch is over or Ctrl-C is pressed, and ends what is left of it.
+
+        Raises:
+            RLException: it was not started.
+        """
+        if self.runner is None:
+            raise RLException("parent not started yet")
+        try:
+            self.runner.spin()
+        except KeyboardInterrupt:
+            pass  # as in Noetic, where Ctrl-C ends the launch and the script goes on
+        finally:
+            self.shutdown()
+
+    def shutdown(self) -> None:
+        """Ends everything that was started. May be repeated."""
+        if self._is_over:
+            return
+        self._is_over = True
+        if self.pm is not None:
+            self.pm.shutdown()
+            self.pm.join()
+        if self.session is not None:
+            self.session.stop()
+
+    def _make_session(self) -> LaunchSession:
+        if self.pm is None:
+            self.pm = start_process_monitor()
+        if self.pm is None:
+            raise RLException("cannot start a process monitor: a signal has begun the shutdown")
+        return LaunchSession(
+            [entry if isinstance(entry, str) else entry[0] for entry in self.roslaunch_files],
+            {},
+            SessionOptions(
+                is_core=self.is_core,
+                port=self.port,
+                run_id=self.run_id,
+                has_summary=self.show_summary,
+                checks_log_folder=False,
+                numbers=process_numbers,
+                master=MasterOptions(limits=limits_with_timeout(self.timeout)),
+                run=self._run_options,
+            ),
+            Console(has_title=False),
+            environment=Environment.from_os(),
+            load_launch=self._load,
+            on_end=self.pm.tell,
+        )
+
+    def _load(self) -> Launch:
+        if self.config is None:
+            self._load_config()
+        assert self.config is not None  # noqa: S101  # just loaded
+        return self.config.to_launch()

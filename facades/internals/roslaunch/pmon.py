@@ -1,0 +1,437 @@
+"""Processes of a launch, and the monitor that watches them."""
+
+from __future__ import annotations
+
+import atexit
+import itertools
+import logging
+import threading
+import time
+import traceback
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from types import FrameType
+from typing import Any, Protocol
+
+from pipros.basics.interrupts import accept_ctrl_c
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.basics.shared_names import share_names
+from roslaunch.core import RLException, printerrlog, printlog, printlog_bold
+
+__all__ = [
+    "DeadProcess",
+    "FatalProcessLaunch",
+    "Process",
+    "ProcessListener",
+    "ProcessMonitor",
+    "RLException",
+    "logger",
+    "pmon_shutdown",
+    "printerrlog",
+    "printlog",
+    "printlog_bold",
+    "rl_signal",
+    "shutdown_process_monitor",
+    "start_process_monitor",
+]
+
+_star_names(
+    __name__,
+    "atexit queue:Empty threading:Lock logging os queue:Queue threading:RLock roslib signal sys "
+    "threading:Thread time traceback",
+)
+
+logger = logging.getLogger("roslaunch.pmon")
+
+_LOOK_EVERY_S = 0.1
+_SHUTDOWN_TIMEOUT_S = 20.0
+
+_monitors: list[ProcessMonitor] = []
+
+
+class _Shutdown:
+    """Whether a signal has begun the end of the program. No monitor starts any more then."""
+
+    has_begun = False
+
+
+_shutdown = _Shutdown()
+share_names(__name__, _shutdown, {"_shutting_down": "has_begun"})
+_numbers = itertools.count(1)
+
+
+class FatalProcessLaunch(RLException):
+    """A process cannot be started, and another try would fail as well."""
+
+
+class ProcessListener:
+    """Is called at the end of each process; to be subclassed."""
+
+    def process_died(self, process_name: str, exit_code: int | None) -> None:
+        """Called after the end of a process was printed; not for those that a shutdown ends."""
+
+
+class Process:
+    """A process as a `ProcessMonitor` needs it; subclasses start and stop something."""
+
+    def __init__(
+        self,
+        package: str,
+        name: str,
+        args: Sequence[str],
+        env: Any,
+        respawn: bool = False,
+        respawn_delay: float = 0.0,
+        required: bool = False,
+    ) -> None:
+        self.package = package
+        self.name = name
+        self.args = args
+        self.env = env
+        self.respawn = respawn
+        self.respawn_delay = respawn_delay
+        self.required = required
+        self.lock = threading.Lock()
+        self.exit_code: int | None = None
+        self.spawn_count = 0
+        self.time_of_death: float | None = None
+
+    def __str__(self) -> str:
+        return f"Process<{self.name}>"
+
+    __repr__ = __str__
+
+    def get_info(self) -> dict[str, Any]:
+        """What the XML-RPC server tells about the process."""
+        info = {
+            "spawn_count": self.spawn_count,
+            "args": self.args,
+            "env": self.env,
+            "package": self.package,
+            "name": self.name,
+            "alive": self.is_alive(),
+            "respawn": self.respawn,
+            "respawn_delay": self.respawn_delay,
+            "required": self.required,
+        }
+        return info if self.exit_code is None else {**info, "exit_code": self.exit_code}
+
+    def start(self) -> Any:
+        """Starts the process. Subclasses call this, then do so."""
+        self.time_of_death = None
+        self.spawn_count += 1
+
+    def is_alive(self) -> bool:
+        """Whether the process runs. Subclasses call this when it does not."""
+        if self.time_of_death is None:
+            self.time_of_death = time.time()
+        return False
+
+    def should_respawn(self) -> bool | float:
+        """False, or the seconds until the process is to be started again."""
+        if not self.respawn or (self.time_of_death is None and self.is_alive()):
+            return False
+        return (self.time_of_death or 0.0) + self.respawn_delay - time.time()
+
+    def stop(self, errors: list[str] | None = None) -> None:
+        """Ends the process; what goes wrong is added to `errors`."""
+
+    def get_exit_description(self) -> str:
+        """How the process ended."""
+        if self.exit_code is None:
+            return "process has died"
+        return f"process has died [exit code {self.exit_code}]" if self.exit_code else _CLEANLY
+
+
+_CLEANLY = "process has finished cleanly"
+
+
+class DeadProcess(Process):
+    """What is kept of a process that ended."""
+
+    def __init__(self, p: Process) -> None:
+        super().__init__(p.package, p.name, p.args, p.env, p.respawn, p.respawn_delay)
+        self.exit_code = p.exit_code
+        self.spawn_count = p.spawn_count
+        self.info = p.get_info()
+
+    def get_info(self) -> dict[str, Any]:
+        return self.info
+
+    def start(self) -> None:
+        raise RuntimeError("cannot call start on a dead process!")
+
+    def is_alive(self) -> bool:
+        return False
+
+
+class Watched(Protocol):
+    """The nodes of a launch that runs; see `roslaunch.nodeprocess.RunProcesses`."""
+
+    @property
+    def has_running(self) -> bool: ...
+
+    def watch_once(self, timeout_s: float | None = None) -> bool: ...
+
+    def alive(self) -> Sequence[Process]: ...
+
+    def ended(self) -> Sequence[Process]: ...
+
+    def stop(self) -> None: ...
+
+
+class ProcessMonitor(threading.Thread):
+    """Watches processes in a thread of its own: reports ends, restarts, and ends all on `shutdown`.
+
+    It watches the nodes of one launch, which `pipros.launch.run` starts, and what scripts `register`.
+
+    Attributes:
+        listeners: notified of each end.
+        done: whether all processes were ended, and the thread is over.
+        dead_list: what is kept of registered processes that ended.
+    """
+
+    def __init__(self, name: str = "ProcessMonitor") -> None:
+        super().__init__(name=name, daemon=True)
+        self.plock = threading.RLock()
+        self.is_shutdown = False
+        self.done = False
+        self.listeners: list[ProcessListener] = []
+        self.dead_list: list[Process] = []
+        self.core_procs: list[Process] = []
+        self.reacquire_signals: set[int] = set()
+        self._registered: list[Process] = []
+        self._run: Watched | None = None
+        self._registrations_complete = False
+        self._had_processes = False
+        self._changed = threading.Event()
+
+    @property
+    def procs(self) -> list[Process]:
+        """The processes that run."""
+        if self.done:
+            return []
+        with self.plock:
+            return [*(self._run.alive() if self._run else ()), *self._registered]
+
+    def watch(self, run: Watched) -> None:
+        """From now on also watches the nodes of a launch, and ends them at the end."""
+        with self.plock:
+            self._run = run
+        self._changed.set()
+
+    def add_process_listener(self, l: ProcessListener) -> None:  # noqa: E741  # Noetic's name
+        """From now on tells a listener about each end."""
+        self.listeners.append(l)
+
+    def tell(self, process_name: str, exit_code: int | None) -> None:
+        """Tells the listeners about an end."""
+        for listener in list(self.listeners):
+            try:
+                listener.process_died(process_name, exit_code)
+            except Exception:
+                traceback.print_exc()
+
+    def register(self, p: Process) -> None:
+        """Adds a process that was or will be started by its `start`.
+
+        Raises:
+            RLException: one of that name is there, or the monitor was shut down.
+        """
+        with self.plock:
+            if self.has_process(p.name):
+                raise RLException(f"cannot add process with duplicate name '{p.name}'")
+            if self.is_shutdown:
+                raise RLException(f"cannot add process [{p.name}] after process monitor has been shut down")
+            self._registered.append(p)
+        self._changed.set()
+
+    def register_core_proc(self, p: Process) -> None:
+        """As `register`, for a process that is ended after all others."""
+        self.register(p)
+        self.core_procs.append(p)
+
+    def registrations_complete(self) -> None:
+        """From now on the monitor ends when there is nothing left to watch."""
+        self._registrations_complete = True
+
+    def unregister(self, p: Process) -> None:
+        """Forgets a registered process. Raises ValueError when it is not registered."""
+        with self.plock:
+            self._registered.remove(p)
+
+    def has_process(self, name: str) -> bool:
+        """Whether a process of that name is watched."""
+        return self.get_process(name) is not None
+
+    def get_process(self, name: str) -> Process | None:
+        """The process of that name; None if none is watched."""
+        return next((process for process in self.procs if process.name == name), None)
+
+    def has_main_thread_jobs(self) -> int:
+        """How much waits to be done in the main thread: nothing ever does."""
+        return len(self.reacquire_signals)
+
+    def do_main_thread_jobs(self) -> None:
+        """For scripts that call it; nothing has to be done in the main thread."""
+
+    def kill_process(self, name: str) -> bool:
+        """Ends the process of that name; False when there is none. It is restarted if it respawns.
+
+        Raises:
+            RLException: the name is not a text.
+        """
+        if not isinstance(name, str):
+            raise RLException(f"kill_process takes in a process name but was given: {name}")
+        printlog(f"[{name}] kill requested")
+        process = self.get_process(name)
+        if process is not None:
+            process.stop([])
+        return process is not None
+
+    def shutdown(self) -> None:
+        """Asks the thread to end all processes and itself. `join` waits for that."""
+        self.is_shutdown = True
+        self._changed.set()
+
+    def get_active_names(self) -> list[str]:
+        """The names of the processes that run."""
+        return [process.name for process in self.procs]
+
+    def get_process_names_with_spawn_count(self) -> list[list[tuple[str, int]]]:
+        """Names and how often they were started: of the processes that run, and of those that ended."""
+        ended = [*(self._run.ended() if self._run else ()), *self.dead_list]
+        return [[(process.name, process.spawn_count) for process in part] for part in (self.procs, ended)]
+
+    def mainthread_spin_once(self) -> bool:
+        """False when the monitor is over."""
+        return not self.done
+
+    def mainthread_spin(self) -> None:
+        """Returns when the monitor is over."""
+        while not self.done:
+            time.sleep(_LOOK_EVERY_S)
+
+    def run(self) -> None:
+        """What the thread does."""
+        try:
+            while not self.is_shutdown:
+                self._look()
+        except Exception:
+            traceback.print_exc()
+        finally:
+            self._end_all()
+
+    def _look(self) -> None:
+        run = self._run
+        if run is None or self._registered:
+            self._changed.wait(_LOOK_EVERY_S)
+            self._changed.clear()
+        if run is not None and not run.watch_once(_LOOK_EVERY_S if self._registered else None):
+            self.is_shutdown = True
+        for process in list(self._registered):
+            if process.spawn_count and not process.is_alive():
+                self._handle_end(process)
+        is_empty = not self._registered and (run is None or not run.has_running)
+        self._had_processes = self._had_processes or not is_empty or bool(run and run.ended())
+        if self._registrations_complete and self._had_processes and is_empty and not self.is_shutdown:
+            printlog("all processes on machine have died, roslaunch will exit")
+            self.is_shutdown = True
+
+    def _handle_end(self, process: Process) -> None:
+        """Reports the end of a registered process, and restarts or forgets it."""
+        wait_s = process.should_respawn()
+        if wait_s is not False and wait_s > 0:
+            return
+        description = process.get_exit_description()
+        if process.required:
+            rule = "=" * 80
+            what = f"REQUIRED process [{process.name}] has died!\n{description}\nInitiating shutdown!"
+            printerrlog(f"{rule}{what}\n{rule}")
+            self.is_shutdown = True
+        else:
+            say = printerrlog if process.exit_code else printlog_bold
+            say(f"[{process.name}] {description}")
+        self.tell(process.name, process.exit_code)
+        if self.is_shutdown:
+            return
+        if wait_s is False:
+            self.unregister(process)
+            self.dead_list.append(DeadProcess(process))
+        else:
+            printlog(f"[{process.name}] restarting process")
+        with suppress(RLException):
+            process.stop([])
+            if wait_s is not False:
+                process.start()
+
+    def _end_all(self) -> None:
+        """Ends all processes, those of the core last."""
+        self.is_shutdown = True
+        with self.plock:
+            registered = list(self._registered)
+        errors: list[str] = []
+        if self._run is not None:
+            self._run.stop()
+        for process in self._in_order_of_end(registered):
+            printlog(f"[{process.name}] killing on exit")
+            try:
+                process.stop(errors)
+            except Exception:
+                traceback.print_exc()
+        with self.plock:
+            self._registered.clear()
+            self.core_procs.clear()
+        self.done = True
+        if errors:
+            printerrlog("Shutdown errors:\n" + "\n".join(f" * {error}" for error in errors))
+
+    def _in_order_of_end(self, processes: Sequence[Process]) -> Iterator[Process]:
+        yield from (process for process in reversed(processes) if process not in self.core_procs)
+        yield from reversed(self.core_procs)
+
+
+def start_process_monitor() -> ProcessMonitor | None:
+    """Starts a monitor; `pmon_shutdown` and the end of the program end it. None after `rl_signal`."""
+    if _shutdown.has_begun:
+        return None
+    monitor = ProcessMonitor(f"ProcessMonitor-{next(_numbers)}")
+    _init_signal_handlers()
+    if not _monitors:
+        atexit.register(pmon_shutdown)
+    _monitors.append(monitor)
+    monitor.start()
+    return monitor
+
+
+def shutdown_process_monitor(process_monitor: ProcessMonitor | None) -> bool:
+    """Ends a monitor and its processes; False when it is over already, or takes longer than 20 s."""
+    if process_monitor is None or process_monitor.is_shutdown:
+        return False
+    process_monitor.shutdown()
+    process_monitor.join(_SHUTDOWN_TIMEOUT_S)
+    return not process_monitor.is_alive()
+
+
+def pmon_shutdown() -> None:
+    """Ends all monitors that `start_process_monitor` started, and their processes."""
+    for monitor in _monitors[:]:
+        shutdown_process_monitor(monitor)
+        with suppress(ValueError):
+            _monitors.remove(monitor)
+
+
+def rl_signal(sig: int, stackframe: FrameType | None) -> None:
+    """A handler of signals that ends all monitors. Only the first signal has an effect."""
+    _ = sig, stackframe
+    if not _shutdown.has_begun:
+        _shutdown.has_begun = True
+        pmon_shutdown()
+
+
+def _init_signal_handlers() -> None:
+    """Makes Ctrl-C effective also in a background job of a shell script.
+
+    Scripts replace this function by their own to launch from other threads, which is not needed here.
+    """
+    accept_ctrl_c()

@@ -1,0 +1,143 @@
+"""Functions that launch scripts call, under Noetic's names."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipros.basics.env import DEFAULT_MASTER_PORT, Environment
+from pipros.basics.errors import Refused, Unreachable
+from pipros.launch.arguments import split_arguments
+from pipros.launch.console import Console
+from pipros.launch.find_launch_files import resolve_files
+from pipros.launch.logs import disk_usage_report
+from pipros.launch.run_id import new_run_id
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.net.master_client import MasterClient
+from pipros.workspace.index import PackageIndex
+from roslaunch.core import FileAndArguments, Master, RLException, printerrlog, printlog
+
+__all__ = [
+    "DEFAULT_MASTER_PORT",
+    "change_terminal_name",
+    "check_log_disk_usage",
+    "check_roslaunch",
+    "get_or_generate_uuid",
+    "print_file_list",
+    "resolve_launch_arguments",
+    "update_terminal_name",
+]
+
+_star_names(__name__, "os rosclean rosgraph roslaunch roslib rospkg sys time")
+
+_ASK_EVERY_S = 0.1
+
+
+def resolve_launch_arguments(args: Sequence[str]) -> list[str]:
+    """The launch files for `package file.launch`, or paths.
+
+    Raises:
+        RLException: a file does not exist.
+    """
+    return resolve_files(split_arguments(list(args))[1], PackageIndex.from_environment())
+
+
+def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: bool) -> str:
+    """The run id that is given, else that of the running master, else a new one.
+
+    Args:
+        options_wait_for_master: waits for a master that has one instead of making a new one.
+    """
+    if options_runid:
+        return options_runid
+    client = MasterClient(Environment.from_os().master_uri, "/roslaunch", timeout_s=5.0)
+    try:
+        while True:
+            try:
+                return str(client.get_param("/run_id"))
+            except (Unreachable, Refused):
+                if not options_wait_for_master:
+                    return new_run_id()
+                time.sleep(_ASK_EVERY_S)
+    finally:
+        client.close()
+
+
+def _wait_for_master() -> None:
+    """Returns when a master answers."""
+    master = Master()
+    if not master.is_running():
+        printlog("roscore/master is not yet running, will wait for it to start")
+        while not master.is_running():
+            time.sleep(_ASK_EVERY_S)
+    printlog("master has started, initiating launch")
+
+
+def check_log_disk_usage() -> None:
+    """Prints whether the log folder has grown large."""
+    printlog("Checking log directory for disk usage. This may take a while.\nPress Ctrl-C to interrupt")
+    printlog(disk_usage_report(Environment.from_os().log_dir))
+
+
+def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: bool = False) -> str | None:
+    """The mistakes in a launch file, one a line; None when there are none.
+
+    Args:
+        use_test_depends: whether `test_depend` counts as a declaration.
+        ignore_unset_args: whether arguments may be without a value.
+    """
+    from pipros.launch.check import mistakes
+
+    found = mistakes(
+        Path(os.path.abspath(f)),
+        PackageIndex.from_environment(),
+        with_test_depends=use_test_depends,
+        ignore_unset=ignore_unset_args,
+    )
+    for mistake in found:
+        if mistake.startswith("Missing package dependencies"):
+            printerrlog(mistake)
+    return "\n".join(found) if found else None
+
+
+def print_file_list(roslaunch_files: Sequence[FileAndArguments]) -> None:
+    """Prints the paths of files and of all that they include; ends the process with 1 when they are wrong."""
+    from roslaunch.config import get_roscore_filename, load_config_default
+
+    try:
+        config = load_config_default(roslaunch_files, None, assign_machines=False)
+    except RLException as error:
+        print(error, file=sys.stderr)
+        sys.exit(1)
+    core = get_roscore_filename()
+    for file in dict.fromkeys(config.roslaunch_files):
+        if file != core:
+            print(os.path.abspath(file))
+
+
+def change_terminal_name(args: Sequence[str], is_core: bool) -> None:
+    """Names the terminal window after what is launched."""
+    _title.name = "roscore" if is_core else ",".join(args)
+    _title.show(_title.name)
+
+
+def update_terminal_name(ros_master_uri: str) -> None:
+    """Adds the URI of the master to the name that the terminal window was given."""
+    if _title.name:
+        _title.show(f"{_title.name} {ros_master_uri}")
+
+
+class _Title:
+    """The title of the terminal window; empty until it was changed."""
+
+    def __init__(self) -> None:
+        self.name = ""
+
+    def show(self, text: str) -> None:
+        Console().title(text)
+
+
+_title = _Title()

@@ -1,0 +1,34 @@
+"""The command `roslaunch-logs`."""
+
+from __future__ import annotations
+
+import sys
+
+from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.net.master_client import MasterClient
+
+_star_names(__name__, "os rosgraph rospkg time traceback")
+
+NAME = "roslaunch-logs"
+
+
+def get_run_id() -> str | None:
+    """The run of the master; None when none answers."""
+    client = MasterClient(Environment.from_os().master_uri, "/roslaunch", timeout_s=5.0)
+    try:
+        return str(client.get_param("/run_id"))
+    except PiprosError:
+        return None
+    finally:
+        client.close()
+
+
+def logs_main() -> None:
+    """The command; ends the process when it fails."""
+    from pipros.cli.roslaunch_logs import main
+
+    code = main()
+    if code:
+        sys.exit(code)

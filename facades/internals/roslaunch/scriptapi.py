@@ -1,0 +1,73 @@
+"""`ROSLaunch`: launches single nodes from a script."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.basics.lazy_names import star_names as _star_names
+from roslaunch.core import Master, Node, RLException
+from roslaunch.parent import ROSLaunchParent
+from roslaunch.rlutil import get_or_generate_uuid
+
+__all__ = ["Master", "Node", "RLException", "ROSLaunch"]
+
+_star_names(__name__, "roslaunch")
+
+
+class ROSLaunch:
+    """Launches nodes one by one; `stop` ends them all.
+
+    >>> launch = ROSLaunch()                                            # doctest: +SKIP
+    >>> launch.start()                                                  # doctest: +SKIP
+    >>> process = launch.launch(Node("rospy_tutorials", "talker.py"))   # doctest: +SKIP
+    >>> process.stop()                                                  # doctest: +SKIP
+    """
+
+    def __init__(self) -> None:
+        self._files: list[str] = []
+        self._texts: list[str] = []
+        self.parent = ROSLaunchParent(
+            get_or_generate_uuid(None, False), self._files, roslaunch_strs=self._texts, show_summary=False
+        )
+        self.started = False
+
+    def load(self, f: str) -> None:
+        """Adds a launch file; to be called before `start`."""
+        self._files.append(f)
+
+    def load_str(self, s: str) -> None:
+        """Adds a launch file as text; to be called before `start`."""
+        self._texts.append(s)
+
+    def start(self) -> None:
+        """Starts a master, unless one answers, and what was loaded."""
+        self.parent.start(auto_terminate=False)
+        self.started = True
+
+    def launch(self, node: Node) -> Any:
+        """Starts a node; the process that it returns has `is_alive`, `stop`, `exit_code`, `pid`, `name`.
+
+        Raises:
+            RLException: it cannot be started, or `start` was not called.
+            ValueError: it is not a Node.
+        """
+        if not self.started or self.parent.runner is None:
+            raise RLException("please start ROSLaunch first")
+        if not isinstance(node, Node):
+            raise ValueError("arg must be of type Node")
+        process, is_started = self.parent.runner.launch_node(node)
+        if not is_started:
+            raise RLException(f"failed to launch {node.package}/{node.type}")
+        return process
+
+    def spin(self) -> None:
+        """Waits until the launch is over."""
+        self.parent.spin()
+
+    def spin_once(self) -> bool:
+        """False when the launch is over."""
+        return self.parent.spin_once()
+
+    def stop(self) -> None:
+        """Ends all nodes."""
+        self.parent.shutdown()

@@ -1,0 +1,262 @@
+"""The XML-RPC servers of launchers: for tools that ask for processes, and between parents and children."""
+
+from __future__ import annotations
+
+import logging
+import os
+import threading
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from pipros.launch.session import LaunchSession
+from pipros.basics.lazy_names import star_names as _star_names
+from rosgraph.xmlrpc import XmlRpcHandler, XmlRpcNode
+from roslaunch.core import (
+    RLException,
+    add_printerrlog_handler,
+    add_printlog_handler,
+    printerrlog,
+    printlog,
+    printlog_bold,
+)
+from roslaunch.launch import ROSLaunchRunner
+from roslaunch.nodeprocess import DEFAULT_TIMEOUT_SIGINT, DEFAULT_TIMEOUT_SIGTERM
+from roslaunch.pmon import Process, ProcessListener, ProcessMonitor
+from roslaunch.xmlloader import XmlLoader
+
+if TYPE_CHECKING:
+    from roslaunch.config import ROSLaunchConfig
+
+__all__ = [
+    "DEFAULT_TIMEOUT_SIGINT",
+    "DEFAULT_TIMEOUT_SIGTERM",
+    "ChildROSLaunchProcess",
+    "Process",
+    "ProcessListener",
+    "RLException",
+    "ROSLaunchBaseHandler",
+    "ROSLaunchChildHandler",
+    "ROSLaunchChildNode",
+    "ROSLaunchNode",
+    "ROSLaunchParentHandler",
+    "ROSLaunchParentNode",
+    "ROSLaunchRunner",
+    "add_printerrlog_handler",
+    "add_printlog_handler",
+    "printerrlog",
+    "printlog",
+    "printlog_bold",
+]
+
+_star_names(
+    __name__,
+    "errno rosgraph_msgs.msg:Log logging os rosgraph.network rosgraph.xmlrpc roslaunch "
+    "xmlrpc.client:ServerProxy socket sys time traceback urllib.parse:urlparse",
+)
+
+Answer = tuple[int, str, Any]
+
+
+class ChildROSLaunchProcess(Process):
+    """A launch child on another machine, as its parent sees it; subclasses start it.
+
+    Attributes:
+        uri: of its server; None until it registered.
+    """
+
+    def __init__(self, name: str, args: Sequence[str], env: Mapping[str, str]) -> None:
+        super().__init__("roslaunch", name, args, env)
+        self.uri: str | None = None
+
+    def set_uri(self, uri: str) -> None:
+        """Called when the child registered."""
+        self.uri = uri
+
+
+class ROSLaunchBaseHandler(XmlRpcHandler):
+    """What every launcher answers: its process id, its processes, its nodes."""
+
+    def __init__(self, pm: ProcessMonitor) -> None:
+        if pm is None:
+            raise RLException("cannot create xmlrpc handler: pm is not initialized")
+        self.pm = pm
+        self.logger = logging.getLogger("roslaunch.server")
+
+    def list_processes(self) -> Answer:
+        """Names and spawn counts: first of the processes that run, then of those that ended."""
+        return 1, "processes on parent machine", self.pm.get_process_names_with_spawn_count()
+
+    def process_info(self, process_name: str) -> Answer:
+        """What there is to know about a process."""
+        process = self.pm.get_process(process_name)
+        if process is None:
+            return -1, "no process by that name", {}
+        info = process.get_info()
+        return 1, "process info", {**info, "env": dict(info["env"]), "args": list(info["args"])}
+
+    def get_pid(self) -> Answer:
+        """The process id of the launcher."""
+        return 1, str(os.getpid()), os.getpid()
+
+    def get_node_names(self) -> Answer:
+        """The names of the processes that run."""
+        return 1, "node names", self.pm.get_active_names()
+
+
+class ROSLaunchParentHandler(ROSLaunchBaseHandler):
+    """What a parent answers to tools and to its children."""
+
+    def __init__(
+        self,
+        pm: ProcessMonitor,
+        child_processes: dict[str, ChildROSLaunchProcess],
+        listeners: list[ProcessListener],
+    ) -> None:
+        super().__init__(pm)
+        self.child_processes = child_processes
+        self.listeners = listeners
+
+    def register(self, client: str, uri: str) -> Answer:
+        """A child says where its server is."""
+        child = self.child_processes.get(client)
+        if child is None:
+            return -1, f"unknown child [{client}]", 0
+        child.set_uri(uri)
+        return 1, "registered", 1
+
+    def list_children(self) -> Answer:
+        """The URIs of the children that registered."""
+        uris = [child.uri for child in self.child_processes.values() if child.uri is not None]
+        return 1, "roslaunch children", uris
+
+    def process_died(self, process_name: str, exit_code: int) -> Answer:
+        """A child says that one of its processes ended."""
+        for listener in self.listeners:
+            listener.process_died(process_name, exit_code)
+        return 1, "", 0
+
+    def log(self, client: str, level: int, message: str) -> Answer:
+        """A child has something to print. `level` is that of rosgraph_msgs/Log; from 8 on it is an error."""
+        (printerrlog if level >= _ERROR else printlog)(f"[{client}]: {message}")
+        return 1, "", 1
+
+
+_ERROR = 8
+
+
+class ROSLaunchChildHandler(ROSLaunchBaseHandler):
+    """What a child answers to its parent."""
+
+    def __init__(
+        self,
+        run_id: str,
+        name: str,
+        server_uri: str,
+        pm: ProcessMonitor,
+        sigint_timeout: float = DEFAULT_TIMEOUT_SIGINT,
+        sigterm_timeout: float = DEFAULT_TIMEOUT_SIGTERM,
+    ) -> None:
+        super().__init__(pm)
+        if server_uri is None:
+            raise RLException("server_uri is not initialized")
+        self.run_id = run_id
+        self.name = name
+        self.server_uri = server_uri
+        self.sigint_timeout = sigint_timeout
+        self.sigterm_timeout = sigterm_timeout
+        self._stopping = threading.Event()
+
+    def shutdown(self) -> Answer:
+        """The parent ends the child."""
+        self._stopping.set()
+        self.pm.shutdown()
+        return 1, "success", 1
+
+    def launch(self, launch_xml: str) -> Answer:
+        """The parent orders nodes. Returns the names of those that started, and of those that did not."""
+        from roslaunch.config import ROSLaunchConfig
+
+        config = ROSLaunchConfig()
+        try:
+            XmlLoader(resolve_anon=False).load_string(launch_xml, config, verbose=False)
+            runner = ROSLaunchRunner(
+                self.run_id,
+                config,
+                server_uri=self.server_uri,
+                pmon=self.pm,
+                is_child=True,
+                sigint_timeout=self.sigint_timeout,
+                sigterm_timeout=self.sigterm_timeout,
+            )
+            started, failed = runner.launch()
+        except RLException as error:
+            return -1, f"ERROR: {error}", [[], []]
+        return 1, "launched", [[process.name for process in started], failed]
+
+
+class ROSLaunchNode(XmlRpcNode):
+    """Serves a handler on a free port; its methods may be called once `start` returns."""
+
+    def __init__(self, handler: ROSLaunchBaseHandler | None) -> None:
+        super().__init__(0, handler)
+
+    def run(self) -> None:
+        """For scripts that call it: the server runs in a thread of its own since `start`."""
+
+
+class ROSLaunchParentNode(ROSLaunchNode):
+    """The server of a parent.
+
+    Attributes:
+        rosconfig: what is launched.
+        listeners: notified of the ends of processes on other machines.
+        child_processes: the launch children by their names.
+    """
+
+    def __init__(self, rosconfig: ROSLaunchConfig, pm: ProcessMonitor) -> None:
+        self.rosconfig = rosconfig
+        self.listeners: list[ProcessListener] = []
+        self.child_processes: dict[str, ChildROSLaunchProcess] = {}
+        if pm is None:
+            raise RLException("cannot create parent node: pm is not initialized")
+        super().__init__(ROSLaunchParentHandler(pm, self.child_processes, self.listeners))
+
+    @classmethod
+    def of_session(
+        cls, session: LaunchSession, rosconfig: ROSLaunchConfig, pm: ProcessMonitor
+    ) -> ROSLaunchParentNode:
+        """The server of a launch that runs: the launch opened it, and ends it."""
+        node = cls(rosconfig, pm)
+        if session.server is not None:
+            node.set_uri(session.server.uri)
+        return node
+
+    def add_child(self, name: str, p: ChildROSLaunchProcess) -> None:
+        """Adds a launch child, which registers under that name."""
+        self.child_processes[name] = p
+
+    def add_process_listener(self, l: ProcessListener) -> None:  # noqa: E741  # Noetic's name
+        """From now on tells a listener about the ends of processes on other machines."""
+        self.listeners.append(l)
+
+
+class ROSLaunchChildNode(ROSLaunchNode):
+    """The server of a child."""
+
+    def __init__(
+        self,
+        run_id: str,
+        name: str,
+        server_uri: str,
+        pm: ProcessMonitor,
+        sigint_timeout: float = DEFAULT_TIMEOUT_SIGINT,
+        sigterm_timeout: float = DEFAULT_TIMEOUT_SIGTERM,
+    ) -> None:
+        self.run_id = run_id
+        self.name = name
+        self.server_uri = server_uri
+        self.pm = pm
+        self.logger = logging.getLogger("roslaunch.server")
+        if pm is None:
+            raise RLException("cannot create child node: pm is not initialized")
+        super().__init__(ROSLaunchChildHandler(run_id, name, server_uri, pm, sigint_timeout, sigterm_timeout))

@@ -1,0 +1,75 @@
+"""`resolve_args`: makes substitutions in a text."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipros.launch.load_context import LoadContext
+from pipros.launch.param_types import convert
+from pipros.launch.substitute import Substitution, SubstitutionError, UnsetArgument, anonymous_name
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.workspace.index import PackageIndex
+
+if TYPE_CHECKING:
+    from rospkg import RosPack
+
+SubstitutionException = SubstitutionError
+ArgException = UnsetArgument
+
+__all__ = ["ArgException", "SubstitutionException", "convert_value", "resolve_args"]
+
+_star_names(__name__, "math os rosgraph rospkg io:StringIO")
+
+_rospack: RosPack | None = None
+"""Finds the packages, if other packages set it; they do so to forget what was found before."""
+
+
+def convert_value(value: str, type_: str) -> Any:
+    """The value that a text has as a parameter of that type: auto, str, int, double, bool or yaml.
+
+    Raises:
+        ValueError: the type is unknown, or the text does not fit it.
+    """
+    return convert(value, type_)
+
+
+def resolve_args(
+    arg_str: str,
+    context: Mapping[str, Any] | None = None,
+    resolve_anon: bool = True,
+    filename: str | None = None,
+) -> str:
+    """The text with all substitutions made.
+
+    Args:
+        context: `{"arg": {name: value}, "filename": path}`, as in Noetic; anonymous names are kept in it.
+        resolve_anon: has no effect, as in Noetic: `$(anon x)` becomes a unique name.
+        filename: the file of the text, for `$(dirname)`.
+
+    Raises:
+        SubstitutionException: the text is malformed, or refers to something that does not exist.
+    """
+    _ = resolve_anon
+    if not arg_str:
+        return arg_str
+    context = {} if context is None else context
+    file = filename or context.get("filename")
+    substitution = Substitution(
+        LoadContext.of_process(_packages()).find,
+        os.environ,
+        anonymous_name,
+        arguments=dict(context.get("arg", {})),
+        folder=os.path.dirname(os.path.abspath(file)) if file else None,
+        anonymous=context.get("anon", {}),
+    )
+    if isinstance(context, dict):
+        context.setdefault("anon", substitution.anonymous)
+    return substitution.resolve(arg_str)
+
+
+def _packages() -> PackageIndex | None:
+    """The packages that `_rospack` finds; None if it is not set."""
+    return None if _rospack is None else PackageIndex([Path(path) for path in _rospack.get_ros_paths()])

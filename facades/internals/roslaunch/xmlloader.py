@@ -1,0 +1,271 @@
+"""`XmlLoader`: reads launch files into a `ROSLaunchConfig`, or anything that has its `add_…` methods."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+from pipros.launch.arguments import split_arguments
+from pipros.launch.builder import LaunchBuilder
+from pipros.launch.load_context import LoadContext
+from pipros.launch.model import Argument, LaunchError, ParameterAction, ParameterCommand
+from pipros.launch.model import Machine as MachineValue
+from pipros.launch.model import Node as NodeValue
+from pipros.launch.model import Test as TestValue
+from pipros.launch.param_types import convert_bool
+from pipros.launch.scope import LaunchScope
+from pipros.launch.xml import Loader as Reader
+from pipros.basics.lazy_names import star_names as _star_names
+from rosgraph.names import get_ros_namespace, is_legal_name, is_private, make_global_ns, ns_join
+from roslaunch.core import PHASE_SETUP, Machine, Node, Param, RLException, RosbinExecutable, Test
+from roslaunch.loader import Loader, LoaderContext, LoadException
+from roslaunch.substitution_args import ArgException, SubstitutionException, resolve_args
+
+__all__ = [
+    "CLEAR_PARAMS",
+    "NS",
+    "ArgException",
+    "Machine",
+    "Node",
+    "Param",
+    "RLException",
+    "SubstitutionException",
+    "Test",
+    "XmlLoader",
+    "XmlParseException",
+    "get_ros_namespace",
+    "ifunless",
+    "ifunless_test",
+    "is_legal_name",
+    "is_private",
+    "make_global_ns",
+    "ns_join",
+]
+
+_star_names(
+    __name__,
+    "DomNode=xml.dom:Node itertools logging xml.dom.minidom:parse xml.dom.minidom:parseString "
+    "rospkg.common:ResourceNotFound roslaunch.loader roslaunch.substitution_args sys traceback",
+)
+
+_NOT_LOADED = "error loading <rosparam> tag"
+"""The beginning of errors that genuine ROS does not count as mistakes in the XML."""
+
+NS = "ns"
+CLEAR_PARAMS = "clear_params"
+
+
+class XmlParseException(RLException):
+    """A launch file is wrong. The text is the reason alone; `places` and `element` say where."""
+
+    def __str__(self) -> str:
+        return self.reason
+
+
+class DomElement(Protocol):
+    """What is used of an element of `xml.dom`."""
+
+    def getAttribute(self, name: str) -> str: ...  # noqa: N802
+
+    def hasAttribute(self, name: str) -> bool: ...  # noqa: N802
+
+
+def ifunless_test(obj: XmlLoader, tag: DomElement, context: LoaderContext) -> bool:
+    """What `if` and `unless` of an element say; True without them.
+
+    Raises:
+        XmlParseException: it has both, or one that is neither true nor false.
+    """
+    wanted, unwanted = obj.opt_attrs(tag, context, ("if", "unless"))
+    if wanted is not None and unwanted is not None:
+        raise XmlParseException("cannot set both 'if' and 'unless' on the same tag")
+    try:
+        if wanted is not None:
+            return convert_bool(wanted)
+        return unwanted is None or not convert_bool(unwanted)
+    except ValueError as error:
+        raise XmlParseException(str(error)) from error
+
+
+def ifunless(f: Callable[..., Any]) -> Callable[..., Any]:
+    """A method of a loader that does nothing for elements that are not wanted."""
+
+    def call(*args: Any, **kwds: Any) -> Any:
+        return f(*args, **kwds) if ifunless_test(args[0], args[1], args[2]) else None
+
+    return call
+
+
+class _IntoConfig(LaunchBuilder):
+    """Passes what is read to a configuration, in the order of the files."""
+
+    def __init__(self, config: Any, *, core: bool, verbose: bool) -> None:
+        super().__init__()
+        self._config = config
+        self._core = core
+        self._verbose = verbose
+        self.arguments: list[Argument] = []
+
+    def add_file(self, file: str) -> None:
+        if self._verbose:
+            print(f"... loading XML file [{file}]")
+        self._config.add_roslaunch_file(file)
+
+    def warn(self, *warnings: str) -> None:
+        for warning in warnings:
+            self._config.add_config_error(warning)
+
+    def add_param(self, key: str, value: Any) -> None:
+        self._config.add_param(Param(key, value), filename=None, verbose=self._verbose)
+
+    def clear_params(self, namespace: str) -> None:
+        self._config.add_clear_param(namespace)
+
+    def add_command(self, command: ParameterCommand) -> None:
+        words = (command.key,)
+        if command.action is ParameterAction.DUMP:
+            words = (command.file or None, command.key)  # type: ignore[assignment]
+        self._config.add_executable(RosbinExecutable("rosparam", (command.action.value, *words), PHASE_SETUP))
+
+    def add_node(self, node: NodeValue) -> None:
+        self._config.add_node(Node.from_model(node), core=self._core, verbose=self._verbose)
+
+    def add_test(self, test: TestValue) -> None:
+        self._config.add_test(Test.from_test(test), verbose=self._verbose)
+
+    def add_machine(self, machine: MachineValue) -> None:
+        self._config.add_machine(Machine.from_model(machine), verbose=self._verbose)
+
+    def add_argument(self, argument: Argument) -> None:
+        self.arguments.append(argument)
+
+
+class XmlLoader(Loader):
+    """Reads files one by one into a configuration.
+
+    Attributes:
+        resolve_anon: has no effect, as in Noetic.
+        root_context: the context of the latest file, with its arguments; None before the first.
+        ignore_unset_args: whether arguments without a value count as empty.
+    """
+
+    NODE_ATTRS = (
+        "pkg", "type", "machine", "name", "args", "output", "respawn", "respawn_delay", "cwd", NS,
+        CLEAR_PARAMS, "launch-prefix", "required",
+    )  # fmt: skip
+    TEST_ATTRS = (
+        "pkg", "type", "machine", "name", "args", "output", "respawn", "respawn_delay", "cwd", NS,
+        CLEAR_PARAMS, "launch-prefix", "required", "test-name", "time-limit", "retry",
+    )  # fmt: skip
+    MACHINE_ATTRS = (
+        "name", "address", "env-loader", "ssh-port", "user", "password", "default", "timeout",
+    )  # fmt: skip
+    PARAM_ATTRS = ("name", "value", "type", "value", "textfile", "binfile", "command")
+    ROSPARAM_OPT_ATTRS = ("command", "ns", "file", "param", "subst_value")
+    GROUP_ATTRS = (NS, CLEAR_PARAMS)
+    INCLUDE_ATTRS = ("file", NS, CLEAR_PARAMS, "pass_all_args")
+    REMAP_ATTRS = ("from", "to")
+    ENV_ATTRS = ("name", "value")
+    ARG_ATTRS = ("name", "value", "default", "doc")
+
+    def __init__(self, resolve_anon: bool = True, args_only: bool = False) -> None:
+        self.resolve_anon = resolve_anon
+        self.args_only = args_only
+        self.ignore_unset_args = False
+        self.root_context: LoaderContext | None = None
+
+    def load(
+        self,
+        filename: str,
+        ros_config: Any,
+        core: bool = False,
+        argv: Sequence[str] | None = None,
+        verbose: bool = True,
+    ) -> None:
+        """Reads a file.
+
+        Args:
+            core: whether its nodes belong to the core.
+            argv: `name:=value` words for its arguments; by default those of this process.
+            verbose: prints what is added.
+
+        Raises:
+            XmlParseException: with file, line and element.
+        """
+        words = sys.argv if argv is None else argv
+        self._read(ros_config, words, filename, lambda reader: reader.load_file(filename), core, verbose)
+
+    def load_string(self, xml_text: str, ros_config: Any, core: bool = False, verbose: bool = True) -> None:
+        """Reads a text. Raises as `load`."""
+        if verbose:
+            print("... loading XML")
+        self._read(ros_config, sys.argv, None, lambda reader: reader.load_text(xml_text), core, verbose)
+
+    def _read(
+        self,
+        config: Any,
+        words: Sequence[str],
+        filename: str | None,
+        read: Callable[[Reader], LaunchScope],
+        core: bool,
+        verbose: bool,
+    ) -> None:
+        builder = _IntoConfig(config, core=core, verbose=verbose)
+        reader = Reader(
+            LoadContext.of_process(),
+            split_arguments(words)[0],
+            unset_as="" if self.ignore_unset_args else None,
+            arguments_only=self.args_only,
+            builder=builder,
+        )
+        try:
+            scope = read(reader)
+        except XmlParseException:
+            raise
+        except LaunchError as error:
+            kind = LoadException if error.reason.startswith(_NOT_LOADED) else XmlParseException
+            raise kind(error.reason, error.places, error.element) from error
+        context = LoaderContext(scope.namespace, filename, arg_names=sorted(scope.declared))
+        context.resolve_dict["arg"] = {
+            name: value for name, value in scope.arguments.items() if value is not None
+        }
+        context.resolve_dict["arg_doc"] = {
+            argument.name: (argument.doc or None, argument.default)
+            for argument in builder.arguments
+            if not argument.value
+        }
+        self.root_context = context
+
+    def resolve_args(self, args: str, context: LoaderContext) -> str:
+        """The text with all substitutions made in a context.
+
+        Raises:
+            ArgException: an argument is not set.
+            XmlParseException: the text is malformed, or refers to something that does not exist.
+        """
+        context.resolve_dict["filename"] = context.filename
+        try:
+            return resolve_args(args, context=context.resolve_dict, resolve_anon=self.resolve_anon)
+        except ArgException:
+            if not self.ignore_unset_args:
+                raise
+            return ""
+        except SubstitutionException as error:
+            raise XmlParseException(str(error)) from error
+
+    def opt_attrs(self, tag: DomElement, context: LoaderContext, attrs: Sequence[str]) -> list[str | None]:
+        """The values of attributes in a context; None for those that an element does not have."""
+        return [
+            self.resolve_args(tag.getAttribute(name), context) if tag.hasAttribute(name) else None
+            for name in attrs
+        ]
+
+    def reqd_attrs(self, tag: DomElement, context: LoaderContext, attrs: Sequence[str]) -> list[str]:
+        """The values of attributes in a context. Raises KeyError for one that an element does not have."""
+        values = []
+        for name, value in zip(attrs, self.opt_attrs(tag, context, attrs), strict=True):
+            if value is None:
+                raise KeyError(name)
+            values.append(value)
+        return values

@@ -1,0 +1,34 @@
+"""`roslib.message`: the former home of `genpy.message`."""
+
+from genpy.message import (
+    DeserializationError,
+    Duration,
+    Message,
+    SerializationError,
+    Time,
+    TVal,
+    check_type,
+    fill_message_args,
+    get_message_class,
+    get_printable_message_args,
+    get_service_class,
+    strify_message,
+)
+from pipros.basics.lazy_names import star_names as _star_names
+
+__all__ = [
+    "DeserializationError",
+    "Duration",
+    "Message",
+    "SerializationError",
+    "TVal",
+    "Time",
+    "check_type",
+    "fill_message_args",
+    "get_message_class",
+    "get_printable_message_args",
+    "get_service_class",
+    "strify_message",
+]
+
+_star_names(__name__, "genmsg genpy roslib rospkg")

@@ -1,0 +1,46 @@
+"""`roslib.resources`: the files in a folder of a package."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from pipros.basics.lazy_names import star_names as _star_names
+from roslib.launcher import find_package
+
+_star_names(__name__, "os roslib")
+
+Filter = Callable[[str], object]
+
+
+def list_package_resources(
+    package: str, include_depends: bool, subdir: str, rfilter: Filter | None = None
+) -> list[str]:
+    """The names of the files in a folder of a package; with `include_depends` also of those that it needs.
+
+    `rfilter` is called with the path of each, and says whether it is listed.
+
+    Raises:
+        InvalidROSPkgException: the package does not exist.
+    """
+    from roslib.packages import get_pkg_dir
+
+    folders = [str(get_pkg_dir(package))]
+    if include_depends:
+        from rospkg import RosPack
+
+        folders += [str(find_package(name).path) for name in RosPack().get_depends(package, implicit=False)]
+    return [
+        name for folder in folders for name in list_package_resources_by_dir(folder, False, subdir, rfilter)
+    ]
+
+
+def list_package_resources_by_dir(
+    package_dir: str, include_depends: bool, subdir: str, rfilter: Filter | None = None
+) -> list[str]:
+    """As `list_package_resources`, for the package in a folder."""
+    if include_depends:
+        return list_package_resources(Path(package_dir).name, True, subdir, rfilter)
+    folder = Path(package_dir, subdir)
+    files = sorted(folder.iterdir()) if folder.is_dir() else []
+    return [file.name for file in files if file.is_file() and (rfilter is None or rfilter(str(file)))]

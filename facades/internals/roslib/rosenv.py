@@ -1,0 +1,87 @@
+"""`roslib.rosenv`, for old scripts: what the `ROS_*` variables say."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from pipros.basics.env import Environment
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.node.program_log import make_folders_as_parent
+from rosgraph.rosenv import ROS_HOSTNAME as ROS_HOSTNAME
+from rosgraph.rosenv import ROS_IP as ROS_IP
+from rosgraph.rosenv import ROS_MASTER_URI as ROS_MASTER_URI
+from rosgraph.rosenv import ROS_NAMESPACE as ROS_NAMESPACE
+
+_star_names(__name__, "warnings")
+
+ROS_ROOT = "ROS_ROOT"
+ROS_PACKAGE_PATH = "ROS_PACKAGE_PATH"
+ROS_HOME = "ROS_HOME"
+ROS_LOG_DIR = "ROS_LOG_DIR"
+ROS_BINDEPS_PATH = "ROS_BINDEPS_PATH"
+ROS_BOOST_ROOT = "ROS_BOOST_ROOT"
+
+
+class ROSEnvException(Exception):
+    """A variable is not set, or does not say what it should."""
+
+
+def get_ros_root(required: bool = True, env: Mapping[str, str] | None = None) -> str | None:
+    """`ROS_ROOT`, which ROS 1 has not needed for long.
+
+    Raises:
+        ROSEnvException: it is not set, and is `required`.
+    """
+    return _variable(ROS_ROOT, required, env)
+
+
+def get_ros_package_path(required: bool = False, env: Mapping[str, str] | None = None) -> str | None:
+    """`ROS_PACKAGE_PATH`; raises as `get_ros_root`."""
+    return _variable(ROS_PACKAGE_PATH, required, env)
+
+
+def get_master_uri(
+    required: bool = True, env: Mapping[str, str] | None = None, argv: Sequence[str] | None = None
+) -> str | None:
+    """The URI of the master: `__master:=` in `argv`, else `ROS_MASTER_URI`.
+
+    Raises:
+        ROSEnvException: neither is there, and it is `required`; or `__master:=` has no address, or two.
+    """
+    for argument in sys.argv if argv is None else argv:
+        if argument.startswith("__master:="):
+            address = argument.partition(":=")[2]
+            if not address or ":=" in address:
+                raise ROSEnvException(f"__master remapping argument '{argument}' improperly specified")
+            return address
+    return _variable(ROS_MASTER_URI, required, env)
+
+
+def get_ros_home(env: Mapping[str, str] | None = None) -> str:
+    """`ROS_HOME`, else `~/.ros`."""
+    return str(Environment.from_os(env).ros_home)
+
+
+def get_log_dir(env: Mapping[str, str] | None = None) -> str:
+    """The folder of log files."""
+    return str(Environment.from_os(env).log_dir)
+
+
+def get_test_results_dir(env: Mapping[str, str] | None = None) -> str:
+    """The folder of results of tests."""
+    return str(Environment.from_os(env).test_results_dir)
+
+
+def makedirs_with_parent_perms(p: str) -> None:
+    """Makes a folder and those above it, each with owner and mode of the one that it lies in."""
+    make_folders_as_parent(Path(p))
+
+
+def _variable(name: str, required: bool, env: Mapping[str, str] | None) -> str | None:
+    value = (os.environ if env is None else env).get(name)
+    if required and not value:
+        raise ROSEnvException(f"{name} is not set: source the setup file of your workspace, or export it")
+    return value

@@ -1,0 +1,53 @@
+"""`roslib.scriptutil`, for old scripts: the master, and names of scripts."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Callable
+from functools import wraps
+from typing import ParamSpec, TypeVar
+from xmlrpc.client import ServerProxy
+
+from pipros.basics.lazy_names import star_names as _star_names
+from rosgraph import names
+
+_star_names(__name__, "roslib")
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def deprecated(func: Callable[P, T]) -> Callable[P, T]:
+    """Has each call of the function warn that it is deprecated."""
+
+    @wraps(func)
+    def call(*args: P.args, **kwargs: P.kwargs) -> T:
+        warnings.warn(
+            f"Call to deprecated function {func.__name__}.", category=DeprecationWarning, stacklevel=2
+        )
+        return func(*args, **kwargs)
+
+    return call
+
+
+@deprecated
+def get_master() -> ServerProxy:
+    """An XML-RPC proxy of the master. New code uses `rosgraph.Master`.
+
+    Raises:
+        KeyError: `ROS_MASTER_URI` is not set.
+    """
+    return ServerProxy(os.environ["ROS_MASTER_URI"])
+
+
+@deprecated
+def get_param_server() -> ServerProxy:
+    """The same as `get_master`: the master is the parameter server."""
+    return ServerProxy(os.environ["ROS_MASTER_URI"])
+
+
+@deprecated
+def script_resolve_name(script_name: str, name: str) -> str:
+    """The global name that `name` means to a script; see `rosgraph.names.script_resolve_name`."""
+    return names.script_resolve_name(script_name, name)

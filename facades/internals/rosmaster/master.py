@@ -1,0 +1,49 @@
+"""A master inside a process, as rostest and other code starts it."""
+
+from __future__ import annotations
+
+from pipros.basics.env import DEFAULT_MASTER_PORT
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.master import master
+
+NUM_WORKERS = 3
+
+__all__ = ["DEFAULT_MASTER_PORT", "NUM_WORKERS", "Master"]
+
+_star_names(__name__, "logging rosgraph rosmaster time")
+
+
+class Master:
+    """A ROS master. `start()` returns when it answers; `uri` is where."""
+
+    def __init__(self, port: int = DEFAULT_MASTER_PORT, num_workers: int = NUM_WORKERS) -> None:
+        """`num_workers` is accepted for compatibility and has no effect."""
+        self.port = port
+        self.num_workers = num_workers
+        self.uri: str | None = None
+        self._master: master.Master | None = None
+
+    def start(self) -> None:
+        self._master = master.Master(port=self.port)
+        self._master.start()
+        self.port = self._master.port
+        self.uri = self._master.uri
+
+    @property
+    def master_node(self) -> master.Master | None:
+        """What serves; None before `start` and after `stop`."""
+        return self._master
+
+    @property
+    def handler(self) -> master.Master | None:
+        """The same; what answers the calls is `pipros.master.api.MasterApi`."""
+        return self._master
+
+    def ok(self) -> bool:
+        """True while it runs."""
+        return self._master is not None
+
+    def stop(self) -> None:
+        master, self._master = self._master, None
+        if master is not None:
+            master.stop()

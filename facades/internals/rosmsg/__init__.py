@@ -1,0 +1,298 @@
+"""Python API of `rosmsg` and `rossrv`: message and service types, and their definitions.
+
+Facade of `pipros.cli.rosmsg`; see http://wiki.ros.org/rosmsg. Arguments `rospack` are ignored: packages are
+those of the environment.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TextIO
+
+from genpy.dynamic import generate_dynamic
+from pipros.cli.rosmsg import main as _main
+from pipros.cli.rosmsg_proto import main as _prototype_main
+from pipros.basics.errors import PiprosError
+from pipros.graph.skeleton import skeleton
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.msg import load_message_class
+from pipros.msg.base import Message
+from pipros.msg.language.spec import BUILTINS
+from pipros.workspace.find_in_workspaces import find_in_workspaces
+from pipros.workspace.index import PackageIndex
+from pipros.workspace.type_catalogue import MESSAGES, SERVICES, TypeCatalogue
+
+__all__ = [
+    "MAX_DEFAULT_NON_FLOW_ITEMS",
+    "MODE_MSG",
+    "MODE_SRV",
+    "ROSMsgException",
+    "RosMsgProtoArgsException",
+    "RosMsgProtoException",
+    "create_names_filter",
+    "find_in_workspaces",
+    "fullusage",
+    "generate_dynamic",
+    "get_array_type_instance",
+    "get_msg_text",
+    "get_srv_text",
+    "get_yaml_for_msg",
+    "iterate_packages",
+    "list_msgs",
+    "list_srvs",
+    "list_types",
+    "rosmsg_cmd_list",
+    "rosmsg_cmd_md5",
+    "rosmsg_cmd_package",
+    "rosmsg_cmd_packages",
+    "rosmsg_cmd_prototype",
+    "rosmsg_cmd_show",
+    "rosmsg_debug",
+    "rosmsg_md5",
+    "rosmsg_search",
+    "rosmsgmain",
+    "spec_to_str",
+]
+
+_star_names(
+    __name__,
+    "collections genmsg inspect optparse:OptionParser os roslib rospkg io:StringIO sys yaml",
+)
+
+MAX_DEFAULT_NON_FLOW_ITEMS = 4
+
+MODE_MSG = ".msg"
+MODE_SRV = ".srv"
+
+_KINDS: Mapping[str, TypeCatalogue] = {MODE_MSG: MESSAGES, MODE_SRV: SERVICES}
+
+
+class ROSMsgException(Exception):
+    """A type or a package does not exist, or a definition is invalid."""
+
+
+class RosMsgProtoException(Exception):
+    """A message cannot be represented as YAML."""
+
+
+class RosMsgProtoArgsException(Exception):
+    """The arguments of `rosmsg-proto` are invalid."""
+
+
+def get_msg_text(type_: str, raw: bool = False, rospack: object = None) -> str:  # noqa: ARG001
+    """Return the definition of a message: as in the file with `raw`, otherwise with embedded types.
+
+    Raises:
+        ROSMsgException: the type does not exist, or its definition is invalid.
+    """
+    return _text(MESSAGES, type_, raw)
+
+
+def get_srv_text(type_: str, raw: bool = False, rospack: object = None) -> str:  # noqa: ARG001
+    """Return the definition of a service; see `get_msg_text`."""
+    return _text(SERVICES, type_, raw)
+
+
+def _text(interfaces: TypeCatalogue, type_name: str, raw: bool) -> str:
+    try:
+        return interfaces.text(type_name, is_raw=raw)
+    except PiprosError as error:
+        raise ROSMsgException(f"{interfaces.unknown} [{type_name}]: {error}") from None
+
+
+def list_types(package: str, mode: str = MODE_MSG, rospack: object = None) -> list[str]:  # noqa: ARG001
+    """Return the types of a package as `package/Name`, sorted.
+        ValueError: `mode` is unknown.
+
+    Raises:
+        ROSMsgException: the package does not exist.
+    """
+    if mode not in _KINDS:
+        raise ValueError(f"Unknown mode for list_types: {mode}")
+    try:
+        return [f"{package}/{name}" for name in _KINDS[mode].names(package)]
+    except PiprosError as error:
+        raise ROSMsgException(str(error)) from None
+
+
+def _list_types(path: str, subdir: str, ext: str) -> list[str]:
+    """Return the names of the types in the folder `path` with the file extension `ext`, sorted."""
+    del subdir  # part of the path
+    return sorted(file.stem for file in Path(path).glob(f"*{ext}") if file.is_file())
+
+
+def list_msgs(package: str, rospack: object = None) -> list[str]:
+    """Return the messages of a package as `package/Name`, sorted."""
+    return list_types(package, MODE_MSG, rospack)
+
+
+def list_srvs(package: str, rospack: object = None) -> list[str]:
+    """Return the services of a package as `package/Name`, sorted."""
+    return list_types(package, MODE_SRV, rospack)
+
+
+def iterate_packages(rospack: object, mode: str) -> Iterator[tuple[str, str]]:  # noqa: ARG001
+    """Yield the packages with messages (or services) and the folder of their definitions."""
+    interfaces = _KINDS[mode]
+    index = PackageIndex.from_environment()
+    for package in interfaces.packages():
+        yield package, str(index.find(package).path / interfaces.kind)
+
+
+def rosmsg_search(rospack: object, mode: str, base_type: str) -> Iterator[str]:  # noqa: ARG001
+    """Yield the types named `base_type` of all packages."""
+    yield from _KINDS[mode].types_named(base_type)
+
+
+def rosmsg_md5(mode: str, type_: str) -> str:
+    """Return the MD5 sum of a type.
+
+    Raises:
+        ROSMsgException: the type does not exist.
+    """
+    try:
+        return _KINDS[mode].md5(type_)
+    except PiprosError as error:
+        raise ROSMsgException(str(error)) from None
+
+
+def rosmsg_debug(rospack: object, mode: str, type_: str, raw: bool = False) -> None:  # noqa: ARG001
+    """Print the definition of a type. Raises like `get_msg_text`."""
+    print(_text(_KINDS[mode], type_, raw))
+
+
+def spec_to_str(msg_context: Any, spec: Any, buff: TextIO | None = None, indent: str = "") -> str:
+    """Format the constants and fields of a genmsg definition, with embedded types indented.
+
+    Args:
+        msg_context: a `genmsg.MsgContext` with the embedded types.
+        spec: a `genmsg.MsgSpec`.
+        buff: stream to write the text to, in addition.
+
+    Raises:
+        KeyError: an embedded type is not registered.
+    """
+    lines = [f"{indent}{constant.type} {constant.name}={constant.val_text}\n" for constant in spec.constants]
+    for field in spec.parsed_fields():
+        lines.append(f"{indent}{field.type} {field.name}\n")
+        if not field.is_builtin:
+            lines.append(
+                spec_to_str(msg_context, msg_context.get_registered(field.base_type), indent=indent + "  ")
+            )
+    text = "".join(lines)
+    if buff is not None:
+        buff.write(text)
+    return text
+
+
+def create_names_filter(names: Collection[str]) -> Callable[[Any], list[str]]:
+    """Return a function that lists the fields of a message except `names`."""
+    return lambda message: [name for name in message.__slots__ if name not in names]
+
+
+def get_array_type_instance(field_type: str, default_package: str | None = None) -> Any:
+    """Return the default value of an array element: 0 for `get_array_type_instance("int32[]")`.
+
+    Return None for an array of strings, and for an unknown type.
+    """
+    base = field_type.partition("[")[0].strip()
+    if base in ("time", "duration"):
+        base = "std_msgs/" + base.capitalize()
+    elif base == "Header":
+        base = "std_msgs/Header"
+    elif base in BUILTINS:
+        return False if base == "bool" else None if base == "string" else 0
+    elif "/" not in base:
+        base = f"{default_package or ''}/{base}"
+    try:
+        return load_message_class(base)()
+    except PiprosError:
+        return None
+
+
+def get_yaml_for_msg(
+    msg: Message,
+    prefix: str = "",
+    time_offset: Any = None,
+    current_time: Any = None,
+    field_filter: Callable[[Any], Collection[str]] | None = None,
+    flow_style_: bool | None = None,
+    fill_arrays_: bool = False,
+) -> str:
+    """Return the fields of a message as YAML.
+
+    Args:
+        prefix: prefix of each line.
+        field_filter: function that lists the fields of a message to include.
+        flow_style_: use flow style (brackets) always or never; None for the parts of larger messages.
+        fill_arrays_: include one element of empty arrays.
+    """
+    del time_offset, current_time
+    shown = msg.__slots__ if field_filter is None else field_filter(msg)
+    left_out = [name for name in msg.__slots__ if name not in shown]
+    text = skeleton(msg, flow_style_, left_out, fill_arrays=fill_arrays_)
+    return "\n".join(prefix + line for line in text.splitlines())
+
+
+def fullusage(mode: str) -> str:
+    """Return the usage text of the command."""
+    from contextlib import redirect_stdout
+    from io import StringIO
+
+    with redirect_stdout(StringIO()) as printed:
+        _main([], interfaces=_KINDS[mode])
+    return printed.getvalue().rstrip("\n") + "\n"
+
+
+def rosmsg_cmd_list(mode: str, full: str, argv: Sequence[str] | None = None) -> None:
+    """Run `rosmsg list` with the arguments `argv`, or those of the process."""
+    _command(mode, full, "list", argv)
+
+
+def rosmsg_cmd_packages(mode: str, full: str, argv: Sequence[str] | None = None) -> None:
+    """Run `rosmsg packages` with the arguments `argv`, or those of the process."""
+    _command(mode, full, "packages", argv)
+
+
+def rosmsg_cmd_show(mode: str, full: str, alias: str = "show") -> None:
+    """Run `rosmsg show` with the arguments of the process."""
+    _command(mode, full, alias, None)
+
+
+def rosmsg_cmd_md5(mode: str, full: str) -> None:
+    """Run `rosmsg md5` with the arguments of the process."""
+    _command(mode, full, "md5", None)
+
+
+def rosmsg_cmd_package(mode: str, full: str) -> None:
+    """Run `rosmsg package` with the arguments of the process."""
+    _command(mode, full, "package", None)
+
+
+def rosmsg_cmd_prototype(args: Sequence[str]) -> None:
+    """Run `rosmsg-proto` with these arguments.
+
+    Raises:
+        SystemExit: the command failed, or its arguments are invalid.
+    """
+    if code := _prototype_main(list(args)):
+        sys.exit(code)
+
+
+def _command(mode: str, full: str, name: str, argv: Sequence[str] | None) -> None:
+    del full  # the command has its own name
+    arguments = sys.argv[2:] if argv is None else argv
+    if code := _main([name, *arguments], interfaces=_KINDS[mode]):
+        sys.exit(code)
+
+
+def rosmsgmain(mode: str = MODE_MSG) -> None:
+    """Run the command `rosmsg` or `rossrv`.
+
+    Raises:
+        SystemExit: the command failed, or its arguments are invalid.
+    """
+    if code := _main(interfaces=_KINDS[mode]):
+        sys.exit(code)

@@ -1,0 +1,218 @@
+"""Python API of `rosnode`: list, ping and shut down nodes.
+
+Facade of `pipros.graph`; see http://wiki.ros.org/rosnode.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import sys
+from collections.abc import Collection, Iterator, Sequence
+from typing import Any
+
+from pipros.basics import names as _names
+from pipros.cli.rosnode import main as _main
+from pipros.basics.errors import Refused
+from pipros.graph import node_info as _node_info
+from pipros.graph import nodes as _nodes
+from pipros.graph import ping as _pinging
+from pipros.graph.cleanup import clean_up as _clean_up
+from pipros.graph.client import GraphClient
+from pipros.graph.errors import translated
+from pipros.basics.lazy_names import star_names as _star_names
+
+__all__ = [
+    "CONNECTION_PATTERN",
+    "ID",
+    "NAME",
+    "ROSNodeException",
+    "ROSNodeIOException",
+    "cleanup_master_blacklist",
+    "cleanup_master_whitelist",
+    "get_api_uri",
+    "get_machines_by_nodes",
+    "get_node_connection_info_description",
+    "get_node_info_description",
+    "get_node_names",
+    "get_nodes_by_machine",
+    "kill_nodes",
+    "lookup_uri",
+    "rosnode_cleanup",
+    "rosnode_debugnode",
+    "rosnode_info",
+    "rosnode_listnodes",
+    "rosnode_ping",
+    "rosnode_ping_all",
+    "rosnodemain",
+]
+
+_star_names(
+    __name__,
+    "errno optparse:OptionParser os re rosgraph rostopic xmlrpc.client:ServerProxy socket sys time "
+    "urlparse=urllib.parse",
+)
+
+NAME = "rosnode"
+ID = "/rosnode"
+CONNECTION_PATTERN = re.compile(r"\w+ connection on port (\d+) to \[(.*) on socket (\d+)\]")
+
+
+class ROSNodeException(Exception):
+    """A rosnode function failed."""
+
+
+class ROSNodeIOException(ROSNodeException):
+    """The master or a node cannot be reached."""
+
+
+def _succeed(args: tuple[int, str, Any]) -> Any:
+    """Return the value of a reply of the master or slave API. Other packages call it.
+
+    Raises:
+        ROSNodeException: the reply is an error.
+    """
+    code, message, value = args
+    if code != 1:
+        raise ROSNodeException(f"remote call failed: {message}")
+    return value
+
+
+@contextlib.contextmanager
+def _graph() -> Iterator[GraphClient]:
+    with translated(ROSNodeIOException, ROSNodeIOException), GraphClient("rosnode") as graph:
+        yield graph
+
+
+def get_node_names(namespace: str | None = None) -> list[str]:
+    """Return the registered nodes, optionally of one namespace.
+
+    Raises:
+        ROSNodeIOException: the master cannot be reached.
+    """
+    with _graph() as graph:
+        return _nodes.node_names(graph.master, _names.resolve(namespace or "/", "/rosnode"))
+
+
+def get_api_uri(master: object, caller_id: str, skip_cache: bool = False) -> str | None:  # noqa: ARG001
+    """Return the URI of a node's slave API, or None for an unknown node. `master` is ignored."""
+    with _graph() as graph:
+        try:
+            return graph.master.lookup_node(caller_id)
+        except Refused:
+            return None
+
+
+def get_machines_by_nodes() -> list[str]:
+    """Return the hosts on which nodes run."""
+    with _graph() as graph:
+        return _nodes.machines(graph.master)
+
+
+def get_nodes_by_machine(machine: str) -> list[str]:
+    """Return the nodes on a host."""
+    with _graph() as graph:
+        return _nodes.nodes_on(graph.master, machine)
+
+
+def kill_nodes(node_names: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Request nodes to shut down. Return those that accepted, and those that are unknown or failed."""
+    with _graph() as graph:
+        killed, failed = _nodes.kill(graph.master, node_names)
+    return killed, list(failed)
+
+
+def rosnode_ping(
+    node_name: str,
+    max_count: int | None = None,
+    verbose: bool = False,
+    skip_cache: bool = False,  # noqa: ARG001
+) -> bool:
+    """Ping a node `max_count` times, or without limit if None. Return False if it does not respond."""
+    with _graph() as graph:
+        return _pinging.ping(graph.master, node_name, count=max_count, say=print if verbose else None)
+
+
+def rosnode_ping_all(verbose: bool = False, skip_cache: bool = False) -> tuple[list[str], list[str]]:  # noqa: ARG001
+    """Ping every node once. Return those that responded, and those that did not."""
+    with _graph() as graph:
+        return _pinging.ping_all(graph.master, print if verbose else None)
+
+
+def rosnode_listnodes(namespace: str | None = None, list_uri: bool = False, list_all: bool = False) -> None:
+    """Print the nodes, their URIs, or both."""
+    with _graph() as graph:
+        ns = _names.resolve(namespace or "/", "/rosnode")
+        print("\n".join(_nodes.listing(graph.master, ns, uris=list_uri, both=list_all)))
+
+
+def rosnode_info(node_name: str, quiet: bool = False) -> None:
+    """Print the publications, subscriptions, services and connections of a node."""
+    with _graph() as graph:
+        _node_info.report_node(graph.master, graph.resolve(node_name), quiet=quiet)
+
+
+def get_node_info_description(node_name: str) -> str:
+    """Return a text with the registrations of a node at the master."""
+    with _graph() as graph:
+        return _node_info.describe_registrations(graph.master, node_name)
+
+
+def get_node_connection_info_description(node_api: str, master: object) -> str:  # noqa: ARG001
+    """Return a text with the connections that a node reports. `master` is ignored."""
+    with _graph() as graph:
+        return _node_info.describe_connections(graph.master, node_api)
+
+
+def rosnode_debugnode(node_name: str, quiet: bool = False) -> None:
+    """Same as `rosnode_info`."""
+    rosnode_info(node_name, quiet)
+
+
+def cleanup_master_blacklist(master: object, blacklist: Collection[str]) -> None:  # noqa: ARG001
+    """Remove the registrations of the nodes in `blacklist` from the master. `master` is ignored."""
+    with _graph() as graph:
+        for node in _nodes.node_names(graph.master):
+            if node in blacklist:
+                _nodes.unregister(graph.master, node)
+
+
+def cleanup_master_whitelist(master: object, whitelist: Collection[str]) -> None:  # noqa: ARG001
+    """Remove the registrations of all nodes not in `whitelist` from the master. `master` is ignored."""
+    with _graph() as graph:
+        for node in _nodes.node_names(graph.master):
+            if node not in whitelist:
+                _nodes.unregister(graph.master, node)
+
+
+def lookup_uri(master: Any, system_state: Sequence[Sequence[Any]], topic: str, uri: str) -> str:
+    """Return the publisher or subscriber of a topic with a slave API at `uri`, or `uri` if it is not found.
+
+    Args:
+        master: a `rosgraph.Master`.
+        system_state: the result of its `getSystemState`.
+    """
+    for kind in system_state[:2]:
+        for name, nodes in kind:
+            if name == topic:
+                for node in nodes:
+                    with contextlib.suppress(Exception):  # unknown node, or unreachable master
+                        if master.lookupNode(node) == uri:
+                            return str(node)
+    return uri
+
+
+def rosnode_cleanup() -> None:
+    """Unregister nodes that do not respond from the master, after confirmation on standard input."""
+    with _graph() as graph:
+        _clean_up(graph.master)
+
+
+def rosnodemain(argv: Sequence[str] | None = None) -> None:
+    """Run the command `rosnode`. The first argument is the name of the program.
+
+    Raises:
+        SystemExit: the command failed, or its arguments are invalid.
+    """
+    if code := _main(None if argv is None else argv[1:]):
+        sys.exit(code)

@@ -1,0 +1,238 @@
+"""Python API of `rosparam`: parameters by name, and parameter files.
+
+Facade of `pipros.graph`; see http://wiki.ros.org/rosparam.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from yaml.constructor import ConstructorError
+
+import rosgraph
+from pipros.cli.rosparam import main as _main
+from pipros.graph import param_files as _documents
+from pipros.graph import param_text as _rendering
+from pipros.graph import params as _server
+from pipros.graph.client import GraphClient
+from pipros.graph.errors import translated
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.safe import yaml as _yaml
+from rosgraph.names import (
+    GLOBALNS,
+    get_ros_namespace,
+    make_caller_id,
+    make_global_ns,
+    ns_join,
+    script_resolve_name,
+)
+
+__all__ = [
+    "GLOBALNS",
+    "NAME",
+    "NS",
+    "RosParamException",
+    "RosParamIOException",
+    "construct_angle_degrees",
+    "construct_angle_radians",
+    "construct_yaml_binary",
+    "delete_param",
+    "dump_params",
+    "get_param",
+    "get_param_server",
+    "get_ros_namespace",
+    "list_params",
+    "load_file",
+    "load_str",
+    "make_caller_id",
+    "make_global_ns",
+    "ns_join",
+    "pattern",
+    "print_params",
+    "represent_foo",
+    "represent_xml_binary",
+    "script_resolve_name",
+    "set_param",
+    "set_param_raw",
+    "upload_params",
+    "yamlmain",
+]
+
+_star_names(__name__, "base64 xmlrpc.client:Binary math optparse:OptionParser os re rosgraph socket sys yaml")
+
+NAME = "rosparam"
+NS = "_ns"
+
+pattern = re.compile(r"^rad\([^\)]*\)$")
+"""Strings in YAML files that are angles in radians."""
+
+
+class RosParamException(Exception):
+    """A rosparam function failed."""
+
+
+class RosParamIOException(RosParamException):
+    """The parameter server cannot be reached."""
+
+
+@contextlib.contextmanager
+def _graph() -> Iterator[GraphClient]:
+    with translated(RosParamIOException, RosParamException), GraphClient("rosparam") as graph:
+        try:
+            yield graph
+        except _server.ParameterNotSet as error:
+            raise rosgraph.MasterError(str(error)) from None
+
+
+def get_param_server() -> rosgraph.Master:
+    """Return the master, with the parameter server's methods `getParam`, `setParam`, …"""
+    return rosgraph.Master("/rosparam")
+
+
+def get_param(param: str) -> Any:
+    """Return the value of a parameter, or a dictionary for a namespace.
+
+    Raises:
+        rosgraph.MasterError: the parameter is not set.
+    """
+    with _graph() as graph:
+        return _server.read(graph.master, param)
+
+
+def set_param(param: str, value: str, verbose: bool = False) -> None:
+    """Set a parameter to the value of a YAML string."""
+    set_param_raw(param, _documents.parse_value(value, param), verbose)
+
+
+def set_param_raw(param: str, value: Any, verbose: bool = False) -> None:
+    """Set a parameter. A dictionary is set value by value; other parameters of the namespace are kept."""
+    with _graph() as graph:
+        for leaf, part in _server.write(graph.master, param, value):
+            if verbose:
+                print(f"set parameter [{leaf}] to [{part}]")
+
+
+def upload_params(ns: str, values: Any, verbose: bool = False) -> None:
+    """Set all parameters of a dictionary in a namespace.
+
+    Raises:
+        RosParamException: `ns` is `/` and `values` is not a dictionary.
+    """
+    if ns == "/" and not isinstance(values, Mapping):
+        raise RosParamException("global / can only be set to a dictionary")
+    if verbose:
+        print_params(values, ns)
+    set_param_raw(ns, values)
+
+
+def delete_param(param: str, verbose: bool = False) -> None:
+    """Delete a parameter or a namespace.
+
+    Raises:
+        rosgraph.MasterError: the parameter is not set.
+    """
+    with _graph() as graph:
+        _server.delete(graph.master, param)
+    if verbose:
+        print(f"deleted parameter [{param}]")
+
+
+def list_params(ns: str) -> list[str]:
+    """Return the names of all parameters in a namespace, sorted."""
+    with _graph() as graph:
+        return _server.names_below(graph.master, graph.resolve(ns))
+
+
+def load_file(
+    filename: str, default_namespace: str | None = None, verbose: bool = False
+) -> list[tuple[Any, str]]:
+    """Read the documents of a YAML file, each with its namespace: `[(values, ns), …]`."""
+    if verbose:
+        print(f"reading parameters from [{filename}]")
+    with _graph() as graph:
+        return _documents.read_file(filename, default_namespace or graph.resolve(""))
+
+
+def load_str(
+    str: str,  # noqa: A002  # Noetic's name
+    filename: str,
+    default_namespace: str | None = None,
+    verbose: bool = False,  # noqa: ARG001
+) -> list[tuple[Any, str]]:
+    """Like `load_file`, from a string; `filename` is used only in errors."""
+    with _graph() as graph:
+        return _documents.read_text(str, filename, default_namespace or graph.resolve(""))
+
+
+def dump_params(filename: str | None, param: str, verbose: bool = False) -> None:
+    """Write a parameter or a namespace as YAML to a file, or to standard output if `filename` is None."""
+    tree = get_param(param)
+    if verbose:
+        print_params(tree, param)
+    text = _rendering.as_document(tree)
+    if filename:
+        Path(filename).write_text(text, encoding="utf-8")
+    else:
+        sys.stdout.write(text)
+
+
+def print_params(params: Any, ns: str) -> None:
+    """Print each parameter as `name=value`."""
+    for name, value in _server.leaves(ns, params):
+        print(f"{name}={value}")
+
+
+def construct_angle_radians(loader: Any, node: Any) -> float:
+    """Construct the number of an expression such as `rad(pi/2)`. For a PyYAML loader.
+
+    Raises:
+        RosParamException: the text is not an arithmetic expression.
+    """
+    return _angle(_yaml.construct_radians, "radian", loader, node)
+
+
+def construct_angle_degrees(loader: Any, node: Any) -> float:
+    """Construct the radians of an expression such as `deg(90)`; see `construct_angle_radians`."""
+    return _angle(_yaml.construct_degrees, "degree", loader, node)
+
+
+def _angle(construct: Callable[[Any, Any], float], unit: str, loader: Any, node: Any) -> float:
+    try:
+        return construct(loader, node)
+    except ConstructorError:
+        raise RosParamException(f"invalid {unit} value: {loader.construct_scalar(node)}") from None
+
+
+def construct_yaml_binary(loader: Any, node: Any) -> Any:
+    """Construct the `xmlrpc.client.Binary` of a `!!binary` node. For a PyYAML loader."""
+    from xmlrpc.client import Binary
+
+    return Binary(loader.construct_yaml_binary(node))
+
+
+def represent_xml_binary(loader: Any, data: Any) -> Any:
+    """Represent an `xmlrpc.client.Binary` as `!!binary`. For a PyYAML dumper, which Noetic calls a loader."""
+    from base64 import encodebytes
+
+    text = encodebytes(data.data).decode("ascii")
+    return loader.represent_scalar("tag:yaml.org,2002:binary", text, style="|")
+
+
+def represent_foo(loader: Any, data: Any) -> Any:
+    """Represent a string as a scalar with the tag `#`. For a PyYAML dumper."""
+    return loader.represent_scalar("#", data)
+
+
+def yamlmain(argv: Sequence[str] | None = None) -> None:
+    """Run the command `rosparam`. The first argument is the name of the program.
+
+    Raises:
+        SystemExit: the command failed, or its arguments are invalid.
+    """
+    if code := _main(None if argv is None else argv[1:]):
+        sys.exit(code)

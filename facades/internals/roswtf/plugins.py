@@ -1,0 +1,17 @@
+"""Rules that other packages bring. Facade of `pipros.health.wtf.plugins`."""
+
+from __future__ import annotations
+
+import sys
+
+from pipros.health.wtf import plugins as _plugins
+from pipros.basics.lazy_names import star_names as _star_names
+
+__all__ = ["load_plugins"]
+
+_star_names(__name__, "os roslib rospkg sys")
+
+
+def load_plugins() -> tuple[list[_plugins.Check], list[_plugins.Check]]:
+    """The checks of all plugins: those that need no running system, and those that do."""
+    return _plugins.load_plugins(say=print, complain=lambda text: print(text, file=sys.stderr))

@@ -1,0 +1,175 @@
+"""Cache files, in a folder to which only this user can write.
+
+Their content decides which programs run, and part of it is code, so a file that another user could have
+written is not used. This module imports little, because every first import of a message needs it.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+from stat import S_ISDIR, S_ISREG
+
+from pipros.basics.posix import HAS_OWNERS, NO_LINK, READ, user_id
+
+_OTHERS_MAY_WRITE = 0o022
+_READ = READ | NO_LINK
+_MAKE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | NO_LINK | getattr(os, "O_BINARY", 0)
+_ENTER = os.O_RDONLY | NO_LINK | getattr(os, "O_DIRECTORY", 0)
+
+
+class Untrusted(PermissionError):
+    """Another user could have written a file, or files in a folder."""
+
+
+class CacheFolder:
+    """A folder of cache files without subfolders.
+
+    The folder and its parent must belong to this user, must not be writable for others, and must not be
+    symbolic links. The same holds for a file that is read; it must also have only one name. Folders further
+    up may be links and may belong to other users, who could replace them but cannot create folders that
+    belong to this user. If a check fails, the cache is not used, and a warning is printed once. A missing,
+    full or read-only cache is ignored.
+
+    Files are replaced atomically, so any number of processes may share the folder.
+    """
+
+    __slots__ = ("_path",)
+
+    def __init__(self, path: str) -> None:
+        self._path = path
+
+    def read(self, name: str) -> bytes | None:
+        """Return the content of a file; None if it is missing or not trusted."""
+        try:
+            if not HAS_OWNERS:
+                return _read_plain(os.path.join(self._path, name))
+            folder = self._open()
+            try:
+                return _read_own(name, folder, self._path)
+            finally:
+                os.close(folder)
+        except Untrusted as error:
+            _warn(error)
+        except OSError:
+            pass
+        return None
+
+    def write(self, name: str, content: bytes) -> None:
+        """Create or replace a file that only this user can read, if possible."""
+        unfinished = f".{name}.{os.urandom(6).hex()}"
+        try:
+            self._make()
+            if not HAS_OWNERS:
+                _replace(os.path.join(self._path, unfinished), os.path.join(self._path, name), content, None)
+                return
+            folder = self._open()
+            try:
+                _replace(unfinished, name, content, folder)
+            finally:
+                os.close(folder)
+        except Untrusted as error:
+            _warn(error)
+        except OSError:
+            pass
+
+    def _open(self) -> int:
+        """Return a descriptor of the folder.
+
+        Raises:
+            Untrusted: another user could have created it or its parent.
+            OSError: it does not exist.
+        """
+        above_path, name = os.path.split(self._path)
+        above = _enter(above_path, None, above_path)
+        try:
+            return _enter(name, above, self._path)
+        finally:
+            os.close(above)
+
+    def _make(self) -> None:
+        missing = []
+        folder = self._path
+        while not os.path.lexists(folder):
+            missing.append(folder)
+            folder = os.path.dirname(folder)
+        # Create nothing in another user's folder: root would leave files there that its owner cannot use.
+        if missing and HAS_OWNERS and os.stat(folder).st_uid != user_id():
+            raise PermissionError(f"{folder} belongs to another user")
+        for path in reversed(missing):
+            try:  # importing contextlib takes time
+                os.mkdir(path, 0o700)
+            except FileExistsError:  # another process made it meanwhile
+                continue
+
+
+def _enter(name: str, above: int | None, path: str) -> int:
+    try:
+        folder = os.open(name, _ENTER, dir_fd=above)
+    except OSError as error:
+        # The error of a link with O_NOFOLLOW and O_DIRECTORY differs between systems.
+        if error.errno in (errno.ELOOP, errno.ENOTDIR, errno.EMLINK):
+            raise Untrusted(f"{path} is a symbolic link or not a folder") from None
+        raise
+    try:
+        status = os.fstat(folder)
+        if not S_ISDIR(status.st_mode):
+            raise Untrusted(f"{path} is not a folder")
+        check_owner(status, path)
+    except BaseException:
+        os.close(folder)
+        raise
+    return folder
+
+
+def _read_own(name: str, folder: int, folder_path: str) -> bytes:
+    path = os.path.join(folder_path, name)
+    try:
+        descriptor = os.open(name, _READ, dir_fd=folder)
+    except OSError as error:
+        if error.errno in (errno.ELOOP, errno.EMLINK):
+            raise Untrusted(f"{path} is a symbolic link") from None
+        raise
+    with open(descriptor, "rb", buffering=0) as file:
+        status = os.fstat(descriptor)
+        if not S_ISREG(status.st_mode):
+            raise Untrusted(f"{path} is not a regular file")
+        if status.st_nlink > 1:  # none at all: another process has just replaced it
+            raise Untrusted(f"{path} has a second name elsewhere (a hard link)")
+        check_owner(status, path)
+        return file.readall()
+
+
+def check_owner(status: os.stat_result, path: str) -> None:
+    """Raise `Untrusted` unless a file or folder belongs to this user and is writable for no other user."""
+    if status.st_uid != user_id():
+        raise Untrusted(f"{path} belongs to another user (uid {status.st_uid})")
+    if status.st_mode & _OTHERS_MAY_WRITE:
+        raise Untrusted(f"{path} is writable for other users")
+
+
+def _read_plain(path: str) -> bytes:
+    if os.path.islink(path) or not os.path.isfile(path):
+        raise FileNotFoundError(path)
+    with open(path, "rb") as file:
+        return file.read()
+
+
+def _replace(unfinished: str, name: str, content: bytes, folder: int | None) -> None:
+    descriptor = os.open(unfinished, _MAKE, 0o600, dir_fd=folder)
+    try:
+        with open(descriptor, "wb") as file:
+            file.write(content)
+        os.replace(unfinished, name, src_dir_fd=folder, dst_dir_fd=folder)
+    except BaseException:
+        os.unlink(unfinished, dir_fd=folder)
+        raise
+
+
+def _warn(error: Untrusted) -> None:
+    from pipros.basics.warn_once import warn_once
+
+    warn_once(
+        f"WARNING: a cache of pipros is not used: {error}. Other users could put code there that your "
+        "programs run. Remove it, or set ROS_HOME to a folder of your own"
+    )

@@ -1,0 +1,87 @@
+"""The `ROS_*` environment variables, read in one place."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pipros.basics.graph_variables import (
+    DEFAULT_MASTER_PORT,
+    DEFAULT_MASTER_URI,
+    InvalidEnvironment,
+    master_uri_of,
+    namespace_of,
+    split_master_uri,
+)
+from pipros.basics.home import expanded
+
+__all__ = [
+    "DEFAULT_MASTER_PORT",
+    "DEFAULT_MASTER_URI",
+    "DISTRIBUTION",
+    "Environment",
+    "InvalidEnvironment",
+    "split_master_uri",
+]
+
+DISTRIBUTION: Mapping[str, str] = {"ROS_DISTRO": "noetic", "ROS_VERSION": "1", "ROS_PYTHON_VERSION": "3"}
+"""The variables that the setup files of Noetic set to the same values everywhere."""
+
+
+@dataclass(frozen=True, slots=True)
+class Environment:
+    """The ROS environment variables of a process.
+
+    Attributes:
+        master_uri: `ROS_MASTER_URI`.
+        hostname: `ROS_HOSTNAME`, the name to advertise; takes precedence over `ip`.
+        ip: `ROS_IP`, the address to advertise.
+        ipv6: whether `ROS_IPV6` is `on`.
+        namespace: `ROS_NAMESPACE` with a leading and trailing slash; `/` when unset.
+        package_path: the folders of `ROS_PACKAGE_PATH`; the first has precedence.
+        ros_home: `ROS_HOME`, else `~/.ros`. In this and the next two, `~` is expanded.
+        log_dir: `ROS_LOG_DIR`, else `<ros_home>/log`.
+        test_results_dir: `ROS_TEST_RESULTS_DIR`, else `<ros_home>/test_results`.
+        console_format: `ROSCONSOLE_FORMAT`, None when unset.
+        python_log_config: `ROS_PYTHON_LOG_CONFIG_FILE`, None when unset.
+    """
+
+    master_uri: str = DEFAULT_MASTER_URI
+    hostname: str | None = None
+    ip: str | None = None
+    ipv6: bool = False
+    namespace: str = "/"
+    package_path: tuple[Path, ...] = ()
+    ros_home: Path = field(default_factory=lambda: Path(expanded("~/.ros")))
+    log_dir: Path = field(default_factory=lambda: Path(expanded("~/.ros/log")))
+    test_results_dir: Path = field(default_factory=lambda: Path(expanded("~/.ros/test_results")))
+    console_format: str | None = None
+    python_log_config: Path | None = None
+
+    @classmethod
+    def from_os(cls, variables: Mapping[str, str] | None = None) -> Environment:
+        """Read `variables`, by default those of this process at the time of the call."""
+        variables = os.environ if variables is None else variables
+        get = variables.get
+        home = Path(expanded(get("ROS_HOME") or "~/.ros"))
+        return cls(
+            master_uri=master_uri_of(variables),
+            hostname=get("ROS_HOSTNAME") or None,
+            ip=get("ROS_IP") or None,
+            ipv6=get("ROS_IPV6") == "on",
+            namespace=namespace_of(variables),
+            package_path=tuple(
+                Path(folder) for folder in (get("ROS_PACKAGE_PATH") or "").split(os.pathsep) if folder
+            ),
+            ros_home=home,
+            log_dir=_path(get("ROS_LOG_DIR")) or home / "log",
+            test_results_dir=_path(get("ROS_TEST_RESULTS_DIR")) or home / "test_results",
+            console_format=get("ROSCONSOLE_FORMAT") or None,
+            python_log_config=_path(get("ROS_PYTHON_LOG_CONFIG_FILE")),
+        )
+
+
+def _path(text: str | None) -> Path | None:
+    return Path(expanded(text)) if text else None

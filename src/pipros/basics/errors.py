@@ -1,0 +1,81 @@
+"""The common errors of pipros. Each says what happened, to which peer or object, and what to try."""
+
+from __future__ import annotations
+
+import sys
+
+from pipros.basics.printable import printable
+
+_TEXT_LIMIT = 2_000
+"""Characters of a peer's text that are quoted in an error."""
+
+
+class PiprosError(Exception):
+    """The base class of all errors of pipros."""
+
+
+class NeedsPosix(PiprosError):
+    """This system lacks a feature of POSIX."""
+
+    def __init__(self, feature: str) -> None:
+        super().__init__(f"{feature} needs a POSIX system, this is {sys.platform}")
+
+
+class InvalidName(PiprosError, ValueError):
+    """A graph resource name, package name or type name breaks the rules of ROS names."""
+
+
+class NotFound(PiprosError, LookupError):
+    """A package, node, file, type, topic or parameter that was requested does not exist."""
+
+
+class ProtocolError(PiprosError):
+    """Bytes from a peer violate the protocol. The connection is closed.
+
+    Text of the peer is made printable, as in all errors about peers.
+    """
+
+    def __init__(self, text: str = "") -> None:
+        super().__init__(printable(text, _TEXT_LIMIT))
+
+
+class LimitExceeded(ProtocolError):
+    """A peer sent or announced more than a limit allows."""
+
+
+class Unreachable(PiprosError, ConnectionError):
+    """A connection to a peer failed, or was lost before the reply arrived.
+
+    It is also a ConnectionError, which scripts for genuine rospy catch.
+
+    Attributes:
+        peer: the URI or host:port that was tried.
+        reason: the error of the operating system.
+        cure: what to try; may be empty.
+    """
+
+    def __init__(self, peer: str, reason: str, cure: str = "") -> None:
+        self.peer = peer = printable(peer, _TEXT_LIMIT)
+        self.reason = reason = printable(reason, _TEXT_LIMIT)
+        self.cure = cure
+        super().__init__(f"cannot reach {peer}: {reason}" + (f". {cure}" if cure else ""))
+
+
+class Refused(PiprosError):
+    """A peer understood the request and refused it.
+
+    Attributes:
+        peer: who refused.
+        code: the status code of the ROS API (-1: the caller's error, 0: the peer's failure).
+        text: the peer's message.
+    """
+
+    def __init__(self, peer: str, code: int, text: str) -> None:
+        self.peer = peer = printable(peer, _TEXT_LIMIT)
+        self.code = code
+        self.text = text = printable(text, _TEXT_LIMIT)
+        super().__init__(f"{peer} refused: {text}")
+
+
+class Interrupted(PiprosError):
+    """A wait ended because the node shuts down."""

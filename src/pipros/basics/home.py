@@ -1,0 +1,58 @@
+"""The home folder of this user, with a fallback for users without one, such as a bare user id in a container.
+
+In that case genuine ROS creates a folder named `~` in the working folder.
+"""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from functools import cache
+from stat import S_ISDIR
+
+from pipros.basics.posix import HAS_OWNERS, user_id
+
+
+def expanded(path: str) -> str:
+    """Return the path with a leading `~` or `~name` replaced by the home folder of that user.
+
+    Never raises, unlike `Path.expanduser`.
+    """
+    found = os.path.expanduser(path)
+    if found == "~" or found.startswith("~/"):
+        return fallback_home() + found[1:]
+    return found
+
+
+@cache
+def fallback_home() -> str:
+    """Return a private folder for this user in the temporary folder, the same in every process if possible.
+
+    Never raises: if the folder cannot be created, using files in it will fail.
+    """
+    import tempfile
+
+    name = f"pipros-home-{user_id() if HAS_OWNERS else 'user'}"
+    try:
+        folder = os.path.join(tempfile.gettempdir(), name)
+        with suppress(FileExistsError):
+            os.mkdir(folder, 0o700)
+        if _is_mine_alone(folder):
+            return folder
+        own = tempfile.mkdtemp(prefix=f"{name}-")
+    except OSError:
+        return os.path.join(os.sep, "tmp", name)
+    from pipros.basics.warn_once import warn_once
+
+    warn_once(
+        f"WARNING: HOME is not set, and another user could have made {folder}. ROS files go to {own}; "
+        "set HOME or ROS_HOME"
+    )
+    return own
+
+
+def _is_mine_alone(folder: str) -> bool:
+    status = os.lstat(folder)
+    return S_ISDIR(status.st_mode) and (
+        not HAS_OWNERS or (status.st_uid == user_id() and not status.st_mode & 0o022)
+    )

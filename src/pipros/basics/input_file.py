@@ -1,0 +1,45 @@
+"""Reads whole files from untrusted sources, with a limit. Pipes and devices are refused."""
+
+from __future__ import annotations
+
+import errno
+import os
+from stat import S_ISREG
+
+from pipros.basics.posix import READ
+
+
+def read_file(path: str | os.PathLike[str], limit_bytes: int | None = None) -> bytes:
+    """Return the content of a regular file.
+
+    Args:
+        limit_bytes: by default `file_bytes` of the limits of this process.
+
+    Raises:
+        OSError: it cannot be read, is larger, or is not a regular file; `strerror` says which.
+    """
+    if limit_bytes is None:
+        from pipros.basics.limits import process_limits
+
+        limit_bytes = process_limits().file_bytes
+    descriptor = os.open(path, READ)
+    with open(descriptor, "rb") as file:
+        if not S_ISREG(os.fstat(descriptor).st_mode):
+            raise OSError(errno.EINVAL, "it is not a regular file", os.fspath(path))
+        content = file.read(limit_bytes + 1)
+    if len(content) > limit_bytes:
+        raise OSError(errno.EFBIG, f"it is larger than {limit_bytes} bytes", os.fspath(path))
+    return content
+
+
+def read_text(path: str | os.PathLike[str], limit_bytes: int | None = None, *, errors: str = "strict") -> str:
+    """Return the content of a regular file as UTF-8, with `\\n` line endings.
+
+    Args:
+        errors: how invalid bytes are handled, as in `bytes.decode`.
+
+    Raises:
+        OSError: as `read_file`.
+        UnicodeDecodeError: it is not UTF-8, and `errors` is `strict`.
+    """
+    return read_file(path, limit_bytes).decode("utf-8", errors).replace("\r\n", "\n").replace("\r", "\n")

@@ -1,0 +1,234 @@
+"""All limits on the cost of peers, files and names, with their defaults.
+
+`PIPROS_LIMITS` changes them for a process: `PIPROS_LIMITS="frame_bytes=1000000,handshakes=64"`. Programs
+may pass a `Limits` to `Node` and `Master`. docs/reliability.md says what happens at each limit.
+"""
+
+import os
+from functools import cache
+from typing import NamedTuple
+
+from pipros.basics.errors import PiprosError
+
+VARIABLE = "PIPROS_LIMITS"
+
+_KIB = 1024
+_MIB = 1024 * _KIB
+
+
+class InvalidLimits(PiprosError, ValueError):
+    """`PIPROS_LIMITS` names an unknown limit, or has an invalid value for one."""
+
+
+# Every command imports this: dataclasses would take longer than a call of the master, and so would string
+# annotations, which a NamedTuple compiles one by one.
+class Limits(NamedTuple):
+    """The limits of one process, one node or one master. `limits._replace(stall_s=1.0)` changes some.
+
+    Attributes:
+        header_bytes: size of a TCPROS connection header.
+        frame_bytes: a message, a service request, a service reply.
+        handshakes: TCPROS connections that have not sent their header yet, at a time.
+        handshake_s: the time for a connection header, in either direction.
+        body_bytes: an XML-RPC request.
+        answer_bytes: an XML-RPC response of a server that the user chose: the master, or a node that a tool
+            queries.
+        bodies_bytes: all incomplete XML-RPC requests of one server together; also all service replies of a
+            node that clients have not read.
+        request_s: the time for an XML-RPC request to arrive, and for its sender to read the response; also
+            for service calls, where it starts over with every MiB.
+        login_s: the time for a client of the page to send its request, and again to send the token.
+        login_bytes: the bytes that it may send before that.
+        idle_s: how long an XML-RPC connection may stay open without a request.
+        file_bytes: a file that is read whole: a launch file, a manifest, a definition, a `CMakeLists.txt`.
+        cmake_steps: commands and loop iterations that one package's `CMakeLists.txt` executes.
+        cmake_rounds: iterations of one of its loops.
+        cmake_depth: nesting of its files and functions.
+        cmake_value_characters: one variable, and the arguments of one command.
+        cmake_characters: all its variables together.
+        log_bytes: the log file of a node or launcher, `rosout.log` and `master.log`.
+        log_files: such a file and its rotated predecessors, of which `x.log.1` is the youngest.
+        goals: goals of an action server, with those that ended lately and those cancelled in advance; the ids
+            of goals have `name_characters`.
+        launch_bytes: files and command outputs that one launch reads, and the text that substitutions insert.
+        launch_includes: `<include>`s of one launch.
+        launch_insert_characters: the text that the substitutions of one attribute or text insert.
+        loggers: loggers that callers of `~set_logger_level` create in a node.
+        multicall_answer_bytes: all responses of one `system.multicall` together.
+        rpc_connections: XML-RPC connections of one server; 0 is half of the process's descriptors, for a node
+            an eighth.
+        rpc_connections_per_peer: how many of them from one address.
+        name_characters: a name or a URI in a call to the master.
+        parameter_bytes: all parameters of a master together.
+        registration_bytes: the names, types and URIs of all registrations of a master together.
+        topic_types: types that a master keeps for topics without publishers and subscribers.
+        topic_type_bytes: the names of those topics and their types together.
+        notices: calls of a master that are queued for one node.
+        notice_s: the time for a node to answer such a call.
+        tcpros_connections: TCPROS connections of a node, in either direction; 0 is three quarters of the
+            process's descriptors.
+        tcpros_connections_per_peer: how many of them one address may open; 0 is half, for loopback all.
+        incoming_links: publishers that a node receives from; each takes a thread.
+        connection_attempts: publishers that a node connects to at a time.
+        publishers_per_topic: publishers of one topic that a node connects to.
+        service_threads: service calls that a node handles at a time; others wait.
+        statistics_links: links that topic statistics are kept for.
+        lookup_s: how long a configured host name is looked up to see whether it means this machine.
+        recheck_s: the shortest interval at which a node queries its master because of unknown callers.
+        stall_s: how long one `publish` waits, in total, for subscribers that do not keep up.
+        queue_bytes: the messages queued for one subscriber, whatever the `queue_size`.
+        lookups: concurrent look-ups of host names.
+        subscriber_bytes: the bytes that a subscriber may send on a topic link after its header.
+        definition_bytes: the text of a message definition from a peer or a bag.
+        definition_cache_bytes: such texts whose classes are kept for the next message.
+        definition_types: types in such a text.
+        definition_fields: fields and constants of all types in such a text, or of one type in a file; those
+            of embedded types count each time.
+        definition_copies_bytes: the definitions of all types in such a text, each with its embedded types.
+        bag_header_bytes: the header of one record of a bag.
+        bag_connection_bytes: a connection header, or the list of a chunk's connections, in a bag.
+        bag_chunk_bytes: one chunk of a bag, uncompressed.
+        bag_expanded_bytes: likewise, of a chunk that decompression makes more than 1,000 times larger.
+        bag_index_bytes: entries for messages that are found by reading chunks, beyond 16 bytes for each byte
+            of the file.
+        bag_cache_bytes: the uncompressed chunks that are kept while a bag is read.
+        edit_method_characters: the constants of one enum of dynamic_reconfigure.
+        bus_answer_bytes: what a node says of its connections, to tools that show the graph.
+        page_message_bytes: a message that a page decodes.
+        page_view_bytes: what a page keeps for one of its tabs: log entries, diagnostics, parameters.
+        page_topics: topics that all browsers of a page watch together.
+        message_values: values in a new message.
+        empty_elements: values in one message beyond the eight that each of its bytes pays for.
+        transform_bytes: the frames and transforms of one buffer of tf, roughly.
+        yaml_values: values of a YAML text, aliases and merged mappings counted as often as they are used.
+        yaml_depth: nesting of lists and mappings in a YAML text; the parameter server has the same.
+        xml_bytes: an XML file.
+        xml_depth: nesting of elements in an XML file.
+        expression_characters: the text of one `$(eval ...)` or message filter.
+        expression_size: characters of a string, or elements of a nested list, that it builds.
+        expression_work: the sizes of all values that it builds, plus the steps that take more time than that.
+    """
+
+    header_bytes: int = 1 * _MIB
+    frame_bytes: int = 1024 * _MIB
+    handshakes: int = 256
+    handshake_s: float = 10.0
+    body_bytes: int = 16 * _MIB
+    answer_bytes: int = 256 * _MIB
+    bodies_bytes: int = 256 * _MIB
+    request_s: float = 30.0
+    login_s: float = 3.0
+    login_bytes: int = 64 * _KIB
+    idle_s: float = 900.0
+    file_bytes: int = 64 * _MIB
+    cmake_steps: int = 2_000_000
+    cmake_rounds: int = 100_000
+    cmake_depth: int = 50
+    cmake_value_characters: int = 4 * 1024 * 1024
+    cmake_characters: int = 64 * 1024 * 1024
+    log_bytes: int = 48 * _MIB
+    log_files: int = 5
+    goals: int = 1000
+    launch_bytes: int = 512 * _MIB
+    launch_includes: int = 10_000
+    launch_insert_characters: int = 1024 * 1024
+    loggers: int = 1000
+    multicall_answer_bytes: int = 16 * _MIB
+    rpc_connections: int = 0
+    rpc_connections_per_peer: int = 4096
+    name_characters: int = 16 * _KIB
+    parameter_bytes: int = 64 * _MIB
+    registration_bytes: int = 128 * _MIB
+    topic_types: int = 10_000
+    topic_type_bytes: int = 1 * _MIB
+    notices: int = 1000
+    notice_s: float = 10.0
+    tcpros_connections: int = 0
+    tcpros_connections_per_peer: int = 0
+    incoming_links: int = 1024
+    connection_attempts: int = 20
+    publishers_per_topic: int = 2000
+    service_threads: int = 256
+    statistics_links: int = 1000
+    lookup_s: float = 5.0
+    recheck_s: float = 1.0
+    stall_s: float = 2.0
+    queue_bytes: int = 256 * _MIB
+    lookups: int = 64
+    subscriber_bytes: int = 4 * _KIB
+    definition_bytes: int = 4 * _MIB
+    definition_cache_bytes: int = 64 * _MIB
+    definition_types: int = 1000
+    definition_fields: int = 3000
+    definition_copies_bytes: int = 64 * _MIB
+    bag_header_bytes: int = 1 * _MIB
+    bag_connection_bytes: int = 16 * _MIB
+    bag_chunk_bytes: int = 2048 * _MIB
+    bag_expanded_bytes: int = 128 * _MIB
+    bag_index_bytes: int = 16 * _MIB
+    bag_cache_bytes: int = 256 * _MIB
+    edit_method_characters: int = 100_000
+    bus_answer_bytes: int = 8 * _MIB
+    page_message_bytes: int = 128 * _MIB
+    page_view_bytes: int = 8 * _MIB
+    page_topics: int = 500
+    message_values: int = 4 * 1024 * 1024
+    empty_elements: int = 65_536
+    transform_bytes: int = 1024 * _MIB
+    yaml_values: int = 1_000_000
+    yaml_depth: int = 100
+    xml_bytes: int = 16 * _MIB
+    xml_depth: int = 100
+    expression_characters: int = 4_000
+    expression_size: int = 100_000
+    expression_work: int = 2_000_000
+
+    @classmethod
+    def parse(cls, text: str) -> "Limits":
+        """Read `name=value` pairs, separated by commas; all other limits keep their defaults.
+
+        Raises:
+            InvalidLimits: an unknown name, or a value that is not a number greater than zero. 0 is allowed
+                where it is the default.
+
+        Examples:
+            >>> Limits.parse("frame_bytes=1000, stall_s=0.5").stall_s
+            0.5
+        """
+        known = cls._field_defaults
+        changed: dict[str, float] = {}
+        for pair in filter(None, map(str.strip, text.split(","))):
+            name, _, value = (part.strip() for part in pair.partition("="))
+            if name not in known:
+                raise InvalidLimits(f"{VARIABLE}: unknown limit [{name}]; the limits are {', '.join(known)}")
+            default = known[name]
+            kind = int if isinstance(default, int) else float
+            try:
+                changed[name] = kind(value)
+                is_valid = changed[name] > 0 or changed[name] == default
+            except ValueError:
+                is_valid = False
+            if not is_valid:
+                wanted = "a whole number" if kind is int else "a number"
+                raise InvalidLimits(f"{VARIABLE}: {name} must be {wanted} greater than zero, got [{value}]")
+        return cls(**changed)  # type: ignore[arg-type]  # each has its field's type
+
+
+def limit_text(name: str, value: float) -> str:
+    """Return the part of an error text that names a limit and how to change it.
+
+    Examples:
+        >>> limit_text("body_bytes", 1000)
+        'the limit is 1000 (body_bytes in PIPROS_LIMITS)'
+    """
+    return f"the limit is {value} ({name} in {VARIABLE})"
+
+
+@cache
+def process_limits() -> Limits:
+    """Return the limits of this process: `PIPROS_LIMITS`, read once, at the first use.
+
+    Raises:
+        InvalidLimits: see `Limits.parse`.
+    """
+    return Limits.parse(os.environ.get(VARIABLE, ""))

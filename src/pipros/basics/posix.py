@@ -1,0 +1,117 @@
+"""POSIX features that other systems lack: owners of files, process groups, forks, limits of descriptors.
+
+Elsewhere a function has a harmless result or raises `NeedsPosix`. `sys.platform` is for type checkers; names
+are checked, too, because Python in a browser lacks some of them. The terminal is in `terminals.py`.
+This module imports little, because every first import of a message needs it.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+
+TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take milliseconds
+if TYPE_CHECKING:
+    import subprocess
+    from collections.abc import Callable
+
+HAS_OWNERS = hasattr(os, "getuid")
+"""False on Windows, where the folders of a profile belong to its user by default."""
+
+_AT_ONCE = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
+NO_LINK = getattr(os, "O_NOFOLLOW", 0) | _AT_ONCE
+"""Flags of `os.open` that refuse links, and do not wait for the other end of a pipe."""
+READ = os.O_RDONLY | _AT_ONCE | getattr(os, "O_BINARY", 0)
+"""Flags of `os.open` to read a file that may turn out to be a pipe."""
+
+_WINDOWS_CONNECTIONS = 8192
+
+
+def user_id() -> int:
+    """The effective user of this process; 0 where files have no owners, like their `st_uid`."""
+    if sys.platform != "win32" and HAS_OWNERS:
+        return os.geteuid()
+    return 0
+
+
+def give_to(path: str | os.PathLike[str], user: int, group: int) -> None:
+    """Changes the owner of a file or folder; does nothing where files have no owners."""
+    if sys.platform != "win32" and HAS_OWNERS:
+        os.chown(path, user, group)
+
+
+def signal_group(group: int, number: int) -> None:
+    """Sends a signal to a process group; 0 only checks that the group exists.
+
+    Raises:
+        OSError: the group does not exist, or belongs to another user.
+        NeedsPosix: the system has no process groups.
+    """
+    if sys.platform != "win32" and hasattr(os, "killpg"):
+        os.killpg(group, number)
+    else:
+        from pipros.basics.errors import NeedsPosix
+
+        raise NeedsPosix("a process group")
+
+
+def kill_with_group(process: subprocess.Popen[bytes]) -> None:
+    """Kills a process and, on POSIX, the rest of the group that it leads. It may have ended."""
+    if sys.platform != "win32" and hasattr(os, "killpg"):
+        import signal
+
+        try:
+            os.killpg(process.pid, signal.SIGKILL)
+        except (ProcessLookupError, PermissionError):
+            return
+    else:
+        process.kill()
+
+
+def call_in_children(callback: Callable[[], object]) -> None:
+    """Calls this at the start of every forked child of this process; never where processes cannot fork."""
+    if sys.platform != "win32" and hasattr(os, "register_at_fork"):
+        os.register_at_fork(after_in_child=callback)
+
+
+def descriptor_limit() -> int:
+    """How many files and sockets this process may have open."""
+    if sys.platform == "win32":
+        return _WINDOWS_CONNECTIONS  # sockets do not count as files there
+    try:
+        import resource
+    except ImportError:
+        return _WINDOWS_CONNECTIONS
+    soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return sys.maxsize if soft == resource.RLIM_INFINITY else soft
+
+
+def raise_descriptor_limit(wanted: int) -> None:
+    """Raises the limit to `wanted`, or as far as the system allows."""
+    if sys.platform == "win32":
+        return
+    try:
+        import resource
+    except ImportError:
+        return
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if hard != resource.RLIM_INFINITY:
+        wanted = min(hard, wanted)
+    if soft != resource.RLIM_INFINITY and soft < wanted:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+
+
+def make_room_for_descriptors(count: int) -> None:
+    """Makes the kernel grow the descriptor table of the process now.
+
+    The table doubles when it is full, and on Linux a process with threads then stands still for 10 to 20 ms.
+    """
+    if sys.platform == "win32":
+        return
+    try:
+        import fcntl
+
+        with open(os.devnull, "rb") as any_file:
+            os.close(fcntl.fcntl(any_file.fileno(), fcntl.F_DUPFD_CLOEXEC, count - 1))
+    except (ImportError, OSError):
+        return

@@ -1,0 +1,78 @@
+"""Terminals of POSIX systems: single keys, and pseudoterminals (ptys) for the output of other processes."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Iterator
+
+from pipros.basics.errors import NeedsPosix
+
+HAS_PTYS = hasattr(os, "openpty")
+
+
+@contextlib.contextmanager
+def single_keys() -> Iterator[bool]:
+    """Makes standard input give single keys without echo; False without a terminal in the foreground."""
+    if sys.platform == "win32":
+        yield False
+        return
+    try:
+        import termios
+    except ImportError:
+        yield False
+        return
+    try:
+        descriptor = sys.stdin.fileno()
+        before = termios.tcgetattr(descriptor)
+        is_usable = os.tcgetpgrp(descriptor) == os.getpgrp()
+    except (OSError, ValueError, AttributeError, termios.error):
+        is_usable = False
+    if not is_usable:
+        yield False
+        return
+    changed = termios.tcgetattr(descriptor)
+    changed[3] &= ~(termios.ICANON | termios.ECHO)
+    termios.tcsetattr(descriptor, termios.TCSANOW, changed)
+    try:
+        yield True
+    finally:
+        termios.tcsetattr(descriptor, termios.TCSANOW, before)
+
+
+def open_pty(like: int) -> tuple[int, int]:
+    """Opens a pty with the size of another terminal, which neither echoes nor changes bytes.
+
+    Returns:
+        The end to read from, and the one to write to.
+
+    Raises:
+        OSError: the system has no pty left.
+        NeedsPosix: the system has no ptys.
+    """
+    if sys.platform == "win32" or not HAS_PTYS:
+        raise NeedsPosix("a pty")
+    import fcntl
+    import termios
+
+    read_end, write_end = os.openpty()
+    with contextlib.suppress(OSError, termios.error):
+        size = fcntl.ioctl(like, termios.TIOCGWINSZ, b"\0" * 8)
+        fcntl.ioctl(write_end, termios.TIOCSWINSZ, size)
+    with contextlib.suppress(termios.error):
+        settings = termios.tcgetattr(write_end)
+        settings[1] &= ~termios.OPOST
+        settings[3] &= ~termios.ECHO
+        termios.tcsetattr(write_end, termios.TCSANOW, settings)
+    return read_end, write_end
+
+
+def is_raw(terminal: int) -> bool:
+    """Whether the terminal adds no carriage returns, because a program reads single keys from it."""
+    if sys.platform != "win32":
+        import termios
+
+        with contextlib.suppress(OSError, termios.error):
+            return not termios.tcgetattr(terminal)[1] & termios.OPOST
+    return False

@@ -1,0 +1,148 @@
+"""Client-side state of a goal: what the client knows about the goal's progress at the server.
+
+The server publishes the status of its goals several times a second, and a result at the end. These are
+separate topics: messages may arrive in any order, and a status may be missed. A single status may therefore
+cause several transitions, such as from WAITING_FOR_GOAL_ACK through ACTIVE to WAITING_FOR_RESULT.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+from pipros.libraries.actions.status import TERMINAL, Status
+
+
+class State(IntEnum):
+    """States of a client's goal. The values are those of actionlib.CommState."""
+
+    WAITING_FOR_GOAL_ACK = 0
+    PENDING = 1
+    ACTIVE = 2
+    WAITING_FOR_RESULT = 3
+    WAITING_FOR_CANCEL_ACK = 4
+    RECALLING = 5
+    PREEMPTING = 6
+    DONE = 7
+    LOST = 8
+
+
+_PENDING, _ACTIVE, _WAIT = State.PENDING, State.ACTIVE, State.WAITING_FOR_RESULT
+_RECALLING, _PREEMPTING = State.RECALLING, State.PREEMPTING
+_FINISHED = (Status.SUCCEEDED, Status.ABORTED)
+
+STAYS: tuple[State, ...] = ()
+
+TRANSITIONS: dict[State, dict[Status, tuple[State, ...]]] = {
+    State.WAITING_FOR_GOAL_ACK: {
+        Status.PENDING: (_PENDING,),
+        Status.ACTIVE: (_ACTIVE,),
+        Status.REJECTED: (_PENDING, _WAIT),
+        Status.RECALLING: (_PENDING, _RECALLING),
+        Status.RECALLED: (_PENDING, _WAIT),
+        Status.PREEMPTED: (_ACTIVE, _PREEMPTING, _WAIT),
+        Status.PREEMPTING: (_ACTIVE, _PREEMPTING),
+        **dict.fromkeys(_FINISHED, (_ACTIVE, _WAIT)),
+    },
+    State.PENDING: {
+        Status.PENDING: STAYS,
+        Status.ACTIVE: (_ACTIVE,),
+        Status.REJECTED: (_WAIT,),
+        Status.RECALLING: (_RECALLING,),
+        Status.RECALLED: (_RECALLING, _WAIT),
+        Status.PREEMPTED: (_ACTIVE, _PREEMPTING, _WAIT),
+        Status.PREEMPTING: (_ACTIVE, _PREEMPTING),
+        **dict.fromkeys(_FINISHED, (_ACTIVE, _WAIT)),
+    },
+    State.ACTIVE: {
+        Status.ACTIVE: STAYS,
+        Status.PREEMPTED: (_PREEMPTING, _WAIT),
+        Status.PREEMPTING: (_PREEMPTING,),
+        **dict.fromkeys(_FINISHED, (_WAIT,)),
+    },
+    State.WAITING_FOR_RESULT: dict.fromkeys(
+        (Status.ACTIVE, Status.REJECTED, Status.RECALLED, Status.PREEMPTED, *_FINISHED), STAYS
+    ),
+    State.WAITING_FOR_CANCEL_ACK: {
+        Status.PENDING: STAYS,
+        Status.ACTIVE: STAYS,
+        Status.REJECTED: (_WAIT,),
+        Status.RECALLING: (_RECALLING,),
+        Status.RECALLED: (_RECALLING, _WAIT),
+        Status.PREEMPTED: (_PREEMPTING, _WAIT),
+        Status.PREEMPTING: (_PREEMPTING,),
+        **dict.fromkeys(_FINISHED, (_PREEMPTING, _WAIT)),
+    },
+    State.RECALLING: {
+        Status.RECALLING: STAYS,
+        Status.REJECTED: (_WAIT,),
+        Status.RECALLED: (_WAIT,),
+        Status.PREEMPTED: (_PREEMPTING, _WAIT),
+        Status.PREEMPTING: (_PREEMPTING,),
+        **dict.fromkeys(_FINISHED, (_PREEMPTING, _WAIT)),
+    },
+    State.PREEMPTING: {
+        Status.PREEMPTING: STAYS,
+        **dict.fromkeys((Status.PREEMPTED, *_FINISHED), (_WAIT,)),
+    },
+}
+"""The states entered on a status, in order. A status that is not listed is invalid in that state."""
+
+MAY_BE_CANCELLED = frozenset(
+    {State.WAITING_FOR_GOAL_ACK, State.PENDING, State.ACTIVE, State.WAITING_FOR_CANCEL_ACK}
+)
+MAY_BE_MISSING = frozenset({State.WAITING_FOR_GOAL_ACK, State.WAITING_FOR_RESULT, State.DONE})
+"""States in which the server may omit the goal: it has not received it yet, or has already removed it."""
+
+
+class ClientGoal:
+    """State of a goal. Each event method returns the states entered, in order."""
+
+    def __init__(self) -> None:
+        self.state = State.WAITING_FOR_GOAL_ACK
+        self.status = Status.PENDING
+
+    def on_status(self, status: int | None) -> list[State]:
+        """Handle a list of goals from the server that contains this goal with `status`, or not (None).
+
+        Raises:
+            ValueError: the status is unknown, or invalid in the current state. The state is unchanged.
+        """
+        if self.state is State.DONE:
+            return []
+        if status is None:
+            if self.state in MAY_BE_MISSING:
+                return []
+            self.status = Status.LOST
+            return self._enter((State.DONE,))
+        if status not in Status._value2member_map_:
+            raise ValueError(f"server reported unknown goal status {status}")
+        self.status = Status(status)
+        states = TRANSITIONS[self.state].get(self.status)
+        if states is None:
+            raise ValueError(
+                f"server reported status {self.status.name}, which is invalid in state {self.state.name}"
+            )
+        return self._enter(states)
+
+    def on_result(self, status: int) -> list[State]:
+        """Handle a result and the final status in it. Ignored if the goal is already done."""
+        if self.state is State.DONE:
+            return []
+        try:
+            states = self.on_status(status)
+        except ValueError:  # missed statuses no longer matter
+            states = []
+        return states + self._enter((State.DONE,))
+
+    def on_cancel(self) -> list[State]:
+        """Handle a cancellation by the client. Ignored if the goal is already ending."""
+        return self._enter((State.WAITING_FOR_CANCEL_ACK,)) if self.state in MAY_BE_CANCELLED else []
+
+    def terminal_status(self) -> Status:
+        """Return the final status; LOST if the goal has not ended."""
+        return self.status if self.status in TERMINAL else Status.LOST
+
+    def _enter(self, states: tuple[State, ...]) -> list[State]:
+        if states:
+            self.state = states[-1]
+        return list(states)

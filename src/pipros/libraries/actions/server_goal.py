@@ -1,0 +1,49 @@
+"""Server-side state of a goal.
+
+A client may request cancellation (`CANCEL_REQUESTED`); all other events are raised by the program that
+executes the goal. An event that is not in the table leaves the goal unchanged.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from pipros.libraries.actions.status import Status
+
+
+class Event(Enum):
+    """Events of a goal. The values complete "a goal must be … to be" in error messages."""
+
+    ACCEPT = "active"
+    REJECT = "rejected"
+    CANCEL = "cancelled"
+    ABORT = "aborted"
+    SUCCEED = "succeeded"
+    CANCEL_REQUESTED = "cancelled by request"
+
+
+TRANSITIONS: dict[Event, dict[Status, Status]] = {
+    Event.ACCEPT: {Status.PENDING: Status.ACTIVE, Status.RECALLING: Status.PREEMPTING},
+    Event.REJECT: {Status.PENDING: Status.REJECTED, Status.RECALLING: Status.REJECTED},
+    Event.CANCEL: {
+        Status.PENDING: Status.RECALLED,
+        Status.RECALLING: Status.RECALLED,
+        Status.ACTIVE: Status.PREEMPTED,
+        Status.PREEMPTING: Status.PREEMPTED,
+    },
+    Event.ABORT: {Status.ACTIVE: Status.ABORTED, Status.PREEMPTING: Status.ABORTED},
+    Event.SUCCEED: {Status.ACTIVE: Status.SUCCEEDED, Status.PREEMPTING: Status.SUCCEEDED},
+    Event.CANCEL_REQUESTED: {Status.PENDING: Status.RECALLING, Status.ACTIVE: Status.PREEMPTING},
+}
+
+
+def after(status: int, event: Event) -> Status | None:
+    """Return the status after the event, or None if the event is invalid in this status."""
+    return TRANSITIONS[event].get(Status(status)) if status in Status._value2member_map_ else None
+
+
+def why_not(status: int, event: Event) -> str:
+    """Return the error message for an event that is invalid in this status."""
+    possible = " or ".join(known.name for known in TRANSITIONS[event])
+    now = Status(status).name if status in Status._value2member_map_ else str(status)
+    return f"a goal must be {possible} to be {event.value}, but it is {now}"

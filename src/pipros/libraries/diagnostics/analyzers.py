@@ -1,0 +1,379 @@
+"""The analyzers of the aggregator: which statuses each accepts, and what it reports about them.
+
+They are configured by the `analyzers` parameters, see http://wiki.ros.org/diagnostic_aggregator.
+Times are in seconds of any clock, the same for all calls.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import isinf
+from typing import Any, Protocol
+
+from pipros.libraries.diagnostics.items import ERROR, OK, STALE, Item, Status, level_name
+from pipros.libraries.diagnostics.name_patterns import NamePatterns
+from pipros.basics.errors import PiprosError
+
+TIMEOUT_S = 5.0
+"""After this time without an update an item is stale, unless `timeout` is set."""
+
+ITEM_LIMIT = 10_000
+"""The most items of one analyzer: their names come from any peer."""
+
+DEPTH_LIMIT = 20
+"""Groups in groups."""
+
+SLOW_REGEX = "A regex takes too long, and is not used any more"
+
+
+class BadAnalyzer(PiprosError, ValueError):
+    """The parameters of an analyzer cannot be used.
+
+    Attributes:
+        summary: a short text, which is published as the message of a status.
+    """
+
+    def __init__(self, summary: str, reason: str) -> None:
+        super().__init__(reason)
+        self.summary = summary
+
+
+class Analyzer(Protocol):
+    """Accepts some of the statuses, and reports them below its path.
+
+    Attributes:
+        name: the last part of its path.
+        path: the whole path.
+    """
+
+    name: str
+    path: str
+
+    def match(self, name: str) -> bool:
+        """Whether it accepts statuses of that name."""
+
+    def analyze(self, status: Status, now_s: float) -> bool:
+        """Adds a status that it matches. Returns whether it was accepted."""
+
+    def report(self, now_s: float) -> list[Status]:
+        """Its own status, whose name is `path`, and those of its items; may be empty."""
+
+
+@dataclass(frozen=True, slots=True)
+class Criteria:
+    """The names that an analyzer accepts: those that satisfy any of the criteria."""
+
+    names: frozenset[str] = frozenset()
+    starts: tuple[str, ...] = ()
+    parts: tuple[str, ...] = ()
+    patterns: NamePatterns = field(default_factory=lambda: NamePatterns(()))
+
+    def __bool__(self) -> bool:
+        return bool(self.names or self.starts or self.parts or self.patterns)
+
+    def match(self, name: str) -> bool:
+        return (
+            name in self.names
+            or name.startswith(self.starts)
+            or any(part in name for part in self.parts)
+            or self.patterns.match(name)
+        )
+
+
+class Items:
+    """The items of one analyzer by name, and the status that summarises them."""
+
+    def __init__(
+        self,
+        name: str,
+        path: str,
+        *,
+        expected: Sequence[str] = (),
+        prefixes: Sequence[str] = (),
+        timeout_s: float = TIMEOUT_S,
+        count: int = -1,
+        discards_stale: bool = False,
+    ) -> None:
+        """No item has arrived yet.
+
+        Args:
+            count: the required number of items, -1 for any.
+            timeout_s: after which an item is stale; 0 for never.
+        """
+        self.name, self.path = name, path
+        self._prefixes = tuple(prefixes)
+        self._timeout_s, self._count, self._discards_stale = timeout_s, count, discards_stale
+        self._items = {item: Item(Status(item)) for item in expected}
+
+    def analyze(self, status: Status, now_s: float) -> bool:
+        if status.name not in self._items and len(self._items) >= ITEM_LIMIT:
+            return False
+        self._items[status.name] = Item(status, now_s)
+        return True
+
+    def report(self, now_s: float) -> list[Status]:
+        """The summary is stale if all items are; if only some are, it is an error."""
+        reported, values, levels = [], [], []
+        for name, item in list(self._items.items()):
+            is_stale = self._is_stale(item, now_s)
+            if is_stale and self._discards_stale:
+                del self._items[name]
+                continue
+            status = item.below(self.path, self._prefixes, is_stale)
+            reported.append(status)
+            values.append((name, status.message))
+            levels.append(status.level)
+        level = summed_up(levels) if levels or self._count == 0 else STALE
+        message = level_name(level)
+        if self._count > 0 and len(reported) != self._count:
+            level = max(level, ERROR)
+            message = f"Expected {self._count}, found {len(reported)}"
+        return [Status(self.path, level, message, values=tuple(values)), *reported]
+
+    def _is_stale(self, item: Item, now_s: float) -> bool:
+        if item.updated_s is None:
+            return True
+        return self._timeout_s > 0 and now_s - item.updated_s > self._timeout_s
+
+
+def summed_up(levels: Sequence[int]) -> int:
+    """The summary of several levels: the highest, but stale only if all are.
+
+    >>> summed_up([0, 1]), summed_up([3, 0]), summed_up([3, 3]), summed_up([])
+    (1, 2, 3, 0)
+    """
+    highest = max(levels, default=OK)
+    return ERROR if highest == STALE and min(levels) != STALE else highest
+
+
+class GenericAnalyzer(Items):
+    """Accepts the statuses that its parameters name, and reports them all."""
+
+    def __init__(self, name: str, path: str, criteria: Criteria, **more: Any) -> None:
+        super().__init__(name, path, **more)
+        self._criteria = criteria
+
+    def match(self, name: str) -> bool:
+        return self._criteria.match(name)
+
+    def report(self, now_s: float) -> list[Status]:
+        """As `Items.report`, with an error if a regular expression takes too long."""
+        header, *reported = super().report(now_s)
+        if self._criteria.patterns.slow:
+            values = tuple((SLOW_REGEX, pattern) for pattern in self._criteria.patterns.slow)
+            header = Status(header.name, ERROR, SLOW_REGEX, values=(*header.values, *values))
+        return [header, *reported]
+
+
+class DiscardAnalyzer(GenericAnalyzer):
+    """Accepts statuses like a GenericAnalyzer, and reports nothing."""
+
+    def report(self, now_s: float) -> list[Status]:
+        del now_s
+        return []
+
+
+class IgnoreAnalyzer:
+    """Accepts nothing and reports nothing, whatever its parameters."""
+
+    def __init__(self, name: str, path: str) -> None:
+        self.name, self.path = name, path
+
+    def match(self, name: str) -> bool:
+        del name
+        return False
+
+    def analyze(self, status: Status, now_s: float) -> bool:
+        del status, now_s
+        return False
+
+    def report(self, now_s: float) -> list[Status]:
+        del now_s
+        return []
+
+
+class AnalyzerGroup:
+    """Analyzers below one path, in the order of their keys. A status is passed to each that accepts it.
+
+    Attributes:
+        problems: the errors of analyzers that could not be made, by key.
+    """
+
+    def __init__(self, name: str, path: str, parameters: Mapping[str, Any], depth: int = 0) -> None:
+        """Makes the analyzers of the group; those whose parameters are wrong are reported instead.
+
+        Raises:
+            BadAnalyzer: groups are nested too deeply.
+        """
+        if depth > DEPTH_LIMIT:
+            raise BadAnalyzer(
+                "Analyzer init failed", f"analyzer groups are nested more than {DEPTH_LIMIT} deep"
+            )
+        self.name, self.path = name, path
+        self.problems: dict[str, BadAnalyzer] = {}
+        self._analyzers: list[Analyzer] = []
+        for key, described in sorted(parameters.items(), key=str):
+            try:
+                self._analyzers.append(analyzer_of(path, described, depth))
+            except BadAnalyzer as error:
+                self.problems[str(key)] = error
+
+    @property
+    def groups(self) -> list[AnalyzerGroup]:
+        """The groups among its analyzers."""
+        return [analyzer for analyzer in self._analyzers if isinstance(analyzer, AnalyzerGroup)]
+
+    def match(self, name: str) -> bool:
+        return any(analyzer.match(name) for analyzer in self._analyzers)
+
+    def analyze(self, status: Status, now_s: float) -> bool:
+        taken = [
+            analyzer.analyze(status, now_s) for analyzer in self._analyzers if analyzer.match(status.name)
+        ]
+        return any(taken)
+
+    def report(self, now_s: float) -> list[Status]:
+        values, levels, reported = [], [], []
+        for analyzer in self._analyzers:
+            of_one = analyzer.report(now_s)
+            reported += of_one
+            for status in of_one:
+                if status.name == analyzer.path:
+                    values.append((analyzer.name, status.message))
+                    levels.append(status.level)
+        for key, error in self.problems.items():
+            reported.append(
+                Status(f"{self.path}/{key}", ERROR, error.summary, values=(("reason", str(error)),))
+            )
+            values.append((key, error.summary))
+            levels.append(ERROR)
+        if not self.path:
+            return reported
+        level = summed_up(levels)
+        message = level_name(level)
+        if not self._analyzers and not self.problems:
+            level, message = ERROR, "No analyzers"
+        return [Status(self.path, level, message, values=tuple(values)), *reported]
+
+
+class OtherAnalyzer(Items):
+    """Reports statuses that no analyzer accepted, optionally as errors."""
+
+    def __init__(self, path: str, as_errors: bool) -> None:
+        super().__init__("Other", f"{path}/Other", discards_stale=True)
+        self._as_errors = as_errors
+
+    def report(self, now_s: float) -> list[Status]:
+        header, *reported = super().report(now_s)
+        if not reported:
+            return []
+        if self._as_errors:
+            message = 'Unanalyzed items found in "Other"'
+            header = Status(header.name, ERROR, message, values=header.values)
+        return [header, *reported]
+
+
+def analyzer_of(base: str, parameters: Any, depth: int = 0) -> Analyzer:
+    """The analyzer that parameters describe, below the path of its group.
+
+    Raises:
+        BadAnalyzer: they cannot be used.
+    """
+    if not isinstance(parameters, Mapping):
+        raise BadAnalyzer(
+            "Analyzer init failed", f"an analyzer has parameters, such as type, got {parameters!r}"
+        )
+    kind = parameters.get("type")
+    if not isinstance(kind, str) or not kind:
+        raise BadAnalyzer("No Analyzer type given", "the analyzer has no parameter 'type'")
+    make = _MAKERS.get(kind.removeprefix("diagnostic_aggregator/"))
+    if make is None:
+        raise BadAnalyzer(
+            "Pluginlib exception loading analyzer",
+            f"there is no analyzer {kind}; there are {', '.join(_MAKERS)}. Analyzers that are written in C++ "
+            "can be loaded by Noetic's aggregator_node only",
+        )
+    name = parameters.get("path")
+    if kind.endswith("IgnoreAnalyzer"):
+        name = name or "ignored"
+    if not isinstance(name, str) or not name.strip("/"):
+        raise BadAnalyzer("Analyzer init failed", f"the parameter 'path' must be a name, got {name!r}")
+    return make(name.strip("/"), f"{base}/{name.strip('/')}", parameters, depth)
+
+
+def _generic(
+    kind: type[GenericAnalyzer], name: str, path: str, parameters: Mapping[str, Any]
+) -> GenericAnalyzer:
+    removed_where_found = _texts(parameters, "find_and_remove_prefix")
+    expected = _texts(parameters, "expected")
+    try:
+        patterns = NamePatterns(_texts(parameters, "regex"))
+    except ValueError as error:
+        raise BadAnalyzer(
+            "Analyzer init failed", f"the parameter 'regex' of {path} is not one: {error}"
+        ) from None
+    criteria = Criteria(
+        names=frozenset([*_texts(parameters, "name"), *expected]),
+        starts=(*_texts(parameters, "startswith"), *removed_where_found),
+        parts=tuple(_texts(parameters, "contains")),
+        patterns=patterns,
+    )
+    if not criteria:
+        raise BadAnalyzer(
+            "Analyzer init failed",
+            f"{path} takes nothing: it needs startswith, contains, name, expected, regex or "
+            "find_and_remove_prefix",
+        )
+    return kind(
+        name,
+        path,
+        criteria,
+        expected=expected,
+        prefixes=[*_texts(parameters, "remove_prefix"), *removed_where_found],
+        timeout_s=_number(parameters, "timeout", TIMEOUT_S),
+        count=_count(parameters, "num_items"),
+        discards_stale=bool(parameters.get("discard_stale", False)),
+    )
+
+
+def _group(name: str, path: str, parameters: Mapping[str, Any], depth: int) -> AnalyzerGroup:
+    inner = parameters.get("analyzers", {})
+    if not isinstance(inner, Mapping):
+        raise BadAnalyzer(
+            "Analyzer init failed", f"'analyzers' of {path} must be a dictionary, got {inner!r}"
+        )
+    return AnalyzerGroup(name, path, inner, depth + 1)
+
+
+_MAKERS: Mapping[str, Callable[[str, str, Mapping[str, Any], int], Analyzer]] = {
+    "GenericAnalyzer": lambda name, path, found, _: _generic(GenericAnalyzer, name, path, found),
+    "DiscardAnalyzer": lambda name, path, found, _: _generic(DiscardAnalyzer, name, path, found),
+    "IgnoreAnalyzer": lambda name, path, *_: IgnoreAnalyzer(name, path),
+    "AnalyzerGroup": _group,
+}
+
+
+def _texts(parameters: Mapping[str, Any], key: str) -> list[str]:
+    """A parameter that is a text or a list of texts."""
+    value = parameters.get(key, [])
+    texts = [value] if isinstance(value, str) else value
+    if not isinstance(texts, list) or not all(isinstance(text, str) for text in texts):
+        raise BadAnalyzer(
+            "Analyzer init failed", f"the parameter {key!r} must be a text or texts, got {value!r}"
+        )
+    return texts
+
+
+def _number(parameters: Mapping[str, Any], key: str, default: float) -> float:
+    value = parameters.get(key, default)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value:
+        raise BadAnalyzer("Analyzer init failed", f"the parameter {key!r} must be a number, got {value!r}")
+    return value
+
+
+def _count(parameters: Mapping[str, Any], key: str) -> int:
+    number = _number(parameters, key, -1)
+    if isinf(number):
+        raise BadAnalyzer("Analyzer init failed", f"the parameter {key!r} must be finite, got {number}")
+    return int(number)

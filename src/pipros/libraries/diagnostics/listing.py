@@ -1,0 +1,37 @@
+"""Statuses as lines for a terminal: `rosdiagnostic`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from pipros.libraries.diagnostics.items import OK, Status, level_name
+from pipros.basics.printable import printable
+
+_LONGEST = 2_000
+
+
+def listed(
+    statuses: Iterable[Status], *, least: int = OK, part: str = "", details: bool = False
+) -> list[str]:
+    """A line for each status, by name.
+
+    Args:
+        statuses: of one array.
+        least: lower levels are left out.
+        part: names without it are left out.
+        details: also a line for each value, and one for the hardware.
+
+    >>> listed([Status("/b", 0, "fine"), Status("/a", 2, "broken")], least=1)
+    ['Error    /a: broken']
+    """
+    lines = []
+    for status in sorted(statuses, key=lambda status: status.name):
+        if status.level < least or part not in status.name:
+            continue
+        name, message = printable(status.name, _LONGEST), printable(status.message, _LONGEST)
+        lines.append(f"{level_name(status.level):<8} {name}: {message}".rstrip(": "))
+        if details:
+            values = [("hardware_id", status.hardware_id)] if status.hardware_id else []
+            for key, value in [*values, *status.values]:
+                lines.append(f"           {printable(key, _LONGEST)}: {printable(value, _LONGEST)}")
+    return lines

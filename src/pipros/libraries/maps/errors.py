@@ -1,0 +1,21 @@
+"""Errors of map files."""
+
+from __future__ import annotations
+
+from pipros.basics.errors import PiprosError
+
+
+class MapError(PiprosError, ValueError):
+    """A map cannot be read or written. The message contains the file and the reason."""
+
+
+class NoMapFile(MapError):
+    """A file of a map cannot be opened."""
+
+
+class BadMapImage(MapError):
+    """The picture of a map is invalid."""
+
+
+class BadMapDescription(MapError):
+    """The YAML file of a map is invalid."""

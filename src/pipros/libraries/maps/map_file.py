@@ -1,0 +1,184 @@
+"""The YAML file of a map and the cells of its picture: http://wiki.ros.org/map_server#Map_format.
+
+Cells are numbers, row by row from the lowest y: 0 is free, 100 occupied, -1 unknown; other values lie between
+free and occupied.
+"""
+
+from __future__ import annotations
+
+import os
+from array import array
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_text
+from pipros.libraries.maps.errors import BadMapDescription, NoMapFile
+from pipros.libraries.maps.picture import Picture, read_picture
+from pipros.safe import yaml
+
+MODES = ("trinary", "scale", "raw")
+
+
+@dataclass(frozen=True, slots=True)
+class MapDescription:
+    """The contents of a YAML file.
+
+    Attributes:
+        image: path of the picture.
+        resolution: metres per pixel.
+        origin: pose of the lower left corner: x and y in metres, yaw in radians.
+        negate: whether white means occupied.
+        occupied, free: a cell is occupied above, or free below, this darkness (0 to 1).
+        mode: one of MODES.
+    """
+
+    image: str
+    resolution: float
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    negate: bool = False
+    occupied: float = 0.65
+    free: float = 0.196
+    mode: str = "trinary"
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """A map: description, size in cells, and cells."""
+
+    description: MapDescription
+    width: int
+    height: int
+    cells: array[int]
+
+
+def read_map(file: str) -> Grid:
+    """Read a map from a YAML file and its picture.
+
+    Raises:
+        MapError: NoMapFile, BadMapDescription or BadMapImage.
+    """
+    description = read_description(file)
+    return make_grid(description, read_picture(description.image))
+
+
+def read_description(file: str) -> MapDescription:
+    """Read a YAML file. A relative path of the picture is resolved against the folder of the file.
+
+    Raises:
+        NoMapFile: the file cannot be opened.
+        BadMapDescription: the file is invalid.
+    """
+    try:
+        text = read_text(file)
+    except (OSError, UnicodeDecodeError) as error:
+        raise NoMapFile(f"Map_server could not open {file}: {error}") from None
+    try:
+        values = yaml.load(text, file)
+    except PiprosError as error:
+        raise BadMapDescription(str(error)) from None
+    if not isinstance(values, dict):
+        raise BadMapDescription(f"{file} must be a mapping with image, resolution, origin, …, got {values!r}")
+    image = _value(file, values, "image")
+    if not isinstance(image, str) or not image:
+        raise BadMapDescription(f"{file}: image must be the path of a picture, got {image!r}")
+    origin = _value(file, values, "origin")
+    if not (isinstance(origin, list) and len(origin) == 3):
+        raise BadMapDescription(f"{file}: origin must be a list of x, y and yaw, got {origin!r}")
+    resolution = _number(file, "resolution", _value(file, values, "resolution"))
+    if resolution <= 0.0:
+        raise BadMapDescription(f"{file}: resolution must be > 0 m/pixel, got {resolution}")
+    mode = values.get("mode", "trinary")
+    if mode not in MODES:
+        raise BadMapDescription(f"{file}: mode must be one of {', '.join(MODES)}, got {mode!r}")
+    x, y, yaw = (_number(file, "origin", value) for value in origin)
+    return MapDescription(
+        os.path.join(os.path.dirname(file), image),
+        resolution,
+        (x, y, yaw),
+        bool(_number(file, "negate", _value(file, values, "negate"))),
+        _number(file, "occupied_thresh", _value(file, values, "occupied_thresh")),
+        _number(file, "free_thresh", _value(file, values, "free_thresh")),
+        str(mode),
+    )
+
+
+def _value(file: str, values: dict[Any, Any], key: str) -> Any:
+    try:
+        return values[key]
+    except KeyError:
+        raise BadMapDescription(f"{file}: missing required key {key!r}") from None
+
+
+def _number(file: str, key: str, value: Any) -> float:
+    if isinstance(value, (bool, int, float)) and isfinite(value):
+        return float(value)
+    raise BadMapDescription(f"{file}: {key} must be a finite number, got {value!r}")
+
+
+def make_grid(description: MapDescription, picture: Picture) -> Grid:
+    """Convert a picture to the cells of a map.
+
+    The grey value of a coloured pixel is the mean of its channels, in mode `trinary` including alpha, as in
+    Noetic. In mode `scale`, transparent cells that are neither free nor occupied are unknown.
+    """
+    channels = picture.colors
+    if picture.alpha is not None and description.mode == "trinary":
+        channels = (*channels, picture.alpha)
+    count = len(channels)
+    table = [_cell(description, total / count) for total in range(255 * count + 1)]
+    if count == 1:
+        cells = channels[0].translate(bytes(table))
+    else:
+        cells = bytes(map(table.__getitem__, map(sum, zip(*channels, strict=True))))
+    if picture.alpha is not None and description.mode == "scale":
+        partial = range(1, 100)  # neither free nor occupied
+        cells = bytes(
+            255 if not alpha and cell in partial else cell
+            for cell, alpha in zip(cells, picture.alpha, strict=True)
+        )
+    width = picture.width
+    rows = [cells[start : start + width] for start in range(0, len(cells), width)]
+    return Grid(description, width, picture.height, array("b", b"".join(reversed(rows))))
+
+
+def _cell(description: MapDescription, grey: float) -> int:
+    """Return the cell of a grey value (0 to 255) as a byte; 255 stands for -1."""
+    if description.negate:
+        grey = 255.0 - grey
+    if description.mode == "raw":
+        return int(grey)
+    darkness = (255.0 - grey) / 255.0
+    if darkness > description.occupied:
+        return 100
+    if darkness < description.free:
+        return 0
+    if description.mode == "trinary" or description.occupied <= description.free:
+        return 255
+    part = (darkness - description.free) / (description.occupied - description.free)
+    return int(1 + 98 * part)
+
+
+FREE, OCCUPIED, UNKNOWN = 254, 0, 205
+"""The grey values of a saved map."""
+
+
+def grid_pixels(width: int, cells: Any, free: int, occupied: int) -> bytes:
+    """Return one byte per cell, row by row from the top: white up to `free`, black from `occupied` on."""
+    greys = bytes(
+        UNKNOWN if value > 127 else FREE if value <= free else OCCUPIED if value >= occupied else UNKNOWN
+        for value in range(256)
+    )
+    pixels = array("b", cells).tobytes().translate(greys)
+    rows = [pixels[start : start + width] for start in range(0, len(pixels), width)] if width else []
+    return b"".join(reversed(rows))
+
+
+def description_text(image: str, resolution: float, origin: tuple[float, float, float]) -> str:
+    """Return the text of the YAML file of a saved map, equal to that of Noetic's map_saver."""
+    x, y, yaw = origin
+    return (
+        f"image: {image}\nresolution: {resolution:f}\norigin: [{x:f}, {y:f}, {yaw:f}]\nnegate: 0\n"
+        "occupied_thresh: 0.65\nfree_thresh: 0.196\n\n"
+    )

@@ -1,0 +1,70 @@
+"""Grey pictures as PGM files, binary (P5) and plain (P2): https://netpbm.sourceforge.net/doc/pgm.html."""
+
+from __future__ import annotations
+
+import re
+from array import array
+
+from pipros.libraries.maps.errors import BadMapImage
+
+MAX_PIXELS = 1 << 28
+"""Maximum size of a map: 16,384 x 16,384 cells, which is 256 MiB in a message."""
+
+_TOKEN = re.compile(rb"(?:\s|#[^\n\r]*[\n\r])*(\d{1,9})")
+
+
+def is_pgm(content: bytes) -> bool:
+    """Return whether the content starts with the signature of a PGM file."""
+    return content[:2] in (b"P5", b"P2")
+
+
+def read_pgm(content: bytes, file: str) -> tuple[int, int, bytes]:
+    """Return width, height, and one byte per pixel, row by row from the top; 255 is white.
+
+    Raises:
+        BadMapImage: the content is not a PGM file, is too large, or is truncated.
+    """
+    if not is_pgm(content):
+        raise BadMapImage(f"{file} must start with P5 or P2, got {content[:2]!r}")
+    place, header = 2, []
+    for what in ("width", "height", "maximum grey value"):
+        found = _TOKEN.match(content, place)
+        if found is None:
+            raise BadMapImage(f"{file}: {what} must be a whole number, got {content[place : place + 20]!r}")
+        header.append(int(found[1]))
+        place = found.end()
+    width, height, white = header
+    if not (width > 0 and height > 0 and width * height <= MAX_PIXELS):
+        raise BadMapImage(f"{file} must have 1 to {MAX_PIXELS} pixels, got {width} x {height}")
+    if not 0 < white < 65536:
+        raise BadMapImage(f"{file}: maximum grey value must be 1 to 65535, got {white}")
+    if content[:2] == b"P2":
+        return width, height, _from_digits(content[place:], width * height, white, file)
+    size = width * height * (1 if white < 256 else 2)
+    pixels = content[place + 1 : place + 1 + size]  # after one white-space character
+    if len(pixels) < size:
+        raise BadMapImage(f"{file} must have {size} bytes of pixels, got {len(pixels)}")
+    if white == 255:
+        return width, height, pixels
+    if white < 256:
+        return width, height, pixels.translate(bytes(min(grey, white) * 255 // white for grey in range(256)))
+    wide = array("H", pixels)
+    if wide.itemsize == 2 and array("H", b"\0\1")[0] != 1:
+        wide.byteswap()  # the file is big-endian
+    return width, height, bytes(min(grey, white) * 255 // white for grey in wide)
+
+
+def _from_digits(text: bytes, count: int, white: int, file: str) -> bytes:
+    words = re.sub(rb"#[^\n\r]*", b"", text).split(None, count)[:count]
+    try:
+        greys = [int(word) for word in words if len(word) < 10]
+    except ValueError:
+        greys = []
+    if len(greys) < count or min(greys) < 0:
+        raise BadMapImage(f"{file} must contain {count} whole numbers as pixels")
+    return bytes(min(grey, white) * 255 // white for grey in greys)
+
+
+def write_pgm(width: int, height: int, pixels: bytes, comment: str) -> bytes:
+    """Return a binary PGM file. `pixels` has one byte per pixel, row by row from the top."""
+    return b"P5\n# %s\n%d %d\n255\n" % (comment.encode("ascii", "replace"), width, height) + pixels

@@ -1,0 +1,81 @@
+"""Poses of links in their parents from joint positions, and the rate limit of robot_state_publisher."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from math import cos, sin
+
+from pipros.libraries.robot_model.urdf import Joint, Robot
+from pipros.libraries.transforms.pose import Pose, composed
+
+MOVING = ("revolute", "continuous", "prismatic")
+
+
+def pose_of(joint: Joint, position: float) -> Pose:
+    """Return the pose of a joint's child link in its parent link.
+
+    Args:
+        position: radians, or metres for a prismatic joint; ignored for joints that do not move.
+    """
+    x, y, z = joint.axis
+    if joint.type == "prismatic":
+        return composed(joint.origin, (x * position, y * position, z * position, 0.0, 0.0, 0.0, 1.0))
+    if joint.type in MOVING:
+        s, c = sin(position / 2.0), cos(position / 2.0)
+        return composed(joint.origin, (0.0, 0.0, 0.0, x * s, y * s, z * s, c))
+    return joint.origin
+
+
+class JointFrames:
+    """The joints of a robot, and the stamp of each when it was last published. Times are in nanoseconds.
+
+    Args:
+        interval: minimum difference between the stamps of two published positions of a joint.
+        every_message: publish every message regardless of its stamp (`ignore_timestamp`).
+
+    Attributes:
+        moving: joints that can be published, by name.
+        fixed: fixed joints; planar ones are treated as fixed, as in Noetic.
+        floating: floating joints, which cannot be published.
+    """
+
+    def __init__(self, robot: Robot, interval: int, every_message: bool = False) -> None:
+        self.interval = interval
+        self.every_message = every_message
+        self.moving = {joint.name: joint for joint in robot.joints if joint.type in MOVING}
+        self.fixed = [joint for joint in robot.joints if joint.type in ("fixed", "planar")]
+        self.floating = [joint for joint in robot.joints if joint.type == "floating"]
+        self._sent: dict[str, int] = {}
+
+    def forget_times(self) -> None:
+        """Forget the published stamps, so that each joint is due again (after a jump of the clock)."""
+        self._sent.clear()
+
+    def due(self, names: Iterable[str], positions: Iterable[float], stamp: int) -> list[tuple[Joint, Pose]]:
+        """Return the poses to publish for a message: its joints and those that mimic them, sorted by name.
+
+        All joints of a message are published if the one with the oldest stamp is due, otherwise none.
+        """
+        known = dict(zip(names, positions, strict=True))
+        if not known:
+            return []
+        oldest = min(self._sent.get(name, 0) for name in known)
+        if not self.every_message and stamp < oldest + self.interval:
+            return []
+        for name in known:
+            self._sent[name] = stamp
+        values = self._with_mimics(known)
+        return [
+            (joint, pose_of(joint, values[name]))
+            for name, joint in sorted(self.moving.items())
+            if name in values
+        ]
+
+    def _with_mimics(self, known: Mapping[str, float]) -> dict[str, float]:
+        values = dict(known)
+        # Positions in the message take precedence. Chains of mimic joints resolve in this order in Noetic.
+        for _, joint in sorted(self.moving.items()):
+            mimic = joint.mimic
+            if mimic is not None and mimic.joint in values:
+                values.setdefault(joint.name, values[mimic.joint] * mimic.multiplier + mimic.offset)
+        return values

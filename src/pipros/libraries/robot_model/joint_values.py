@@ -1,0 +1,153 @@
+"""The values that joint_state_publisher publishes: defaults, values from sources, mimic joints.
+
+Rules: http://wiki.ros.org/joint_state_publisher.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import pi
+from typing import Any
+
+from pipros.basics.errors import PiprosError
+from pipros.libraries.robot_model.urdf import Joint, Robot
+
+
+class MimicCircle(PiprosError, ValueError):
+    """Joints mimic each other in a circle."""
+
+
+@dataclass(frozen=True, slots=True)
+class JointChoices:
+    """The parameters of the node that determine joints and their initial values.
+
+    Attributes:
+        zeros: initial positions by joint; the default is 0, or the middle of the range if it excludes 0.
+        dependent: joints that follow others: `parent`, and optionally `factor` and `offset`.
+        mimic_tags: also use `<mimic>` of the URDF.
+        smallest_limits: narrow the range by the soft limits of safety controllers.
+        positions, velocities, efforts: publish default values before a source has sent any.
+    """
+
+    zeros: Mapping[str, float]
+    dependent: Mapping[str, Mapping[str, Any]]
+    mimic_tags: bool = True
+    smallest_limits: bool = True
+    positions: bool = True
+    velocities: bool = False
+    efforts: bool = False
+
+
+class JointValues:
+    """The moving joints of a robot and their current values.
+
+    Attributes:
+        names: all published joints, in the order of the URDF.
+        free: values of joints that do not follow another one: `min`, `max`, `zero`, and if known `position`,
+            `velocity`, `effort`. Programs that use joint_state_publisher read and write them.
+        dependent: rules of joints that follow another one.
+        without_limits: joints without the required limits; they are not published.
+    """
+
+    def __init__(self, robot: Robot, choices: JointChoices) -> None:
+        self.names: list[str] = []
+        self.free: dict[str, dict[str, Any]] = {}
+        self.dependent: dict[str, Mapping[str, Any]] = dict(choices.dependent)
+        self.without_limits: list[str] = []
+        for joint in robot.joints:
+            if joint.type not in ("fixed", "floating", "planar"):
+                self._add(joint, choices)
+        for name in self.dependent:
+            self._root_of(name)
+
+    def _add(self, joint: Joint, choices: JointChoices) -> None:
+        name = joint.name
+        if joint.type != "continuous" and joint.limits is None:
+            self.without_limits.append(name)
+            return
+        self.names.append(name)
+        lowest, highest = (-pi, pi) if joint.type == "continuous" else joint.limits or (0.0, 0.0)
+        if choices.smallest_limits:
+            lower, upper = joint.soft_limits
+            lowest = lowest if lower is None else max(lowest, lower)
+            highest = highest if upper is None else min(highest, upper)
+        if choices.mimic_tags and joint.mimic is not None:
+            mimic = joint.mimic
+            self.dependent[name] = {
+                "parent": mimic.joint,
+                "factor": mimic.multiplier,
+                "offset": mimic.offset,
+            }
+            return
+        if name in self.dependent:
+            return
+        zero = choices.zeros.get(name) or ((lowest + highest) / 2 if lowest > 0 or highest < 0 else 0)
+        values: dict[str, Any] = {"min": lowest, "max": highest, "zero": zero}
+        if choices.positions:
+            values["position"] = zero
+        if choices.velocities:
+            values["velocity"] = 0.0
+        if choices.efforts:
+            values["effort"] = 0.0
+        if joint.type == "continuous":
+            values["continuous"] = True
+        self.free[name] = values
+
+    def update(self, names: Sequence[str], **columns: Sequence[float]) -> None:
+        """Update values from a source: `position`, `velocity`, `effort`, each empty or as long as `names`."""
+        for number, name in enumerate(names):
+            joint = self.free.get(name)
+            if joint is None:
+                continue
+            for what, values in columns.items():
+                if number < len(values):
+                    joint[what] = values[number]
+
+    def sweep(self, delta: float) -> None:
+        """Move each joint by `delta` within its range: back and forth, or around if it is continuous."""
+        for joint in self.free.values():
+            if "position" not in joint:
+                continue
+            forward = joint.get("forward", True)
+            joint["position"] += delta if forward else -delta
+            if forward and joint["position"] > joint["max"]:
+                if joint.get("continuous"):
+                    joint["position"] = joint["min"]
+                else:
+                    joint["position"], joint["forward"] = joint["max"], False
+            elif not forward and joint["position"] < joint["min"]:
+                joint["position"], joint["forward"] = joint["min"], True
+
+    def columns(self) -> tuple[list[float], list[float], list[float]]:
+        """Return positions, velocities and efforts of all `names`; each is empty if no value is known."""
+        known = {what for joint in self.free.values() for what in joint}
+        wants = ("position" in known or bool(self.dependent), "velocity" in known, "effort" in known)
+        rows = [self._row(name) for name in self.names]
+        position, velocity, effort = (
+            [row[column] for row in rows] if wanted else [] for column, wanted in enumerate(wants)
+        )
+        return position, velocity, effort
+
+    def _row(self, name: str) -> tuple[float, float, float]:
+        factor, offset = 1.0, 0.0
+        root = name
+        if name in self.dependent:
+            root, factor, offset = self._root_of(name)
+        joint = self.free.get(root, {})
+        position = joint["position"] * factor + offset if "position" in joint else 0.0
+        return (position, joint.get("velocity", 0.0) * factor, joint.get("effort", 0.0))
+
+    def _root_of(self, name: str) -> tuple[str, float, float]:
+        """Return the free joint that a dependent joint follows, directly or not, with factor and offset."""
+        factor, offset = 1.0, 0.0
+        seen: list[str] = []
+        while name in self.dependent:
+            if name in seen:
+                raise MimicCircle(f"joints mimic each other in a circle: {', '.join([*seen, name])}")
+            seen.append(name)
+            rule = self.dependent[name]
+            offset += factor * rule.get("offset", 0)
+            factor *= rule.get("factor", 1)
+            name = str(rule.get("parent", ""))
+        return name, factor, offset

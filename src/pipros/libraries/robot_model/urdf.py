@@ -1,0 +1,202 @@
+"""Reader of the links and joints of a URDF: http://wiki.ros.org/urdf/XML/joint. Other parts are ignored."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+
+from pipros.basics.errors import PiprosError
+from pipros.safe.xml import Element, XmlError, parse
+from pipros.libraries.transforms.pose import IDENTITY, Pose, from_roll_pitch_yaw
+
+JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+
+Vector = tuple[float, float, float]
+
+
+class UrdfError(PiprosError, ValueError):
+    """A text is not a valid URDF, or its links and joints do not form a tree."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mimic:
+    """The rule of a joint that mimics `joint`: `multiplier` times its position, plus `offset`."""
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """The connection of a link to its parent.
+
+    Attributes:
+        type: one of JOINT_TYPES.
+        origin: the pose of the child in the parent at position 0.
+        axis: unit vector of the rotation or translation, in the frame of the child.
+        limits: minimum and maximum position in radians or metres; None without limits.
+        soft_limits: limits of the safety controller; None for each that is not set.
+    """
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    origin: Pose = IDENTITY
+    axis: Vector = (1.0, 0.0, 0.0)
+    limits: tuple[float, float] | None = None
+    soft_limits: tuple[float | None, float | None] = (None, None)
+    mimic: Mimic | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Robot:
+    """A tree of links, with its joints in the order of the file."""
+
+    name: str
+    links: tuple[str, ...]
+    joints: tuple[Joint, ...]
+
+    @property
+    def root(self) -> str:
+        """The link without a parent."""
+        children = {joint.child for joint in self.joints}
+        return next(link for link in self.links if link not in children)
+
+
+def read_robot(text: str) -> Robot:
+    """Parse a URDF.
+
+    Raises:
+        UrdfError: the text is not XML, not a robot, or its links do not form a tree with one root.
+    """
+    try:
+        robot = parse(text, "robot_description")
+    except XmlError as error:
+        raise UrdfError(f"the robot description is not XML: {error}") from None
+    if robot.tag != "robot":
+        raise UrdfError(f"the robot description must have the root element <robot>, got <{robot.tag}>")
+    links = tuple(_required(link, "name") for link in robot.all("link"))
+    joints = tuple(_joint(element) for element in robot.all("joint"))
+    _check_tree(links, joints)
+    return Robot(robot.attributes.get("name", ""), links, joints)
+
+
+def _joint(element: Element) -> Joint:
+    name, kind = _required(element, "name"), _required(element, "type")
+    if kind not in JOINT_TYPES:
+        raise UrdfError(f"type of joint {name} must be one of {', '.join(JOINT_TYPES)}, got {kind!r}")
+    parent, child = _link_of(element, name, "parent"), _link_of(element, name, "child")
+    limit = element.first("limit")
+    limits = None
+    if limit is not None:
+        limits = (_number(limit, "lower", 0.0), _number(limit, "upper", 0.0))
+    safety = element.first("safety_controller")
+    soft: tuple[float | None, float | None] = (None, None)
+    if safety is not None:
+        soft = _optional(safety, "soft_lower_limit"), _optional(safety, "soft_upper_limit")
+    copied = element.first("mimic")
+    mimic = None
+    if copied is not None:
+        mimic = Mimic(
+            _required(copied, "joint"), _number(copied, "multiplier", 1.0), _number(copied, "offset", 0.0)
+        )
+    return Joint(name, kind, parent, child, _origin(element), _axis(element, name), limits, soft, mimic)
+
+
+def _link_of(joint: Element, name: str, role: str) -> str:
+    element = joint.first(role)
+    if element is None:
+        raise UrdfError(f"joint {name} must have an element <{role} link=…>")
+    return _required(element, "link")
+
+
+def _origin(joint: Element) -> Pose:
+    origin = joint.first("origin")
+    if origin is None:
+        return IDENTITY
+    return (
+        *_vector(origin, "xyz", (0.0, 0.0, 0.0)),
+        *from_roll_pitch_yaw(*_vector(origin, "rpy", (0, 0, 0))),
+    )
+
+
+def _axis(joint: Element, name: str) -> Vector:
+    element = joint.first("axis")
+    x, y, z = (1.0, 0.0, 0.0) if element is None else _vector(element, "xyz", (1.0, 0.0, 0.0))
+    length = (x * x + y * y + z * z) ** 0.5
+    if length == 0.0:
+        if joint.attributes["type"] in ("revolute", "continuous", "prismatic"):
+            raise UrdfError(f"axis of joint {name} must not be zero")
+        return (1.0, 0.0, 0.0)
+    return (x / length, y / length, z / length)
+
+
+def _check_tree(links: tuple[str, ...], joints: tuple[Joint, ...]) -> None:
+    for what, names in (("link", links), ("joint", [joint.name for joint in joints])):
+        if len(set(names)) < len(names):
+            twice = next(name for name in names if list(names).count(name) > 1)
+            raise UrdfError(f"{what} {twice} is defined more than once")
+    known, parent_of = set(links), dict[str, str]()
+    for joint in joints:
+        for role, link in (("parent", joint.parent), ("child", joint.child)):
+            if link not in known:
+                raise UrdfError(f"{role} of joint {joint.name} is link {link}, which does not exist")
+        if joint.child in parent_of:
+            raise UrdfError(
+                f"link {joint.child} must have one parent, but joint {joint.name} adds a second one"
+            )
+        parent_of[joint.child] = joint.parent
+    roots = [link for link in links if link not in parent_of]
+    if len(roots) != 1:
+        found = " and ".join(roots) if roots else "none"
+        raise UrdfError(f"exactly one link, the root, must have no parent, got {found}")
+    # With one root, and one parent for every other link, links that are not reached form a circle.
+    reached, new = {roots[0]}, [roots[0]]
+    children: dict[str, list[str]] = {}
+    for child, parent in parent_of.items():
+        children.setdefault(parent, []).append(child)
+    while new:
+        found_links = children.get(new.pop(), [])
+        reached.update(found_links)
+        new.extend(found_links)
+    if len(reached) < len(links):
+        raise UrdfError(f"links form a circle: {', '.join(sorted(known - reached))}")
+
+
+def _required(element: Element, attribute: str) -> str:
+    value = element.attributes.get(attribute, "")
+    if not value:
+        raise UrdfError(f"line {element.line}: <{element.tag}> must have the attribute {attribute}")
+    return value
+
+
+def _optional(element: Element, attribute: str) -> float | None:
+    return _number(element, attribute, 0.0) if attribute in element.attributes else None
+
+
+def _number(element: Element, attribute: str, default: float) -> float:
+    (value,) = _numbers(element, attribute, 1, (default,))
+    return value
+
+
+def _vector(element: Element, attribute: str, default: Vector) -> Vector:
+    x, y, z = _numbers(element, attribute, 3, default)
+    return (x, y, z)
+
+
+def _numbers(element: Element, attribute: str, count: int, default: tuple[float, ...]) -> list[float]:
+    text = element.attributes.get(attribute)
+    if text is None:
+        return [float(number) for number in default]
+    try:
+        numbers = [float(word) for word in text.split()]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(map(isfinite, numbers)):
+        raise UrdfError(
+            f"line {element.line}: {attribute} of <{element.tag}> must be {count} finite "
+            f"number{'s' if count > 1 else ''}, got {text!r}"
+        )
+    return numbers

@@ -1,0 +1,128 @@
+"""The expressions of `transform` and `relay_field`, evaluated without running Python code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from pipros.basics.errors import PiprosError
+from pipros.msg.field_access import field_of
+from pipros.msg.time import Time
+from pipros.safe.expr import Expression, ExpressionError
+from pipros.safe.guarded import CONSTANTS, FUNCTIONS
+from pipros.safe.yaml import load
+from pipros.libraries.topic_tools.modules import ARRAY, Names, module_for
+
+
+class NotAMapping(PiprosError, ValueError):
+    """The template of `relay_field` is not a mapping."""
+
+
+def part_of(value: Any, name: str) -> Any:
+    """Return a field of a message, a permitted attribute of an array, or a name in a module.
+
+    Raises:
+        AttributeError: the name does not exist or is not permitted.
+    """
+    if isinstance(value, Names):
+        return value.find(name)
+    if type(value).__module__ == "numpy":
+        if name not in ARRAY:
+            raise AttributeError(f"expressions cannot use .{name} of an array")
+        return getattr(value, name)
+    return field_of(value, name)
+
+
+class Transformation:
+    """The expression of `transform`, from a message `m` to the fields of another message.
+
+    >>> Transformation("(m * 2, 'x')", [], Time).arguments(4)
+    (8, 'x')
+    >>> Transformation("math.sqrt(m)", ["math"], Time).arguments(4)
+    [2.0]
+    """
+
+    def __init__(self, text: str, modules: Sequence[str], now: Callable[[], Time]) -> None:
+        """Parse the expression.
+
+        Args:
+            text: the expression.
+            modules: modules to import; those that cannot be imported are listed in `missing`.
+            now: returns the current time.
+
+        Raises:
+            ExpressionError: the expression is malformed, or uses a module that cannot be imported.
+        """
+        self.missing: dict[str, str] = {}
+        """Modules that cannot be imported and are not used, with the reason."""
+        self._names: dict[str, Any] = {}
+        for module in modules:
+            try:
+                self._names[module.partition(".")[0]] = module_for(module, now)
+            except PiprosError as error:
+                self.missing[module] = str(error)
+        self._expression = Expression(text, fields=part_of)
+        used = self._expression.names()
+        for module, reason in self.missing.items():
+            if module.partition(".")[0] in used:
+                raise ExpressionError(text, 0, reason)
+
+    def arguments(self, message: Any) -> Sequence[Any]:
+        """Return the arguments for `publish`. Raises `ExpressionError` if the evaluation fails."""
+        value = self._expression.value({**self._names, "m": message})
+        return value if isinstance(value, (list, tuple)) else [value]
+
+
+class Template:
+    """The fields of `relay_field`: YAML whose strings may be expressions of the message `m`.
+
+    A string is an expression if Python could evaluate it with `m` and functions as the only names; other
+    strings are literals: `m.data`, `m.x * 2` and `len(m.data)` are evaluated, `base_link` and `map` are not.
+
+    >>> Template("{frame_id: map, seq: m + 1, stamp: {secs: 3}}").fields(4)
+    {'frame_id': 'map', 'seq': 5, 'stamp': {'secs': 3}}
+    """
+
+    def __init__(self, text: str) -> None:
+        """Parse the template.
+
+        Raises:
+            NotAMapping: the text is YAML, but not a mapping.
+            pipros.safe.yaml.YamlError: the text is not valid YAML.
+        """
+        tree = load(text)
+        if not isinstance(tree, dict):
+            raise NotAMapping(f"the fields must be a YAML mapping such as 'data: m.x', got {tree!r}")
+        self._tree = _with_expressions(tree)
+
+    def fields(self, message: Any) -> dict[str, Any]:
+        """Return the fields with their values. Raises `ExpressionError` if an expression fails."""
+        return _evaluated(self._tree, {"m": message})
+
+
+def _with_expressions(tree: Mapping[Any, Any]) -> dict[Any, Any]:
+    return {key: _prepared(value) for key, value in tree.items()}
+
+
+def _prepared(value: Any) -> Any:
+    if isinstance(value, dict):
+        return _with_expressions(value)
+    if not isinstance(value, str) or (value.isidentifier() and value != "m"):
+        return value
+    try:
+        expression = Expression(value, fields=part_of)
+    except ExpressionError:
+        return value
+    names = expression.names() - {"m"}
+    return expression if names <= FUNCTIONS.keys() - CONSTANTS.keys() else value
+
+
+def _evaluated(tree: Mapping[Any, Any], names: Mapping[str, Any]) -> dict[Any, Any]:
+    filled = {}
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            value = _evaluated(value, names)
+        elif isinstance(value, Expression):
+            value = value.value(names)
+        filled[key] = value
+    return filled

@@ -1,0 +1,32 @@
+"""Message classes for republishing bytes of a type that is known only from a connection header."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pipros.basics.errors import PiprosError
+from pipros.node.any_msg import RawMessage
+from pipros.basics.printable import printable
+
+
+class UnknownType(PiprosError):
+    """The connection header of a publisher does not contain the message type."""
+
+
+def class_like(header: Mapping[str, str]) -> type[RawMessage]:
+    """Return a message class with the type, MD5 sum and definition of a publisher's connection header.
+
+    Its messages consist of the bytes in `body` and are not decoded, so that the type's package is not needed.
+
+    Raises:
+        UnknownType: the header does not contain a type and an MD5 sum.
+
+    >>> class_like({"type": "a/B", "md5sum": "0" * 32})._type
+    'a/B'
+    """
+    kind, md5sum = header.get("type", ""), header.get("md5sum", "")
+    if kind in ("", "*") or md5sum in ("", "*"):
+        caller = printable(header.get("callerid", "?"))
+        raise UnknownType(f"publisher [{caller}] does not send the type of its messages")
+    text = header.get("message_definition", "")
+    return type("Passed", (RawMessage,), {"_type": kind, "_md5sum": md5sum, "_full_text": text})

@@ -1,0 +1,78 @@
+"""The topics of a mux or demux, and the selected one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.names import is_legal
+
+NONE = "__none"
+"""The name that selects no topic."""
+
+
+class Refused(PiprosError):
+    """A topic cannot be added, deleted or selected."""
+
+
+class Selection:
+    """An ordered set of topics, of which at most one is selected. Not thread-safe.
+
+    Attributes:
+        selected: the selected topic, or an empty string.
+    """
+
+    def __init__(self, topics: Iterable[str], owner: str) -> None:
+        """Add the topics and select the first one.
+
+        Args:
+            topics: global names; duplicates are ignored.
+            owner: `mux` or `demux`, for error messages.
+        """
+        self._topics = list(dict.fromkeys(topics))
+        self._owner = owner
+        self.selected = self._topics[0] if self._topics else ""
+
+    @property
+    def topics(self) -> list[str]:
+        return list(self._topics)
+
+    def select(self, topic: str) -> str:
+        """Select a topic, or none for `__none`. Return the previous selection, `""` for none.
+
+        Raises:
+            Refused: `topic` is not one of the topics.
+        """
+        if topic == NONE:
+            topic = ""
+        elif topic not in self._topics:
+            known = ", ".join(self._topics) or "none"
+            raise Refused(f"{topic} is not a topic of the {self._owner}; its topics are: {known}")
+        before, self.selected = self.selected, topic
+        return before
+
+    def add(self, topic: str) -> None:
+        """Append a topic.
+
+        Raises:
+            Refused: `topic` is already one of the topics, or not a valid name.
+        """
+        if topic.endswith(NONE):
+            raise Refused(f"{NONE} cannot be a topic of the {self._owner}: it is reserved to select no topic")
+        if not topic.strip("/") or not is_legal(topic):
+            raise Refused(f"{topic!r} is not a valid topic name")
+        if topic in self._topics:
+            raise Refused(f"{topic} is already a topic of the {self._owner}")
+        self._topics.append(topic)
+
+    def delete(self, topic: str) -> None:
+        """Remove a topic.
+
+        Raises:
+            Refused: `topic` is not one of the topics, or it is selected.
+        """
+        if topic not in self._topics:
+            raise Refused(f"{topic} is not a topic of the {self._owner}")
+        if topic == self.selected:
+            raise Refused(f"{topic} is selected; select another topic of the {self._owner} first")
+        self._topics.remove(topic)

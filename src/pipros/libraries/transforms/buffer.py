@@ -1,0 +1,292 @@
+"""A buffer of transforms over time, with the lookups and error texts of tf2's buffer.
+
+Times are nanoseconds; 0 means the latest common time. All methods may be called from any thread; none waits
+for transforms.
+"""
+
+from __future__ import annotations
+
+from threading import Lock
+
+from pipros.basics.limits import Limits, limit_text, process_limits
+from pipros.msg.time import NS_PER_S
+from pipros.basics.printable import printable
+from pipros.libraries.transforms.errors import (
+    ConnectivityException,
+    InvalidArgumentException,
+    LookupException,
+    TransformException,
+)
+from pipros.libraries.transforms.history import MovingFrame, StaticFrame
+from pipros.libraries.transforms.listing import edges, frames_as_dot, frames_as_string, frames_as_yaml
+from pipros.libraries.transforms.pose import IDENTITY, Pose, composed_exactly
+from pipros.libraries.transforms.tree import Frames, find_path, latest_common_time
+
+DEFAULT_LENGTH = 10 * NS_PER_S
+_FRAME_BYTES = 1_000
+"""Memory of a frame without its name and its transforms."""
+
+_SHOWN = 200
+NORM_TOLERANCE = 10e-3
+"""Maximum deviation of a quaternion's squared norm from 1."""
+
+
+class FrameBuffer:
+    """Buffer of the transforms of the last `length` nanoseconds, and of static transforms.
+
+    They may take `transform_bytes` of the limits. A frame that gets a transform beyond that loses the older
+    half of its own; a new frame is refused.
+    """
+
+    def __init__(self, length: int = DEFAULT_LENGTH, limits: Limits | None = None) -> None:
+        self.length = length
+        self._limit_bytes = (limits or process_limits()).transform_bytes
+        self._size_bytes = 0
+        self._lock = Lock()
+        self._frames: Frames = {}
+
+    def insert(
+        self, parent: str, child: str, stamp: int, pose: Pose, authority: str, is_static: bool = False
+    ) -> list[str]:
+        """Add the pose of a frame in its parent. Return the reasons for a rejection, or an empty list.
+
+        As in tf2, the first transform of a frame decides whether the frame is static.
+        """
+        if parent[:1] == "/":
+            parent = parent[1:]
+        if child[:1] == "/":
+            child = child[1:]
+        px, py, pz, qx, qy, qz, qw = pose
+        norm = qx * qx + qy * qy + qz * qz + qw * qw
+        # NaN fails every comparison, so this covers NaN and a norm that is wrong or infinite. An infinite
+        # translation is accepted, as in tf2.
+        if not (-NORM_TOLERANCE < norm - 1.0 < NORM_TOLERANCE and px == px and py == py and pz == pz):
+            return _rejections(parent, child, pose, authority, stamp)
+        if parent == child or not parent or not child or stamp < 0:
+            return _rejections(parent, child, pose, authority, stamp)
+        with self._lock:
+            frame = self._frames.get(child)
+            if frame is None or parent not in self._frames:
+                added = sum(_FRAME_BYTES + len(name) for name in (parent, child) if name not in self._frames)
+                if self._size_bytes + added > self._limit_bytes:
+                    what = f"TF_NO_ROOM there are too many transforms for frame {printable(child, _SHOWN)}"
+                    return [f"{what}: {limit_text('transform_bytes', self._limit_bytes)}"]
+                self._size_bytes += added
+                if frame is None:
+                    frame = StaticFrame() if is_static else MovingFrame(self.length)
+                    self._frames[child] = frame
+                if parent not in self._frames:
+                    self._frames[parent] = None
+            before = frame.size_bytes
+            refusal = frame.insert(stamp, parent, pose)
+            self._size_bytes += frame.size_bytes - before
+            if self._size_bytes > self._limit_bytes:
+                before = frame.size_bytes
+                frame.drop_oldest()
+                self._size_bytes += frame.size_bytes - before
+            if refusal is None:
+                frame.authority = authority
+                return []
+        return [
+            f"{refusal} for frame {child} at time {stamp / NS_PER_S:.6f} according to authority {authority}"
+        ]
+
+    def clear(self) -> None:
+        """Remove all transforms except static ones."""
+        with self._lock:
+            for frame in self._frames.values():
+                if frame is not None:
+                    before = frame.size_bytes
+                    frame.clear()
+                    self._size_bytes += frame.size_bytes - before
+
+    def lookup(self, target: str, source: str, time: int) -> tuple[int, Pose]:
+        """Return the time of the result, and the pose of `source` in `target` at that time.
+
+        Raises:
+            InvalidArgumentException, LookupException, ConnectivityException, ExtrapolationException.
+        """
+        with self._lock:
+            frames = self._frames
+            if target == source:
+                if time == 0 and (frame := frames.get(target)) is not None:
+                    time = frame.latest()[0]
+                return time, IDENTITY
+            if target not in frames or source not in frames:
+                self._require(target, "lookupTransform argument target_frame")
+                self._require(source, "lookupTransform argument source_frame")
+            path = find_path(frames, target, source, time)
+            return path.time, path.pose()
+
+    def lookup_full(
+        self, target: str, target_time: int, source: str, source_time: int, fixed: str
+    ) -> tuple[int, Pose]:
+        """Like `lookup`, with the source at `source_time` and the target at `target_time`.
+
+        `fixed` must not move between these times. The returned time is that of the target.
+        """
+        with self._lock:
+            self._require(target, "lookupTransform argument target_frame")
+            self._require(source, "lookupTransform argument source_frame")
+            self._require(fixed, "lookupTransform argument fixed_frame")
+        _, in_fixed = self.lookup(fixed, source, source_time)
+        time, in_target = self.lookup(target, fixed, target_time)
+        return time, composed_exactly(in_target, in_fixed)
+
+    def can_transform(self, target: str, source: str, time: int) -> str | None:
+        """Return None if `lookup` would succeed, otherwise the reason why not, with tf2's text.
+
+        Raises:
+            InvalidArgumentException: a frame id is empty or starts with a slash.
+        """
+        if target == source:
+            return None
+        with self._lock:
+            frames = self._frames
+            if target not in frames or source not in frames:
+                _check(target, "canTransform argument target_frame")
+                _check(source, "canTransform argument source_frame")
+                return " ".join(
+                    f"canTransform: {role} {name} does not exist."
+                    for role, name in (("target_frame", target), ("source_frame", source))
+                    if name not in frames
+                )
+            try:
+                find_path(frames, target, source, time)
+            except TransformException as error:
+                return str(error)
+            return None
+
+    def can_transform_full(
+        self, target: str, target_time: int, source: str, source_time: int, fixed: str
+    ) -> str | None:
+        """Return None if `lookup_full` would succeed, otherwise the reason why not, with tf2's text.
+
+        Raises:
+            InvalidArgumentException: a frame id is empty or starts with a slash.
+        """
+        _check(target, "canTransform argument target_frame")
+        _check(source, "canTransform argument source_frame")
+        _check(fixed, "canTransform argument fixed_frame")
+        with self._lock:
+            unknown = {name for name in (target, source, fixed) if name not in self._frames}
+            if unknown:
+                reasons = []
+                if target in unknown:
+                    reasons.append(f"canTransform: target_frame {target} does not exist.")
+                if source in unknown:
+                    reasons.append(f"canTransform: source_frame {source} does not exist.")
+                    reasons.append(f"fixed_frame: {fixed}does not exist.")  # as in tf2, even if it exists
+                return " ".join(reasons)
+            try:
+                find_path(self._frames, target, fixed, target_time)
+                find_path(self._frames, fixed, source, source_time)
+            except TransformException as error:
+                return str(error)
+            return None
+
+    def latest_common_time(self, target: str, source: str) -> int:
+        """Return the latest time at which a transform between the frames is available.
+
+        Return 0 if all transforms between them are static.
+
+        Raises:
+            InvalidArgumentException, LookupException, TransformException.
+        """
+        with self._lock:
+            self._require(target, "get_latest_common_time")
+            self._require(source, "get_latest_common_time")
+            try:
+                return latest_common_time(self._frames, target, source)
+            except (ConnectivityException, LookupException) as error:
+                raise TransformException(str(error)) from None
+
+    def chain(self, target: str, target_time: int, source: str, source_time: int, fixed: str) -> list[str]:
+        """Return the frames on the path from source via fixed to target.
+
+        Raises:
+            LookupException, ConnectivityException, ExtrapolationException.
+        """
+        with self._lock:
+            if not {target, source, fixed} <= self._frames.keys():
+                raise LookupException("")
+            first = find_path(self._frames, fixed, source, source_time).frame_names()
+            second = find_path(self._frames, target, fixed, target_time).frame_names()
+        return first + second[1:] if first else second
+
+    def frame_exists(self, name: str) -> bool:
+        """Return whether the frame has occurred in any transform."""
+        with self._lock:
+            return name in self._frames
+
+    def frame_names(self) -> list[str]:
+        """Return all frames in the order in which they were first seen."""
+        with self._lock:
+            return list(self._frames)
+
+    def parent(self, name: str, time: int) -> str | None:
+        """Return the parent of a frame at a time, or None if it is not known."""
+        with self._lock:
+            frame = self._frames.get(name)
+            number = -1 if frame is None else frame.locate(time)
+            return None if frame is None or number < 0 else frame.parents[number]
+
+    def as_string(self) -> str:
+        """Return one line per frame, with its parent."""
+        with self._lock:
+            return frames_as_string(self._frames)
+
+    def as_yaml(self) -> str:
+        """Return all frames as YAML, in the format of the service `tf2_frames`."""
+        with self._lock:
+            return frames_as_yaml(self._frames)
+
+    def as_dot(self, now: float | None = None) -> str:
+        """Return the frame tree in Graphviz's DOT language; with `now` in seconds, include ages."""
+        with self._lock:
+            return frames_as_dot(self._frames, now)
+
+    def edges(self) -> list[tuple[str, str, str, float]]:
+        """Return parent, child, publishing node and rate in Hz of each frame with known transforms."""
+        with self._lock:
+            return edges(self._frames)
+
+    def _require(self, name: str, what: str) -> None:
+        """Raise LookupException for an unknown frame."""
+        if name not in self._frames:
+            _check(name, what)
+            raise LookupException(f'"{name}" passed to {what} does not exist. ')
+
+
+def _check(name: str, what: str) -> None:
+    """Raise InvalidArgumentException for an empty frame id, or one that starts with a slash."""
+    if not name:
+        raise InvalidArgumentException(f"Invalid argument passed to {what} in tf2 frame_ids cannot be empty")
+    if name[0] == "/":
+        raise InvalidArgumentException(
+            f"Invalid argument \"{name}\" passed to {what} in tf2 frame_ids cannot start with a '/' like: "
+        )
+
+
+def _rejections(parent: str, child: str, pose: Pose, authority: str, stamp: int) -> list[str]:
+    """Return every reason to reject a transform."""
+    found = []
+    if parent == child:
+        found.append(f"TF_SELF_TRANSFORM: frame_id and child_frame_id must differ, both are {child!r}")
+    if not child:
+        found.append("TF_NO_CHILD_FRAME_ID: child_frame_id must be set")
+    if not parent:
+        found.append(f"TF_NO_FRAME_ID: frame_id must be set for child_frame_id {child!r}")
+    numbers = " ".join(f"{number:.6f}" for number in pose)
+    if any(number != number for number in pose):
+        found.append(
+            f"TF_NAN_INPUT: translation and rotation of {child!r} must not contain NaN, got ({numbers})"
+        )
+    norm = sum(number * number for number in pose[3:])
+    if not abs(norm - 1.0) < NORM_TOLERANCE:
+        found.append(
+            f"TF_DENORMALIZED_QUATERNION: the quaternion of {child!r} must have norm 1, got ({numbers})"
+        )
+    if stamp < 0:
+        found.append(f"TF_NEGATIVE_TIME: the stamp of {child!r} must be >= 0, got {stamp / NS_PER_S:.9f}")
+    return [f'{reason}; ignored transform from authority "{authority}"' for reason in found]

@@ -1,0 +1,206 @@
+"""The poses of one frame in its parent over time. Stamps are nanoseconds; 0 means the latest."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from typing import Protocol
+
+from pipros.msg.time import NS_PER_S
+from pipros.libraries.transforms.pose import Pose, between
+
+_POSE_BYTES = 350
+"""Memory of a pose without the name of its parent."""
+
+
+class FrameHistory(Protocol):
+    """The buffered poses of a frame. `locate` returns the index of a pose for `parents` and `pose`.
+
+    Implementations are not thread-safe; the caller holds a lock.
+
+    Attributes:
+        size_bytes: estimated memory of its poses.
+    """
+
+    parents: list[str]
+    authority: str
+    size_bytes: int
+
+    def insert(self, stamp: int, parent: str, pose: Pose) -> str | None:
+        """Add a pose. Return the reason if it is rejected, otherwise None."""
+
+    def locate(self, time: int) -> int:
+        """Return the index of the last pose at or before `time`, or -1 if `time` is out of range."""
+
+    def pose(self, number: int, time: int) -> Pose:
+        """Return the pose at `time`, for which `locate` returned `number`."""
+
+    def why_not(self, time: int) -> str:
+        """Return the reason why no pose is available for `time`."""
+
+    def latest(self) -> tuple[int, str | None]:
+        """Return the latest stamp and the parent at that time, or (0, None) if empty."""
+
+    def oldest_stamp(self) -> int:
+        """Return the oldest stamp, or 0 if empty."""
+
+    def clear(self) -> None:
+        """Remove all poses."""
+
+    def drop_oldest(self) -> None:
+        """Remove the older half of the poses; the latest stays."""
+
+
+class MovingFrame:
+    """The poses of a frame that moves, from `length` nanoseconds before the latest one on, by stamp."""
+
+    __slots__ = ("authority", "length", "parents", "poses", "size_bytes", "stamps")
+
+    def __init__(self, length: int) -> None:
+        self.length = length
+        self.authority = ""
+        self.size_bytes = 0
+        self.stamps: list[int] = []
+        self.parents: list[str] = []
+        self.poses: list[Pose] = []
+
+    def insert(self, stamp: int, parent: str, pose: Pose) -> str | None:
+        """Add a pose. Return the reason if it is rejected, otherwise None."""
+        stamps = self.stamps
+        if not stamps or stamp > stamps[-1]:
+            stamps.append(stamp)
+            self.parents.append(parent)
+            self.poses.append(pose)
+        else:
+            if stamps[-1] > stamp + self.length:
+                return (
+                    "TF_OLD_DATA ignoring data from the past "
+                    "(Possible reasons are listed at http://wiki.ros.org/tf/Errors%20explained)"
+                )
+            place = bisect_right(stamps, stamp)
+            if place and stamps[place - 1] == stamp:
+                return "TF_REPEATED_DATA ignoring data with redundant timestamp"
+            stamps.insert(place, stamp)
+            self.parents.insert(place, parent)
+            self.poses.insert(place, pose)
+        self.size_bytes += _POSE_BYTES + len(parent)
+        bound = stamps[-1] - self.length
+        if stamps[0] < bound:
+            count = 1
+            while stamps[count] < bound:
+                count += 1
+            self._drop(count)
+        return None
+
+    def _drop(self, count: int) -> None:
+        """Remove the oldest poses."""
+        for parent in self.parents[:count]:
+            self.size_bytes -= _POSE_BYTES + len(parent)
+        del self.stamps[:count], self.parents[:count], self.poses[:count]
+
+    def drop_oldest(self) -> None:
+        """Remove the older half of the poses; the latest stays."""
+        self._drop(len(self.stamps) // 2)
+
+    def locate(self, time: int) -> int:
+        """Return the index of the last pose at or before `time`, or -1 if `time` is out of range."""
+        stamps = self.stamps
+        if not stamps:
+            return -1
+        if time == 0:
+            return len(stamps) - 1
+        if stamps[0] <= time <= stamps[-1]:
+            return bisect_right(stamps, time) - 1
+        return -1
+
+    def pose(self, number: int, time: int) -> Pose:
+        """Return the pose at `time`, for which `locate` returned `number`."""
+        older = self.stamps[number]
+        if older == time or number + 1 == len(self.stamps):
+            return self.poses[number]
+        after = number + 1
+        if self.parents[number] != self.parents[after]:
+            return self.poses[number]  # hold the pose until the parent changes
+        ratio = (time - older) / (self.stamps[after] - older)
+        return between(self.poses[number], self.poses[after], ratio)
+
+    def why_not(self, time: int) -> str:
+        """Return the reason why no pose is available for `time`."""
+        if not self.stamps:
+            return ""
+        oldest, newest = self.stamps[0], self.stamps[-1]
+        if oldest == newest:
+            return (
+                f"Lookup would require extrapolation at time {seconds(time)}, "
+                f"but only time {seconds(newest)} is in the buffer"
+            )
+        where, word, known, gap = "past", "earliest", oldest, oldest - time
+        if time > newest:
+            where, word, known, gap = "future", "latest", newest, time - newest
+        return (
+            f"Lookup would require extrapolation {seconds(gap)}s into the {where}.  "
+            f"Requested time {seconds(time)} but the {word} data is at time {seconds(known)}"
+        )
+
+    def latest(self) -> tuple[int, str | None]:
+        """Return the latest stamp and the parent at that time, or (0, None) if empty."""
+        return (self.stamps[-1], self.parents[-1]) if self.stamps else (0, None)
+
+    def oldest_stamp(self) -> int:
+        """Return the oldest stamp, or 0 if empty."""
+        return self.stamps[0] if self.stamps else 0
+
+    def clear(self) -> None:
+        """Remove all poses."""
+        self.size_bytes = 0
+        del self.stamps[:], self.parents[:], self.poses[:]
+
+
+class StaticFrame:
+    """The pose of a static frame."""
+
+    __slots__ = ("_pose", "authority", "parents", "size_bytes")
+
+    def __init__(self) -> None:
+        self.authority = ""
+        self.size_bytes = 0
+        self.parents: list[str] = []
+        self._pose: Pose | None = None
+
+    def insert(self, stamp: int, parent: str, pose: Pose) -> str | None:  # noqa: ARG002 # valid for every time
+        """Replace the pose. Never rejects it."""
+        self.parents = [parent]
+        self.size_bytes = _POSE_BYTES + len(parent)
+        self._pose = pose
+        return None
+
+    def locate(self, time: int) -> int:  # noqa: ARG002 # valid for every time
+        """Return 0, the index of the only pose, or -1 if there is none."""
+        return 0 if self.parents else -1
+
+    def pose(self, number: int, time: int) -> Pose:  # noqa: ARG002
+        """Return the pose, which is the same for every time."""
+        assert self._pose is not None  # noqa: S101 # `locate` found it
+        return self._pose
+
+    def why_not(self, time: int) -> str:  # noqa: ARG002
+        """Return an empty string: the pose is available for every time."""
+        return ""
+
+    def latest(self) -> tuple[int, str | None]:
+        """Return 0, which stands for any time, and the parent."""
+        return (0, self.parents[0] if self.parents else None)
+
+    def oldest_stamp(self) -> int:
+        """Return 0."""
+        return 0
+
+    def drop_oldest(self) -> None:
+        """Do nothing: there is one pose."""
+
+    def clear(self) -> None:
+        """Do nothing: static transforms are kept."""
+
+
+def seconds(time: int) -> str:
+    """Format nanoseconds as tf2 prints times: in seconds with nine decimals."""
+    return f"{time // NS_PER_S}.{time % NS_PER_S:09d}"

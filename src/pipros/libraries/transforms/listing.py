@@ -1,0 +1,79 @@
+"""The frame tree as text, YAML and Graphviz DOT, in tf2's formats, which `view_frames` and others parse."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from pipros.msg.time import NS_PER_S
+from pipros.libraries.transforms.history import FrameHistory, MovingFrame
+
+Frames = Mapping[str, FrameHistory | None]
+
+
+def frames_as_string(frames: Frames, limit_characters: int | None = None) -> str:
+    """Return one line per frame, with its parent; an ellipsis replaces the frames beyond the limit."""
+    lines = []
+    characters = 0
+    for name, frame in frames.items():
+        if frame is not None:
+            parent = frame.latest()[1] or "NO_PARENT"
+            lines.append(f"Frame {name} exists with parent {parent}.\n")
+            characters += len(lines[-1])
+            if limit_characters is not None and characters > limit_characters:
+                return "".join(lines)[:limit_characters] + "…\n"
+    return "".join(lines)
+
+
+def frames_as_yaml(frames: Frames) -> str:
+    """Return a YAML mapping of frames to parent, publishing node, rate in Hz, and times in seconds."""
+    return (
+        "{}"
+        if not frames
+        else "".join(
+            f"{name}: \n  parent: '{parent}'\n  broadcaster: '{sender}'\n  rate: {rate:.3f}\n"
+            f"  most_recent_transform: {newest:.3f}\n  oldest_transform: {oldest:.3f}\n"
+            f"  buffer_length: {newest - oldest:.3f}\n"
+            for name, parent, sender, rate, newest, oldest in _rows(frames)
+        )
+    )
+
+
+def frames_as_dot(frames: Frames, now: float | None = None) -> str:
+    """Return the frame tree in the DOT language; with `now` in seconds, include the ages of transforms."""
+    if not frames:
+        return 'digraph G {\n"no tf data recieved"}'
+    lines = []
+    for name, parent, sender, rate, newest, oldest in _rows(frames):
+        age = "" if now is None else f"( {now - newest:.3f} sec old)"
+        lines.append(
+            f'"{parent}" -> "{name}"[label="Broadcaster: {sender}\\nAverage rate: {rate:.3f} Hz\\n'
+            f'Most recent transform: {newest:.3f} {age}\\nBuffer length: {newest - oldest:.3f} sec\\n"];\n'
+        )
+    recorded = "" if now is None else f'"Recorded at time: {now:.3f}"[ shape=plaintext ] ;\n '
+    legend = (
+        "edge [style=invis];\n"
+        f' subgraph cluster_legend {{ style=bold; color=black; label ="view_frames Result";\n{recorded}}}->'
+    )
+    for name, frame in frames.items():
+        # The legend is attached to each root if `now` is given, and to frames whose transforms were cleared.
+        if (now is not None) if frame is None else (frame.latest()[1] is None):
+            lines.append(f'{legend}"{name}";\n')
+    return f"digraph G {{\n{''.join(lines)}}}"
+
+
+def edges(frames: Frames) -> list[tuple[str, str, str, float]]:
+    """Return parent, child, publishing node and rate in Hz of each frame with known transforms."""
+    return [(parent, name, sender, rate) for name, parent, sender, rate, *_ in _rows(frames)]
+
+
+def _rows(frames: Frames) -> Iterator[tuple[str, str, str, float, float, float]]:
+    """Yield name, parent, publishing node, rate (Hz), latest and oldest time (s) of known frames."""
+    for name, frame in frames.items():
+        if frame is None:
+            continue
+        stamp, parent = frame.latest()
+        if parent is None:
+            continue
+        newest, oldest = stamp / NS_PER_S, frame.oldest_stamp() / NS_PER_S
+        count = len(frame.stamps) if isinstance(frame, MovingFrame) else 1
+        yield name, parent, frame.authority, count / max(newest - oldest, 0.0001), newest, oldest

@@ -1,0 +1,128 @@
+"""Rotation by dragging a virtual ball, after K. Shoemake, "Arcball rotation control", Graphics Gems IV."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pipros.libraries.transforms.matrices.arrays import EPSILON, Array, unit_vector
+from pipros.libraries.transforms.matrices.quaternions import (
+    quaternion_from_matrix,
+    quaternion_matrix,
+    quaternion_multiply,
+    quaternion_slerp,
+)
+
+
+class Arcball:
+    """A virtual trackball: call `down` when a mouse button is pressed and `drag` when the mouse moves.
+
+    >>> ball = Arcball()
+    >>> ball.place((320, 320), 320)
+    >>> ball.down((500, 250))
+    >>> ball.drag((475, 275))
+    >>> round(float(ball.matrix()[0, 0]), 5)
+    0.97876
+    """
+
+    def __init__(self, initial: ArrayLike | None = None) -> None:
+        """Set the initial rotation, a quaternion or a 4x4 matrix. Raises ValueError for another shape."""
+        self._axis: Array | None = None
+        self._axes: list[Array] | None = None
+        self._radius = 1.0
+        self._centre = [0.0, 0.0]
+        self._grabbed = np.array((0.0, 0.0, 1.0))
+        self._constrained = False
+        if initial is None:
+            self._at_grab = np.array((0.0, 0.0, 0.0, 1.0))
+        else:
+            given = np.array(initial, dtype=np.float64)
+            if given.shape == (4, 4):
+                self._at_grab = quaternion_from_matrix(given)
+            elif given.shape == (4,):
+                self._at_grab = given / np.sqrt(given @ given)
+            else:
+                raise ValueError(f"initial must have shape (4,) or (4, 4), got {given.shape}")
+        self._before = self._now = self._at_grab
+
+    def place(self, center: Sequence[float], radius: float) -> None:
+        """Set the centre and the radius of the ball in window coordinates."""
+        self._radius = float(radius)
+        self._centre = [center[0], center[1]]
+
+    def setaxes(self, *axes: ArrayLike) -> None:
+        """Set the axes of a constrained rotation; None removes them."""
+        self._axes = None if axes and axes[0] is None else [unit_vector(axis) for axis in axes]
+
+    def setconstrain(self, constrain: bool) -> None:
+        """Enable or disable the constraint to the axes of `setaxes`."""
+        self._constrained = constrain is True
+
+    def getconstrain(self) -> bool:
+        """Return whether rotations are constrained to the axes of `setaxes`."""
+        return self._constrained
+
+    def down(self, point: Sequence[float]) -> None:
+        """Grab the ball at a point of the window."""
+        self._grabbed = arcball_map_to_sphere(point, self._centre, self._radius)
+        self._at_grab = self._before = self._now
+        if self._constrained and self._axes is not None:
+            self._axis = arcball_nearest_axis(self._grabbed, self._axes)
+            self._grabbed = arcball_constrain_to_axis(self._grabbed, self._axis)
+        else:
+            self._axis = None
+
+    def drag(self, point: Sequence[float]) -> None:
+        """Rotate the ball so that the grabbed point moves to this point of the window."""
+        reached = arcball_map_to_sphere(point, self._centre, self._radius)
+        if self._axis is not None:
+            reached = arcball_constrain_to_axis(reached, self._axis)
+        self._before = self._now
+        across = np.cross(self._grabbed, reached)
+        if across @ across < EPSILON:
+            self._now = self._at_grab
+        else:
+            turn = (across[0], across[1], across[2], float(self._grabbed @ reached))
+            self._now = quaternion_multiply(turn, self._at_grab)
+
+    def next(self, acceleration: float = 0.0) -> None:
+        """Continue the last rotation; `acceleration` 0 keeps its speed."""
+        self._before, self._now = self._now, quaternion_slerp(self._before, self._now, 2.0 + acceleration)
+
+    def matrix(self) -> Array:
+        """Return the rotation as a 4x4 matrix."""
+        return quaternion_matrix(self._now)
+
+
+def arcball_map_to_sphere(point: Sequence[float], center: Sequence[float], radius: float) -> Array:
+    """Return the point of the unit sphere under a window point; outside the ball, the nearest on its rim."""
+    x = (point[0] - center[0]) / radius
+    y = (center[1] - point[1]) / radius
+    square = x * x + y * y
+    if square > 1.0:
+        length = math.sqrt(square)
+        return np.array((x / length, y / length, 0.0))
+    return np.array((x, y, math.sqrt(1.0 - square)))
+
+
+def arcball_constrain_to_axis(point: ArrayLike, axis: ArrayLike) -> Array:
+    """Return the point of the unit sphere nearest to `point` that is perpendicular to `axis`."""
+    around = np.array(axis, dtype=np.float64)
+    given = np.array(point, dtype=np.float64)
+    across: Array = given - around * (around @ given)
+    length = math.sqrt(float(across @ across))
+    if length > EPSILON:
+        return -across / length if across[2] < 0.0 else across / length
+    if around[2] == 1.0:
+        return np.array((1.0, 0.0, 0.0))
+    return np.asarray(unit_vector((-around[1], around[0], 0.0)))
+
+
+def arcball_nearest_axis(point: ArrayLike, axes: Sequence[ArrayLike]) -> Array:
+    """Return the axis whose constrained rotation passes nearest to the point."""
+    given = np.array(point, dtype=np.float64)
+    nearness = [float(arcball_constrain_to_axis(given, axis) @ given) for axis in axes]
+    return np.asarray(axes[nearness.index(max(nearness))])

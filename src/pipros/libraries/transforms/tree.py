@@ -1,0 +1,201 @@
+"""The frame tree, and the path through it from one frame to another at a given time.
+
+Frames without a history are roots. Steps and errors occur in the same order as in tf2.
+"""
+
+from __future__ import annotations
+
+from pipros.libraries.transforms.errors import ConnectivityException, ExtrapolationException, LookupException
+from pipros.libraries.transforms.history import FrameHistory
+from pipros.libraries.transforms.listing import frames_as_string
+from pipros.libraries.transforms.pose import IDENTITY, Pose, composed, inverted
+
+MAX_DEPTH = 1000
+"""Maximum number of frames on a path; a longer one is reported as a loop, as in tf2."""
+
+LISTING_CHARACTERS = 10_000
+"""The list of frames in an error: tf2's has all frames, whatever it takes to make it for each look-up."""
+
+Step = tuple[FrameHistory, int]
+"""A frame on a path, and the index of its pose (`FrameHistory.locate`)."""
+
+Frames = dict[str, FrameHistory | None]
+"""All frames in the order in which they were first seen; None for a root."""
+
+
+class Path:
+    """The path from a frame up to a common ancestor, and down to another frame.
+
+    Attributes:
+        time: lookup time in ns; the latest common time if 0 was requested.
+        up, down: the steps up from the source and from the target.
+        names: the frames of `up` and of `down`.
+    """
+
+    __slots__ = ("down", "names", "time", "up")
+
+    def __init__(
+        self, time: int, up: list[Step], down: list[Step], names: tuple[list[str], list[str]]
+    ) -> None:
+        self.time = time
+        self.up = up
+        self.down = down
+        self.names = names
+
+    def pose(self) -> Pose:
+        """Return the pose of the source in the target."""
+        time = self.time
+        found: Pose | None = None
+        for frame, number in self.up:
+            step = frame.pose(number, time)
+            found = step if found is None else composed(step, found)
+        if not self.down:
+            return IDENTITY if found is None else found
+        target: Pose | None = None
+        for frame, number in self.down:
+            step = frame.pose(number, time)
+            target = step if target is None else composed(step, target)
+        back = inverted(target or IDENTITY)
+        return back if found is None else composed(back, found)
+
+    def frame_names(self) -> list[str]:
+        """Return the frames from source to target, both included; an empty list if they are the same."""
+        up, down = self.names
+        if not down:
+            return up
+        if not up:
+            return down[::-1]
+        # Both parts may extend above the first common ancestor.
+        while len(up) > 1 and len(down) > 1 and up[-2] == down[-2]:
+            up, down = up[:-1], down[:-1]
+        return up + down[-2::-1]
+
+
+def find_path(frames: Frames, target: str, source: str, time: int) -> Path:
+    """Return the path from source to target at a time in nanoseconds; 0 for the latest common time.
+
+    Raises:
+        LookupException: the frames form a loop.
+        ConnectivityException: the frames are not connected.
+        ExtrapolationException: a transform on the path is not available at this time.
+    """
+    if source == target:
+        return Path(time, [], [], ([], []))
+    if time == 0:
+        time = latest_common_time(frames, target, source)
+    up: list[Step] = []
+    up_names: list[str] = []
+    interrupted: FrameHistory | None = None
+    name = source
+    while True:
+        frame = frames[name]
+        up_names.append(name)
+        if frame is None:
+            break
+        number = frame.locate(time)
+        if number < 0:
+            interrupted = frame
+            break
+        if name == target:
+            return Path(time, up, [], (up_names, []))
+        up.append((frame, number))
+        if len(up) > MAX_DEPTH:
+            raise _loop(frames)
+        name = frame.parents[number]
+    top = name
+
+    down: list[Step] = []
+    down_names: list[str] = []
+    name = target
+    while name != top:
+        frame = frames[name]
+        down_names.append(name)
+        if frame is None:
+            break
+        number = frame.locate(time)
+        if number < 0:
+            raise ExtrapolationException(f"{frame.why_not(time)}{_requested(source, target)}")
+        if name == source:
+            return Path(time, [], down, ([], down_names))
+        down.append((frame, number))
+        if len(down) > MAX_DEPTH:
+            raise _loop(frames)
+        name = frame.parents[number]
+    if name != top:
+        if interrupted is not None:
+            raise ExtrapolationException(f"{interrupted.why_not(time)}{_requested(source, target)}")
+        raise _not_connected(target, source)
+    return Path(time, up, down, (up_names, [*down_names, top]))
+
+
+def latest_common_time(frames: Frames, target: str, source: str) -> int:
+    """Return the latest time at which a transform between the frames is available, in nanoseconds.
+
+    Return 0 if all transforms on the path are static.
+
+    Raises:
+        LookupException: the frames form a loop.
+        ConnectivityException: the frames are not connected.
+    """
+    if source == target:
+        frame = frames[source]
+        return 0 if frame is None else frame.latest()[0]
+    common: int | None = None
+    seen: list[tuple[int, str]] = []
+    name = source
+    while (frame := frames[name]) is not None:
+        stamp, parent = frame.latest()
+        if parent is None:
+            break
+        if stamp and (common is None or stamp < common):
+            common = stamp
+        seen.append((stamp, parent))
+        name = parent
+        if name == target:
+            return common or 0
+        if len(seen) > MAX_DEPTH:
+            raise _loop(frames)
+
+    above_source = {parent for _, parent in seen}
+    common = None
+    meeting: str | None = None
+    name, depth = target, 0
+    while (frame := frames[name]) is not None:
+        stamp, parent = frame.latest()
+        if parent is None:
+            break
+        if stamp and (common is None or stamp < common):
+            common = stamp
+        if parent in above_source:
+            meeting = parent
+            break
+        name = parent
+        if name == source:
+            return common or 0
+        depth += 1
+        if depth > MAX_DEPTH:
+            raise _loop(frames)
+    if meeting is None:
+        raise _not_connected(target, source)
+    for stamp, parent in seen:
+        if stamp and (common is None or stamp < common):
+            common = stamp
+        if parent == meeting:
+            break
+    return common or 0
+
+
+def _requested(source: str, target: str) -> str:
+    return f", when looking up transform from frame [{source}] to frame [{target}]"
+
+
+def _not_connected(target: str, source: str) -> ConnectivityException:
+    return ConnectivityException(
+        f"Could not find a connection between '{target}' and '{source}' because they are not part of the "
+        "same tree.Tf has two or more unconnected trees."
+    )
+
+
+def _loop(frames: Frames) -> LookupException:
+    listing = frames_as_string(frames, LISTING_CHARACTERS)
+    return LookupException(f"The tf tree is invalid because it contains a loop.\n{listing}\n")

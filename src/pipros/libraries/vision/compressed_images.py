@@ -1,0 +1,122 @@
+"""The contents of `sensor_msgs/CompressedImage`, compatible with compressed_image_transport.
+
+The format contains the encoding of the image and the order of channels in the picture: `rgb8; jpeg compressed
+bgr8`. Depth images of compressed_depth_image_transport begin with a header of 12 bytes: an int32, and two
+float32 that define the quantisation of depths to 16 bits.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from typing import Any
+
+from pipros.basics.errors import PiprosError
+from pipros.libraries.vision.conversions import convert
+from pipros.libraries.vision.encodings import COLORS, Color, encoding
+from pipros.libraries.vision.extras import numpy as np
+from pipros.libraries.vision.picture_files import Codec, PictureError
+
+_HAS_COLORS = (Color.RGB, Color.BGR, Color.RGBA, Color.BGRA)
+_DEPTH_HEADER = struct.Struct("<iff")
+_JPEG_TO_16_BITS = 256
+
+
+class CompressionError(PiprosError, ValueError):
+    """An image cannot be compressed or decompressed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Compression settings.
+
+    Attributes:
+        kind: `jpeg` or `png`.
+        jpeg_quality: from 1 to 100.
+        png_level: from 1 (fast) to 9 (small).
+    """
+
+    kind: str = "jpeg"
+    jpeg_quality: int = 80
+    png_level: int = 9
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("jpeg", "png"):
+            raise CompressionError(f"the format of compressed images must be jpeg or png, got {self.kind!r}")
+        for name, value, limit in (
+            ("jpeg_quality", self.jpeg_quality, 100),
+            ("png_level", self.png_level, 9),
+        ):
+            if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= limit:
+                raise CompressionError(f"{name} must be a whole number from 1 to {limit}, got {value!r}")
+
+
+def compressed(image: Any, encoding_name: str, settings: Settings, codec: Codec) -> tuple[str, bytes]:
+    """Compress an image array. Return the format and the data of a CompressedImage.
+
+    Raises:
+        CompressionError: the encoding is unknown or does not have 8 or 16 bits, or the codec does not
+            support the image.
+    """
+    try:
+        bits = encoding(encoding_name).bits
+        if bits not in (8, 16):
+            raise CompressionError(f"{settings.kind} must have values of 8 or 16 bits, got [{encoding_name}]")
+        target = ""
+        if encoding_name in COLORS and COLORS[encoding_name].color in _HAS_COLORS:
+            target = "bgr8" if settings.kind == "jpeg" else f"bgr{bits}"
+            image = convert(image, encoding_name, target)
+        elif settings.kind == "jpeg" and bits == 16:
+            image = (image // _JPEG_TO_16_BITS).astype(np.uint8)
+        level = settings.jpeg_quality if settings.kind == "jpeg" else settings.png_level
+        data = codec.encode(image, settings.kind, level)
+    except (PictureError, RuntimeError) as error:
+        raise CompressionError(str(error)) from error
+    return f"{encoding_name}; {settings.kind} compressed {target}", data
+
+
+def decompressed(format_text: str, data: bytes, codec: Codec) -> tuple[Any, str]:
+    """Decompress a CompressedImage. Return the image array and its encoding.
+
+    Raises:
+        CompressionError: the data is not a valid picture, or does not match the format.
+    """
+    name, semicolon, how = format_text.partition(";")
+    try:
+        if "compressedDepth" in how:
+            return _depth(name, data, codec), name
+        image = codec.decode(data)
+        if not semicolon:
+            # The format does not contain an encoding: use that of the picture.
+            return image, _encoding_of_picture(image)
+        if "jpeg" in how and encoding(name).bits == 16 and image.dtype == np.uint8:
+            image = image.astype(np.uint16) * _JPEG_TO_16_BITS
+        if name in COLORS and COLORS[name].color in _HAS_COLORS and image.ndim == 3:
+            order = "bgr" if "compressed bgr" in how else "rgb"
+            letters = f"{order}a" if image.shape[2] == 4 else order
+            image = convert(image, f"{letters}{image.dtype.itemsize * 8}", name)
+    except (PictureError, RuntimeError) as error:
+        raise CompressionError(str(error)) from error
+    return image, name
+
+
+def _encoding_of_picture(image: Any) -> str:
+    names = {1: "mono", 3: "bgr", 4: "bgra"}
+    return f"{names[image.shape[2] if image.ndim == 3 else 1]}{image.dtype.itemsize * 8}"
+
+
+def _depth(name: str, data: bytes, codec: Codec) -> Any:
+    """Decode a depth image: 16UC1 unchanged, 32FC1 from quantised inverse depths; 0 becomes NaN."""
+    if len(data) < _DEPTH_HEADER.size:
+        raise CompressionError(f"a compressed depth image must have more than 12 bytes, got {len(data)}")
+    _, quotient, offset = _DEPTH_HEADER.unpack_from(data)
+    steps = codec.decode(data[_DEPTH_HEADER.size :])
+    if steps.ndim != 2:
+        raise CompressionError(f"a depth image must have one channel, got {steps.shape[2]}")
+    if name == "16UC1":
+        return steps.astype(np.uint16)
+    if name != "32FC1":
+        raise CompressionError(f"a compressed depth image must be of 16UC1 or 32FC1, got [{name}]")
+    with np.errstate(divide="ignore", invalid="ignore"):
+        depths = np.float32(quotient) / (steps.astype(np.float32) - np.float32(offset))
+    return np.where(steps == 0, np.float32(np.nan), depths)

@@ -1,0 +1,180 @@
+"""Conversion of images between encodings with numpy, with the rules and results of `cv_bridge`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.libraries.vision.colors import converted as with_color
+from pipros.libraries.vision.colors import is_supported
+from pipros.libraries.vision.depths import saturated, scaled, with_depth
+from pipros.libraries.vision.encodings import COLORS, Color, Encoding, UnknownEncoding, encoding
+from pipros.libraries.vision.extras import numpy as np
+from pipros.libraries.vision.label_colors import color_of_label
+
+
+class ConversionError(RuntimeError):
+    """An image cannot be converted to an encoding, or its array does not match its encoding."""
+
+
+def convert(image: Any, encoding_in: str, encoding_out: str) -> Any:
+    """Convert an array of shape (height, width) or (height, width, channels) to another encoding.
+
+    The result is always a copy. Values are equal to those of OpenCV to the last bit; between 8 and 16 bits,
+    white stays white. An empty `encoding_out` means `encoding_in`.
+
+    Raises:
+        ConversionError: an encoding is unknown, the conversion is not supported, or the array does not match
+            `encoding_in`.
+    """
+    if not _is_image(image):
+        raise ConversionError(
+            f"the image must be an array of two or three dimensions, got {_describe(image)}"
+        )
+    if encoding_out in ("", encoding_in):
+        return image.copy()
+    source, target = _named(encoding_in), _named(encoding_out)
+    colors = _colors(source, target)
+    image = image.astype(image.dtype.newbyteorder("="), copy=False)
+    _check(image, source)
+    if source.channels == 1 and image.ndim == 3:
+        image = image[:, :, 0]
+    if colors is not None:
+        image = with_color(image, *colors)
+        if source.bits == target.bits:
+            return image
+    return with_depth(image, source.bits, target.bits, target.dtype)
+
+
+def _named(name: str) -> Encoding:
+    try:
+        return encoding(name)
+    except UnknownEncoding:
+        raise ConversionError(f"Unknown encoding {name}") from None
+
+
+def _colors(source: Encoding, target: Encoding) -> tuple[Color, Color] | None:
+    """Return the colour arrangements of source and target; None if only the value type changes."""
+    names = f"[{source.name}]", f"[{target.name}]"
+    if source.color is None and target.color is not None:
+        raise ConversionError(
+            f"{names[0]} is not a color format. but {names[1]} is. The conversion does not make sense"
+        )
+    if source.color is None or target.color is None:
+        if source.channels == target.channels:
+            return None
+        if source.color is None:
+            raise ConversionError(f"{names[0]} and {names[1]} do not have the same number of channel")
+        raise ConversionError(
+            f"{names[0]} is a color format but {names[1]} is not so they must have the same OpenCV type, "
+            "CV_8UC3, CV16UC1 ...."
+        )
+    if source.color is target.color and source.color in _WITH_DEPTHS:
+        return None
+    if source.color is target.color or not is_supported(source.color, target.color):
+        raise ConversionError(f"Unsupported conversion from {names[0]} to {names[1]}")
+    return source.color, target.color
+
+
+_WITH_DEPTHS = (Color.GRAY, Color.RGB, Color.BGR, Color.RGBA, Color.BGRA)
+"""Colour arrangements that exist with 8 and with 16 bits."""
+
+
+def _is_image(image: Any) -> bool:
+    return isinstance(image, np.ndarray) and image.ndim in (2, 3)
+
+
+def _check(image: Any, expected: Encoding) -> None:
+    if not _is_image(image):
+        raise ConversionError(
+            f"the image must be an array of two or three dimensions, got {_describe(image)}"
+        )
+    channels = image.shape[2] if image.ndim == 3 else 1
+    if channels != expected.channels or image.dtype != expected.dtype or image.size == 0:
+        raise ConversionError(
+            f"an image of [{expected.name}] must have pixels of {expected.channels} {expected.dtype}, "
+            f"got {_describe(image)}"
+        )
+    if expected.color is Color.YUV422 and image.shape[1] % 2:
+        raise ConversionError(
+            f"an image of [{expected.name}] must have an even width, got {_describe(image)}"
+        )
+
+
+def _describe(image: Any) -> str:
+    if not isinstance(image, np.ndarray):
+        return f"a {type(image).__name__}"
+    return f"an array of {image.dtype} of shape {image.shape}"
+
+
+def convert_for_display(
+    source: Any,
+    encoding_in: str,
+    encoding_out: str = "",
+    do_dynamic_scaling: bool = False,
+    min_image_value: float = 0.0,
+    max_image_value: float = 0.0,
+) -> Any:
+    """Convert an image for display: to 8 bits, grey or coloured.
+
+    Args:
+        encoding_out: empty for bgr8.
+        do_dynamic_scaling: map the minimum of the image to black and the maximum to white.
+        min_image_value, max_image_value: map these values to black and white, if they differ.
+
+    A 32SC1 image is displayed in bgr8 as labels with a colour each; negative ones are black.
+
+    Raises:
+        ConversionError: as for `convert`, and for scaling images with more than one channel.
+    """
+    target = _display_encoding(encoding_in, encoding_out)
+    kind = _named(encoding_in)
+    image = source[:, :, 0] if _is_image(source) and source.shape[2:] == (1,) else source
+    _check(image, kind)
+    if encoding_in == "32SC1" and target.name == "bgr8":
+        return color_of_label(image)
+    if do_dynamic_scaling:
+        min_image_value, max_image_value = (
+            float(limit.reduce(image, axis=None)) for limit in (np.fmin, np.fmax)
+        )
+        if min_image_value == max_image_value:
+            return np.full((*image.shape[:2], 3), 128, np.uint8)
+    if min_image_value != max_image_value:
+        if kind.channels != 1:
+            raise ConversionError(
+                "cv_bridge.cvtColorForDisplay() scaling for images with more than one channel is unsupported"
+            )
+        above = image.astype(np.float64) - min_image_value
+        factor = 255.0 / (max_image_value - min_image_value)
+        gray = scaled(saturated(above, str(image.dtype)), "uint8", factor)
+        return convert(gray, "mono8", target.name)
+    if encoding_in == target.name:
+        return image
+    try:
+        # Depth images are displayed in grey. This is the only type that genuine cv_bridge treats so.
+        return convert(image, "mono16" if encoding_in == "16UC1" else encoding_in, target.name)
+    except RuntimeError as error:
+        raise ConversionError(
+            f"cv_bridge.cvtColorForDisplay() while trying to convert image from '{encoding_in}' to "
+            f"'{target.name}' an exception was thrown ({error})"
+        ) from None
+
+
+def _display_encoding(encoding_in: str, encoding_out: str) -> Encoding:
+    if encoding_out:
+        target = COLORS.get(encoding_out)
+        if target is None or target.color not in _WITH_DEPTHS or target.bits != 8:
+            raise ConversionError(
+                "cv_bridge.cvtColorForDisplay() does not have an output encoding that is color or mono, and "
+                "has is bit in depth"
+            )
+        return target
+    try:
+        source = encoding(encoding_in)
+        known = source.bits in ((8, 16, 32) if source.channels == 1 else (8, 16))
+    except RuntimeError:
+        known = False
+    if not known:
+        raise ConversionError(
+            "cv_bridge.cvtColorForDisplay() output encoding is empty and cannot be guessed."
+        )
+    return encoding("bgr8")

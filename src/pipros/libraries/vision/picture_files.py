@@ -1,0 +1,141 @@
+"""JPEG and PNG codecs: OpenCV if it is installed (`pipros[vision]`), otherwise Pillow (`pipros[pictures]`).
+
+Arrays have OpenCV's layout: shape (height, width) for grey images, or (height, width, channels) with channels
+in the order blue, green, red, alpha.
+"""
+
+from __future__ import annotations
+
+import io
+from typing import Any, Protocol
+
+from pipros.basics.errors import PiprosError
+from pipros.libraries.vision.extras import numpy as np
+
+
+class PictureError(PiprosError, ValueError):
+    """Data is not a valid picture, or a format does not support an array."""
+
+
+class Codec(Protocol):
+    """Encoder and decoder of pictures. Threads may share it."""
+
+    def decode(self, data: bytes) -> Any:
+        """Decode a picture to an array.
+
+        Raises:
+            PictureError: the data is not a valid picture.
+        """
+
+    def encode(self, image: Any, kind: str, level: int) -> bytes:
+        """Encode an array as a picture.
+
+        Args:
+            kind: `jpeg` or `png`.
+            level: quality from 0 to 100 for `jpeg`, compression from 0 to 9 for `png`.
+
+        Raises:
+            PictureError: the format does not support the array.
+        """
+
+
+def codec() -> Codec:
+    """Return the codec of OpenCV, or of Pillow if OpenCV is not installed.
+
+    Raises:
+        ImportError: neither is installed; the message says how to install one.
+    """
+    try:
+        import cv2
+
+        return OpenCVCodec(cv2)
+    except ImportError:
+        pass
+    try:
+        from PIL import Image
+    except ImportError as error:
+        raise ImportError(
+            "compressed images need OpenCV or Pillow, and neither is installed. "
+            "Try: pip install 'pipros[vision]' or pip install 'pipros[numpy,pictures]'",
+            name=error.name,
+        ) from error
+    return PillowCodec(Image)
+
+
+class OpenCVCodec:
+    """Codec of OpenCV.
+
+    Args:
+        cv2: the module of OpenCV.
+    """
+
+    def __init__(self, cv2: Any) -> None:
+        self._cv2 = cv2
+
+    def decode(self, data: bytes) -> Any:
+        image = (
+            self._cv2.imdecode(np.frombuffer(data, np.uint8), self._cv2.IMREAD_UNCHANGED) if data else None
+        )
+        if image is None:
+            raise PictureError(f"OpenCV cannot read the picture of {len(data)} bytes")
+        return image
+
+    def encode(self, image: Any, kind: str, level: int) -> bytes:
+        option = self._cv2.IMWRITE_JPEG_QUALITY if kind == "jpeg" else self._cv2.IMWRITE_PNG_COMPRESSION
+        try:
+            is_written, data = self._cv2.imencode(
+                ".jpg" if kind == "jpeg" else ".png", image, [option, level]
+            )
+        except self._cv2.error as error:
+            raise PictureError(f"OpenCV cannot write {_describe(image)} as {kind}: {error}") from error
+        if not is_written:
+            raise PictureError(f"OpenCV cannot write {_describe(image)} as {kind}")
+        return bytes(data)
+
+
+class PillowCodec:
+    """Codec of Pillow, which supports colour images of 8 bits only.
+
+    Args:
+        image_module: the module `PIL.Image`.
+    """
+
+    def __init__(self, image_module: Any) -> None:
+        self._images = image_module
+
+    def decode(self, data: bytes) -> Any:
+        try:
+            with self._images.open(io.BytesIO(data), formats=("JPEG", "PNG")) as picture:
+                if picture.mode.startswith("I"):
+                    return np.asarray(picture).astype(np.uint16)
+                if picture.mode not in ("L", "RGB", "RGBA"):
+                    picture = picture.convert("L" if picture.mode == "1" else "RGB")
+                image = np.asarray(picture)
+        except (OSError, SyntaxError, ValueError, self._images.DecompressionBombError) as error:
+            raise PictureError(f"Pillow cannot read the picture of {len(data)} bytes: {error}") from error
+        return image if image.ndim == 2 else _swap_red_and_blue(image)
+
+    def encode(self, image: Any, kind: str, level: int) -> bytes:
+        is_deep = image.dtype == np.uint16
+        if image.dtype not in (np.uint8, np.uint16) or (is_deep and (image.ndim == 3 or kind == "jpeg")):
+            raise PictureError(
+                f"Pillow cannot write {_describe(image)} as {kind}. Try OpenCV: pip install 'pipros[vision]'"
+            )
+        if image.ndim == 3:
+            image = _swap_red_and_blue(image[:, :, :3] if kind == "jpeg" else image)
+        file = io.BytesIO()
+        options = {"quality": level} if kind == "jpeg" else {"compress_level": level}
+        try:
+            self._images.fromarray(image).save(file, kind.upper(), **options)
+        except (OSError, TypeError, ValueError) as error:
+            raise PictureError(f"Pillow cannot write {_describe(image)} as {kind}: {error}") from error
+        return file.getvalue()
+
+
+def _swap_red_and_blue(image: Any) -> Any:
+    """Swap the red and blue channels."""
+    return np.ascontiguousarray(image[:, :, [2, 1, 0, 3][: image.shape[2]]])
+
+
+def _describe(image: Any) -> str:
+    return f"an array of {image.dtype} of shape {image.shape}"

@@ -1,4 +1,0 @@
-"""The rules of topic_tools: which messages pass, which topic is selected, how expressions are evaluated.
-
-No module of this package uses topics or a clock. The executables are in `src/topic_tools/nodes`.
-"""

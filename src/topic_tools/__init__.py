@@ -1,8 +1,0 @@
-"""Drop-in replacement for Noetic's topic_tools: executables that republish messages, and `LazyTransport`."""
-
-from pipros.lazy_names import lazy_names as _lazy_names
-
-# Most scripts that import the package want its services only, and no rospy.
-__getattr__, __dir__ = _lazy_names(__name__, {"LazyTransport": "topic_tools.lazy_transport"})
-
-__all__ = ["LazyTransport"]

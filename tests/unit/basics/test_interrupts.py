@@ -1,0 +1,61 @@
+"""A Ctrl-C that comes where Python ignores exceptions ends the program all the same."""
+
+import subprocess
+import sys
+
+import pytest
+
+PROGRAM = """
+import signal, time, weakref
+{start}
+
+class Thing:
+    pass
+
+def interrupted(_):
+    signal.raise_signal(signal.SIGINT)
+    sum(range(100))  # Python sees to signals between its instructions
+
+thing = Thing()
+reference = weakref.ref(thing, interrupted)
+try:
+    del thing
+    time.sleep({patience_s})
+    print("went on")
+except KeyboardInterrupt:
+    print("ended")
+"""
+
+
+@pytest.mark.parametrize(
+    "start",
+    [
+        "import rospy",
+        "from pipros.cli.streams import command; command(lambda: 0)()",
+        "from pipros.basics.interrupts import install; install(); install()",
+    ],
+)
+def test_an_interrupt_in_a_callback_of_the_garbage_collector_counts(start: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM.format(start=start, patience_s=60)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.stdout, done.stderr) == ("ended\n", "")
+
+
+@pytest.mark.parametrize("module", ["pipros.basics.interrupts", "pipros.cli.command", "pipros.cli.rostopic"])
+def test_an_import_leaves_the_process_as_it_was(module: str) -> None:
+    program = f"import sys; hook = sys.unraisablehook; import {module}; print(hook is sys.unraisablehook)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("True\n", "")
+
+
+def test_other_ignored_exceptions_are_reported_as_ever() -> None:
+    program = PROGRAM.format(start="import rospy", patience_s=0).replace(
+        "signal.raise_signal(signal.SIGINT)", "1 / 0"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert done.stdout == "went on\n"
+    assert "ZeroDivisionError" in done.stderr

@@ -1,0 +1,41 @@
+"""Command lines: what is a remapping, what is a parameter, and what is left for the program."""
+
+from __future__ import annotations
+
+from pipros.basics import names
+
+
+def test_a_command_line_is_sorted_by_what_its_arguments_are_for() -> None:
+    parsed = names.parse_arguments(
+        ["prog", "a:=b", "_rate:=3", "__name:=t", "file", ":=x", "_:=c", " chat := /talk "]
+    )
+    assert parsed.remappings == {"a": "b", "_": "c", "chat": "/talk"}
+    assert parsed.params == {"rate": "3"}
+    assert parsed.special == {"__name": "t"}
+    assert parsed.rest == ("prog", "file", ":=x")
+    assert parsed.malformed == ()
+
+
+def test_an_argument_with_two_assignments_is_malformed() -> None:
+    parsed = names.parse_arguments(["a:=b:=c", "d:=e"])
+    assert (parsed.malformed, parsed.remappings) == (("a:=b:=c",), {"d": "e"})
+
+
+def test_an_assignment_of_nothing_is_dropped() -> None:
+    parsed = names.parse_arguments(["chat:=", "chat:= "])
+    assert (parsed.remappings, parsed.rest, parsed.malformed) == ({}, (), ())
+
+
+def test_remappings_are_resolved_on_both_sides_for_the_node() -> None:
+    written = {"chat": "talk", "~rate": "/rate", "/global": "~mine"}
+    assert names.resolve_remappings(written, "/robot/node") == {
+        "/robot/chat": "/robot/talk",
+        "/robot/node/rate": "/rate",
+        "/global": "/robot/node/mine",
+    }
+
+
+def test_only_an_argument_whose_key_could_be_a_name_is_kept_from_programs() -> None:
+    legal = ["a:=b", "_rate:=5", "__name:=x", "/robot/chat:=talk", "a:="]
+    others = ["-a:=b", "a b:=c", ":=b", "a=b"]
+    assert [item for item in [*legal, *others] if names.is_legal_remapping(item)] == legal

@@ -1,0 +1,119 @@
+"""The state machines of goals: one table each, and together."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipros.libraries.actions.client_goal import TRANSITIONS, ClientGoal, State
+from pipros.libraries.actions.server_goal import TRANSITIONS as SERVER_TRANSITIONS
+from pipros.libraries.actions.server_goal import Event, after, why_not
+from pipros.libraries.actions.status import TERMINAL, Status
+
+
+def test_a_goal_that_succeeds_goes_through_all_states() -> None:
+    goal = ClientGoal()
+
+    assert goal.on_status(Status.PENDING) == [State.PENDING]
+    assert goal.on_status(Status.PENDING) == []
+    assert goal.on_status(Status.ACTIVE) == [State.ACTIVE]
+    assert goal.on_status(Status.SUCCEEDED) == [State.WAITING_FOR_RESULT]
+    assert goal.on_result(Status.SUCCEEDED) == [State.DONE]
+    assert goal.terminal_status() is Status.SUCCEEDED
+
+
+def test_a_result_before_any_status_ends_the_goal_by_way_of_all_states() -> None:
+    goal = ClientGoal()
+
+    assert goal.on_result(Status.PREEMPTED) == [
+        State.ACTIVE,
+        State.PREEMPTING,
+        State.WAITING_FOR_RESULT,
+        State.DONE,
+    ]
+    assert goal.on_status(Status.ACTIVE) == []
+    assert goal.on_result(Status.ABORTED) == []
+    assert goal.terminal_status() is Status.PREEMPTED
+
+
+def test_a_goal_that_ended_cannot_be_cancelled_any_more() -> None:
+    goal = ClientGoal()
+    goal.on_result(Status.SUCCEEDED)
+
+    assert goal.on_cancel() == []
+    assert goal.on_status(None) == []
+    assert goal.state is State.DONE
+
+
+def test_a_goal_that_ends_while_it_is_cancelled_is_done() -> None:
+    goal = ClientGoal()
+    goal.on_status(Status.ACTIVE)
+
+    assert goal.on_cancel() == [State.WAITING_FOR_CANCEL_ACK]
+    assert goal.on_status(Status.SUCCEEDED) == [State.PREEMPTING, State.WAITING_FOR_RESULT]
+    assert goal.on_cancel() == []
+    assert goal.on_result(Status.SUCCEEDED) == [State.DONE]
+
+
+def test_a_goal_that_the_server_does_not_list_any_more_is_lost() -> None:
+    goal = ClientGoal()
+    assert goal.on_status(None) == []  # the server may not have seen it yet
+    goal.on_status(Status.ACTIVE)
+
+    assert goal.on_status(None) == [State.DONE]
+    assert goal.terminal_status() is Status.LOST
+
+
+@pytest.mark.parametrize("status", [Status.PENDING, Status.REJECTED, 17])
+def test_an_impossible_status_changes_nothing(status: int) -> None:
+    goal = ClientGoal()
+    goal.on_status(Status.ACTIVE)
+
+    with pytest.raises(ValueError, match=r"status|cannot be"):
+        goal.on_status(status)
+    assert goal.state is State.ACTIVE
+
+
+def test_a_server_cannot_end_a_goal_twice() -> None:
+    assert after(Status.PENDING, Event.SUCCEED) is None
+    assert after(Status.ACTIVE, Event.SUCCEED) is Status.SUCCEEDED
+    assert all(after(status, event) is None for status in TERMINAL for event in Event)
+    assert "PENDING or RECALLING" in why_not(Status.ACTIVE, Event.ACCEPT)
+    assert after(99, Event.ACCEPT) is None
+
+
+EVENTS = st.lists(st.tuples(st.sampled_from([*Event, "cancel"]), st.booleans(), st.booleans()), max_size=12)
+
+
+@given(EVENTS)
+def test_client_and_server_agree_whatever_happens(events: list[tuple[Event | str, bool, bool]]) -> None:
+    """The server's goal goes any way; the client sees some of its statuses, and the result at last."""
+    status, client, way = Status.PENDING, ClientGoal(), []
+    for event, is_status_seen, is_listed in events:
+        if event == "cancel":
+            way += client.on_cancel()
+            event = Event.CANCEL_REQUESTED
+        assert isinstance(event, Event)
+        status = after(status, event) or status
+        if is_status_seen and (is_listed or client.state is State.WAITING_FOR_GOAL_ACK):
+            way += client.on_status(status if is_listed else None)
+    if status in TERMINAL:
+        way += client.on_result(status)
+        assert client.state is State.DONE
+        assert client.terminal_status() is status
+    assert way.count(State.DONE) <= 1
+    assert State.DONE not in way[:-1]
+
+
+@given(st.sampled_from(list(TRANSITIONS)), st.sampled_from(list(Status)))
+def test_ways_lead_to_where_the_status_stays(state: State, status: Status) -> None:
+    way = TRANSITIONS[state].get(status)
+    if way:
+        assert TRANSITIONS[way[-1]].get(status, ()) == ()
+
+
+def test_every_status_that_a_server_can_reach_is_known_to_clients() -> None:
+    reachable = {new for changes in SERVER_TRANSITIONS.values() for new in changes.values()}
+
+    assert reachable | {Status.PENDING} == set(TRANSITIONS[State.WAITING_FOR_GOAL_ACK])

@@ -1,0 +1,54 @@
+"""The goals of an action server: found by id, and bounded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import pytest
+
+from pipros.libraries.actions.goal_table import GoalTable
+
+
+@dataclass
+class Goal:
+    name: str
+    has_ended: bool = False
+
+
+@pytest.fixture
+def table() -> GoalTable[Goal]:
+    made: GoalTable[Goal] = GoalTable(3, 10, lambda goal: goal.has_ended)
+    for name in "abc":
+        assert made.add(name, Goal(name))
+    return made
+
+
+def names(table: GoalTable[Goal]) -> str:
+    return "".join(goal.name for goal in table)
+
+
+def test_a_full_table_refuses_goals_while_none_has_ended(table: GoalTable[Goal]) -> None:
+    assert not table.add("d", Goal("d"))
+    assert (names(table), table.find("d")) == ("abc", None)
+
+
+def test_a_new_goal_replaces_the_oldest_that_has_ended(table: GoalTable[Goal]) -> None:
+    for name in "cb":
+        goal = table.find(name)
+        assert goal is not None
+        goal.has_ended = True
+
+    assert table.add("d", Goal("d"))
+    assert names(table) == "acd"
+
+
+def test_goals_that_are_not_kept_make_room(table: GoalTable[Goal]) -> None:
+    table.keep(lambda goal: goal.name == "b")
+    assert table.add("d", Goal("d"))
+    assert names(table) == "bd"
+
+
+def test_long_ids_are_refused(table: GoalTable[Goal]) -> None:
+    table.keep(lambda _: False)
+    assert not table.add("x" * 11, Goal("x"))
+    assert table.add("x" * 10, Goal("x"))

@@ -1,0 +1,106 @@
+"""The life of one side of a bond, and the parts of bondpy that need no graph."""
+
+from __future__ import annotations
+
+import io
+import random
+
+import pytest
+
+import rospy
+from bondpy import bondpy
+from pipros.libraries.bonds.life import NEXT, Event, Life, State
+from smclib import statemap
+
+
+def after(*events: Event) -> Life:
+    life = Life()
+    for event in events:
+        life.take(event)
+    return life
+
+
+def test_a_bond_is_formed_and_ends_in_agreement() -> None:
+    assert after(Event.SISTER_ALIVE).state is State.ALIVE
+    assert after(Event.SISTER_ALIVE, Event.BREAK).state is State.ENDING
+    assert after(Event.SISTER_ALIVE, Event.BREAK, Event.SISTER_ENDS).state is State.DEAD
+    assert after(Event.SISTER_ALIVE, Event.SISTER_ENDS).state is State.ENDING
+    assert after(Event.SISTER_ALIVE, Event.BREAK, Event.DISCONNECT_TIMEOUT).state is State.DEAD
+
+
+def test_silence_ends_a_bond_at_once() -> None:
+    assert after(Event.CONNECT_TIMEOUT).state is State.DEAD
+    assert after(Event.SISTER_ALIVE, Event.HEARTBEAT_TIMEOUT).state is State.DEAD
+
+
+def test_a_sister_that_only_says_that_it_ends_has_formed_the_bond() -> None:
+    life = after(Event.SISTER_ENDS)
+    assert (life.state, life.was_formed) == (State.ENDING, True)
+    assert not after(Event.BREAK).was_formed
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_whatever_comes_a_dead_bond_stays_dead_and_none_goes_back(seed: int) -> None:
+    chance = random.Random(seed)  # noqa: S311
+    order = [State.WAITING, State.ALIVE, State.ENDING, State.DEAD]
+    life, reached = Life(), 0
+    for _ in range(50):
+        state = life.take(chance.choice(list(Event)))
+        assert order.index(state) >= reached
+        reached = order.index(state)
+    assert not any(state is State.DEAD for state, _ in NEXT)
+
+
+def test_a_bond_before_its_start() -> None:
+    called: list[str] = []
+    bond = bondpy.Bond("bonds", "id", on_broken=lambda: called.append("broken"))
+    bond.set_connect_timeout(rospy.Duration(3))
+    bond.heartbeat_timeout = 2.5
+    bond.disconnect_timeout = 1
+    bond.set_heartbeat_period(rospy.Duration.from_sec(0.5))
+    assert (bond.connect_timeout, bond.heartbeat_timeout, bond.disconnect_timeout) == (3.0, 2.5, 1.0)
+    assert bond.heartbeat_period == 0.5
+    with pytest.raises(ValueError, match="must be > 0 s"):
+        bond.heartbeat_period = 0
+    assert bond.wait_until_formed(0.01) is bond.wait_until_broken(rospy.Duration(0)) is False
+    assert bond.sm.getState().getName() == "SM.WaitingForSister"
+
+    bond.break_bond()
+    bond.shutdown()
+
+    assert (bond.is_broken(), called) == (True, ["broken"])
+    assert str(bond).startswith("[Bond id, Instance ")
+    assert bond.sm.getPreviousState() is not None
+
+
+def test_a_callback_that_raises_stops_nothing() -> None:
+    bond = bondpy.Bond("bonds", "id", on_broken=lambda: 1 / 0)
+    bond.break_bond()
+    assert bond.wait_until_broken(30)
+
+
+def test_a_generated_machine_finds_what_it_needs() -> None:
+    first, second = statemap.State("first", 1), statemap.State("second", 2)
+    machine = statemap.FSMContext(first)
+    stream = io.StringIO()
+    machine.setDebugStream(stream)
+    machine.setDebugFlag(True)
+
+    machine.clearState()
+    with pytest.raises(statemap.StateUndefinedException):
+        machine.getState()
+    machine.setState(second)
+    machine.pushState(first)
+    assert (machine.getState(), machine.getStateStackDepth(), machine.getPreviousState()) == (first, 1, first)
+    machine.popState()
+    assert machine.isStateStackEmpty()
+    with pytest.raises(ValueError, match="empty state stack"):
+        machine.popState()
+    with pytest.raises(ValueError, match=r"statemap\.State"):
+        machine.setState("first")  # type: ignore[arg-type]
+    assert stream.getvalue().splitlines() == [
+        "NEW STATE       : second",
+        "PUSH TO STATE   : first",
+        "POP TO STATE    : second",
+        "POPPING ON EMPTY STATE STACK.",
+    ]

@@ -1,0 +1,59 @@
+"""Regular expressions of unknown origin: what matches, and what may not take for ever."""
+
+from __future__ import annotations
+
+import pytest
+
+from pipros.libraries.diagnostics.name_patterns import NAME_CHARACTERS, NamePatterns
+
+
+def test_whole_names_are_matched_by_any_pattern() -> None:
+    patterns = NamePatterns(["motor [0-9]+", "(left|right)*", r"(.)\1"])
+    assert [
+        name
+        for name in ("motor 12", "motor 12 ", "a motor 1", "leftright", "aa", "ab")
+        if patterns.match(name)
+    ] == [
+        "motor 12",
+        "leftright",
+        "aa",
+    ]
+    assert not NamePatterns([])
+    assert patterns.slow == []
+
+
+def test_names_that_are_too_long_match_nothing() -> None:
+    patterns = NamePatterns([".*"])
+    assert patterns.match("x" * NAME_CHARACTERS)
+    assert not patterns.match("x" * (NAME_CHARACTERS + 1))
+
+
+@pytest.mark.parametrize(
+    ("pattern", "name"),
+    [
+        ("(a+)+$", "a" * 40 + "!"),
+        ("(a|a)*b", "a" * 40),
+        ("a?" * 40 + "a" * 40 + "b", "a" * 60),
+        ("(.*)" * 12 + "=", "x" * 300),
+    ],
+)
+def test_a_pattern_that_takes_too_long_is_given_up(pattern: str, name: str) -> None:
+    patterns = NamePatterns(["fine", pattern])
+    assert not patterns.match(name)
+    assert patterns.slow == [pattern]
+    assert patterns.match("fine")
+
+
+@pytest.mark.parametrize(
+    ("pattern", "reason"),
+    [
+        ("(", "missing \\)"),
+        ("*", "nothing to repeat"),
+        ("a{4294967296}", "the repetition number is too large"),
+        (r"\q", "bad escape"),
+        ("[z-a]", "bad character range"),
+    ],
+)
+def test_invalid_patterns_raise(pattern: str, reason: str) -> None:
+    with pytest.raises(ValueError, match=reason):
+        NamePatterns([pattern])

@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+from math import pi
+
+import pytest
+
+from pipros.libraries.robot_model.joint_values import JointChoices, JointValues, MimicCircle
+from pipros.libraries.robot_model.urdf import Joint, Mimic, Robot
+
+JOINTS = (
+    Joint("high", "revolute", "base", "a", limits=(1.0, 2.0)),
+    Joint("wheel", "continuous", "a", "b"),
+    Joint("weld", "fixed", "b", "c"),
+    Joint("slide", "prismatic", "c", "d", limits=(-1.0, 1.0), soft_limits=(-0.5, 0.25)),
+    Joint("copy", "revolute", "d", "e", limits=(0.0, 1.0), mimic=Mimic("slide", 2.0, 0.5)),
+    Joint("bare", "revolute", "e", "f"),
+)
+ROBOT = Robot("r", ("base", "a", "b", "c", "d", "e", "f"), JOINTS)
+NOTHING = JointChoices({}, {})
+
+
+def test_joints_begin_at_zero_or_in_the_middle_of_their_range() -> None:
+    values = JointValues(ROBOT, NOTHING)
+    assert values.names == ["high", "wheel", "slide", "copy"]
+    assert values.without_limits == ["bare"]
+    assert values.columns() == ([1.5, 0, 0, 0.5], [], [])
+    assert values.free["slide"] | {"min": -0.5, "max": 0.25} == values.free["slide"]
+
+
+def test_choices_decide_which_values_are_published() -> None:
+    choices = JointChoices(
+        {"wheel": 0.75, "high": 0}, {}, mimic_tags=False, smallest_limits=False, velocities=True, efforts=True
+    )
+    values = JointValues(ROBOT, choices)
+    assert values.columns() == ([1.5, 0.75, 0, 0], [0.0] * 4, [0.0] * 4)
+    assert values.free["slide"]["max"] == 1.0
+    assert JointValues(ROBOT, JointChoices({}, {}, mimic_tags=False, positions=False)).columns() == (
+        [],
+        [],
+        [],
+    )
+
+
+def test_sources_tell_what_they_know() -> None:
+    values = JointValues(ROBOT, NOTHING)
+    values.update(["slide", "unknown", "wheel"], position=[0.1, 9.0, 0.2], velocity=[], effort=[3.0])
+    assert values.columns() == ([1.5, 0.2, 0.1, 0.7], [], [0.0, 0.0, 3.0, 3.0])
+
+
+def test_a_chain_of_dependent_joints_is_followed_to_its_root() -> None:
+    dependent = {
+        "high": {"parent": "wheel", "factor": 2, "offset": 1},
+        "slide": {"parent": "high", "factor": -1},
+    }
+    values = JointValues(ROBOT, JointChoices({"wheel": 0.5}, dependent))
+    assert values.columns()[0] == [2.0, 0.5, -2.0, -3.5]
+
+
+@pytest.mark.parametrize("parent", ["high", "slide"])
+def test_a_circle_of_dependent_joints_is_refused(parent: str) -> None:
+    dependent = {"high": {"parent": "slide"}, "slide": {"parent": parent}}
+    with pytest.raises(MimicCircle, match="mimic each other in a circle"):
+        JointValues(ROBOT, JointChoices({}, dependent))
+
+
+def test_a_sweep_goes_there_and_back_or_around() -> None:
+    values = JointValues(ROBOT, JointChoices({}, {}, mimic_tags=False))
+    seen = []
+    for _ in range(4):
+        values.sweep(0.3)
+        seen.append(values.free["slide"]["position"])
+    assert seen == pytest.approx([0.25, -0.05, -0.35, -0.5])
+    values.free["wheel"]["position"] = pi
+    values.sweep(0.1)
+    assert values.free["wheel"]["position"] == -pi

@@ -1,0 +1,246 @@
+"""The buffer of frames over time."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from pipros.basics.limits import Limits
+from pipros.libraries.transforms.buffer import FrameBuffer
+from pipros.libraries.transforms.errors import (
+    ConnectivityException,
+    ExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+    TransformException,
+)
+from pipros.libraries.transforms.pose import Pose
+
+S = 1_000_000_000
+
+
+def at(x: float, yaw: float = 0.0) -> Pose:
+    return (x, 0.0, 0.0, 0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+
+
+@pytest.fixture
+def buffer() -> FrameBuffer:
+    """map → base → arm, which move, and arm → hand, which does not."""
+    made = FrameBuffer()
+    for second in range(1, 6):
+        made.insert("map", "base", second * S, at(second), "me")
+        made.insert("base", "arm", second * S, at(10, yaw=second * math.pi / 10), "me")
+    made.insert("arm", "hand", 0, at(0.5), "me", is_static=True)
+    return made
+
+
+def test_between_two_stamps_a_frame_is_in_between(buffer: FrameBuffer) -> None:
+    time, pose = buffer.lookup("map", "base", int(2.25 * S))
+
+    assert time == int(2.25 * S)
+    assert pose == pytest.approx(at(2.25))
+    assert buffer.lookup("base", "arm", int(2.5 * S))[1] == pytest.approx(at(10, yaw=math.pi / 4))
+
+
+def test_there_and_back_is_where_it_was(buffer: FrameBuffer) -> None:
+    _, there = buffer.lookup("map", "hand", 3 * S)
+    _, back = buffer.lookup("hand", "map", 3 * S)
+
+    angle = 3 * math.pi / 10
+    assert there[:3] == pytest.approx((13 + 0.5 * math.cos(angle), 0.5 * math.sin(angle), 0))
+    assert back[5] == pytest.approx(-there[5])
+
+
+def test_the_newest_is_the_newest_that_all_have(buffer: FrameBuffer) -> None:
+    buffer.insert("map", "base", 7 * S, at(7), "me")
+
+    assert buffer.lookup("map", "hand", 0)[0] == 5 * S
+    assert buffer.latest_common_time("map", "hand") == 5 * S
+    assert buffer.lookup("arm", "hand", 0)[0] == 0
+
+
+def test_a_frame_in_itself_needs_no_transform(buffer: FrameBuffer) -> None:
+    assert buffer.lookup("nowhere", "nowhere", 9) == (9, (0, 0, 0, 0, 0, 0, 1))
+
+
+def test_two_times_are_joined_where_nothing_moves(buffer: FrameBuffer) -> None:
+    time, pose = buffer.lookup_full("base", 4 * S, "base", 2 * S, "map")
+
+    assert time == 4 * S
+    assert pose == pytest.approx(at(-2))
+
+
+@pytest.mark.parametrize(
+    ("target", "source", "time", "error", "words"),
+    [
+        ("map", "arm", 9 * S, ExtrapolationException, "4.000000000s into the future"),
+        ("map", "arm", S // 2, ExtrapolationException, "0.500000000s into the past"),
+        ("map", "nowhere", 0, LookupException, '"nowhere" passed to lookupTransform argument source_frame'),
+        ("nowhere", "map", 0, LookupException, "argument target_frame does not exist"),
+        ("moon", "map", 0, ConnectivityException, "two or more unconnected trees"),
+        ("", "map", 0, InvalidArgumentException, "cannot be empty"),
+        ("map", "/base", 0, InvalidArgumentException, "cannot start with a '/'"),
+    ],
+)
+def test_unanswerable_lookups_are_errors(
+    buffer: FrameBuffer, target: str, source: str, time: int, error: type[TransformException], words: str
+) -> None:
+    buffer.insert("sun", "moon", 3 * S, at(1), "me")
+
+    with pytest.raises(error) as raised:
+        buffer.lookup(target, source, time)
+
+    assert words in str(raised.value)
+    if error is InvalidArgumentException:
+        with pytest.raises(error):
+            buffer.can_transform(target, source, time)
+    else:
+        assert buffer.can_transform(target, source, time)
+
+
+@pytest.mark.parametrize(
+    ("parent", "child", "pose", "word"),
+    [
+        ("map", "map", at(1), "TF_SELF_TRANSFORM"),
+        ("", "x", at(1), "TF_NO_FRAME_ID"),
+        ("map", "/", at(1), "TF_NO_CHILD_FRAME_ID"),
+        ("map", "x", at(math.nan), "TF_NAN_INPUT"),
+        ("map", "x", (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), "TF_DENORMALIZED_QUATERNION"),
+        ("map", "x", (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.2), "TF_DENORMALIZED_QUATERNION"),
+        ("map", "x", (0.0, 0.0, 0.0, math.inf, 0.0, 0.0, 1.0), "TF_DENORMALIZED_QUATERNION"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(
+    buffer: FrameBuffer, parent: str, child: str, pose: Pose, word: str
+) -> None:
+    refused = buffer.insert(parent, child, S, pose, "me")
+
+    assert any(text.startswith(word) for text in refused)
+    assert buffer.frame_names() == ["base", "map", "arm", "hand"]
+
+
+def test_a_time_before_zero_is_refused(buffer: FrameBuffer) -> None:
+    for is_static in (False, True):
+        (refused,) = buffer.insert("map", "x", -1, at(1), "me", is_static)
+        assert "TF_NEGATIVE_TIME: the stamp of 'x' must be >= 0" in refused
+    with pytest.raises(LookupException):
+        buffer.lookup("map", "x", 0)
+
+
+def test_old_and_repeated_stamps_are_refused(buffer: FrameBuffer) -> None:
+    assert "TF_REPEATED_DATA" in buffer.insert("map", "base", 3 * S, at(9), "me")[0]
+    buffer.insert("map", "base", 20 * S, at(9), "me")
+
+    assert "TF_OLD_DATA" in buffer.insert("map", "base", 9 * S, at(9), "me")[0]
+    with pytest.raises(ExtrapolationException, match="only time 20"):
+        buffer.lookup("map", "base", 5 * S)
+
+
+def test_what_comes_late_is_put_in_its_place(buffer: FrameBuffer) -> None:
+    assert buffer.insert("map", "base", int(2.5 * S), at(20), "me") == []
+
+    assert buffer.lookup("map", "base", int(2.25 * S))[1] == pytest.approx(at(11))
+
+
+def test_a_frame_that_changes_its_parent_stays_where_it_was_until_then(buffer: FrameBuffer) -> None:
+    buffer.insert("arm", "cup", 2 * S, at(1), "me")
+    buffer.insert("map", "cup", 4 * S, at(50), "me")
+
+    assert buffer.parent("cup", 3 * S) == "arm"
+    assert buffer.lookup("arm", "cup", 3 * S)[1] == pytest.approx(at(1))
+    assert buffer.lookup("map", "cup", 4 * S)[1] == pytest.approx(at(50))
+
+
+def test_a_circle_is_an_error_and_ends(buffer: FrameBuffer) -> None:
+    for second in range(6, 8):
+        buffer.insert("hand", "map", second * S, at(1), "me")
+    buffer.insert("x", "y", 6 * S, at(1), "me")
+
+    with pytest.raises(LookupException, match="contains a loop"):
+        buffer.lookup("base", "y", 0)
+
+
+def test_clearing_leaves_what_never_moves(buffer: FrameBuffer) -> None:
+    buffer.clear()
+
+    assert buffer.lookup("arm", "hand", 3 * S)[1] == at(0.5)
+    with pytest.raises(ConnectivityException):
+        buffer.lookup("map", "base", 0)
+    assert buffer.as_string().startswith("Frame base exists with parent NO_PARENT.\n")
+
+
+@pytest.mark.parametrize(
+    ("target", "source", "fixed", "expected"),
+    [
+        ("map", "map", "map", []),
+        ("map", "hand", "map", ["hand", "arm", "base", "map"]),
+        ("hand", "map", "map", ["map", "base", "arm", "hand"]),
+        ("hand", "base", "map", ["base", "map", "base", "arm", "hand"]),
+        ("cam", "hand", "cam", ["hand", "arm", "base", "cam"]),
+        ("cam", "hand", "hand", ["hand", "arm", "base", "cam"]),
+    ],
+)
+def test_the_way_through_the_tree(
+    buffer: FrameBuffer, target: str, source: str, fixed: str, expected: list[str]
+) -> None:
+    buffer.insert("base", "cam", 0, at(1), "me", is_static=True)
+
+    assert buffer.chain(target, 3 * S, source, 3 * S, fixed) == expected
+
+
+def test_frames_are_listed_for_tools(buffer: FrameBuffer) -> None:
+    yaml = buffer.as_yaml()
+    assert yaml.startswith("base: \n  parent: 'map'\n  broadcaster: 'me'\n  rate: 1.250\n")
+    assert '"arm" -> "hand"[label="Broadcaster: me\\nAverage rate: 10000.000 Hz' in buffer.as_dot()
+    assert "( 1.000 sec old)" in buffer.as_dot(6.0)
+    assert FrameBuffer().as_yaml() == "{}"
+
+
+def test_an_infinite_translation_is_accepted_as_in_tf2(buffer: FrameBuffer) -> None:
+    assert buffer.insert("map", "far", S, at(math.inf), "me") == []
+    assert buffer.lookup("map", "far", S)[1][0] == math.inf
+    assert buffer.insert("map", "turned", S, (0, 0, 0, math.inf, 0, 0, 1), "me") != []
+
+
+def test_a_stamp_of_the_far_future_makes_later_ones_old_as_in_tf2(buffer: FrameBuffer) -> None:
+    assert buffer.insert("map", "base", (2**32 - 1) * S, at(1), "me") == []
+    (refusal,) = buffer.insert("map", "base", 6 * S, at(6), "me")
+    assert refusal.startswith("TF_OLD_DATA ignoring data from the past")
+    buffer.clear()
+    assert buffer.insert("map", "base", 6 * S, at(6), "me") == []
+
+
+def test_frames_beyond_the_limit_are_refused() -> None:
+    buffer = FrameBuffer(limits=Limits(transform_bytes=100_000))
+    refusals = [buffer.insert("map", f"frame_{number}", S, at(1), "me") for number in range(200)]
+
+    assert 50 < len(buffer.frame_names()) < 100
+    assert refusals[0] == []
+    (refusal,) = refusals[-1]
+    assert refusal.startswith(
+        "TF_NO_ROOM there are too many transforms for frame frame_199: the limit is 100000"
+    )
+    assert buffer.insert("map", "frame_0", 2 * S, at(1), "me") == []
+    assert len(buffer.insert("map", "x" * 10**6, S, at(1), "me")[0]) < 500
+
+
+def test_transforms_beyond_the_limit_replace_older_ones_of_their_frame() -> None:
+    buffer = FrameBuffer(limits=Limits(transform_bytes=100_000))
+    for number in range(10_000):
+        assert buffer.insert("map", "base", S + number, at(number), "me") == []
+
+    assert buffer.lookup("map", "base", S + 9_999)[1][0] == 9_999
+    with pytest.raises(ExtrapolationException, match="into the past"):
+        buffer.lookup("map", "base", S + 1)
+
+
+def test_the_frames_in_the_error_of_a_circle_are_bounded(buffer: FrameBuffer) -> None:
+    for number in range(1_000):
+        buffer.insert("map", f"{number}" * 20, S, at(1), "me")
+    buffer.insert("b", "a", S, at(1), "me")
+    buffer.insert("a", "b", S, at(1), "me")
+
+    with pytest.raises(LookupException, match="contains a loop") as raised:
+        buffer.lookup("a", "map", S)
+    assert len(str(raised.value)) < 11_000

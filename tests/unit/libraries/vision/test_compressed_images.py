@@ -1,0 +1,190 @@
+"""Compressed images: what their formats say, JPEG and PNG, depths."""
+
+from __future__ import annotations
+
+import io
+import struct
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image as Pictures
+
+from pipros.libraries.vision.compressed_images import CompressionError, Settings, compressed, decompressed
+from pipros.libraries.vision.picture_files import OpenCVCodec, PictureError, PillowCodec, codec
+
+PILLOW = PillowCodec(Pictures)
+PNG = Settings("png")
+RAMP = np.arange(0, 240, dtype=np.uint8).reshape(8, 10, 3)
+
+
+def both_ways(image: Any, encoding: str, settings: Settings) -> tuple[str, Any, str]:
+    kind, data = compressed(image, encoding, settings, PILLOW)
+    return kind, *decompressed(kind, data, PILLOW)
+
+
+@pytest.mark.parametrize(
+    ("encoding", "shape", "kind"),
+    [
+        ("rgb8", (8, 10, 3), "rgb8; png compressed bgr8"),
+        ("bgr8", (8, 10, 3), "bgr8; png compressed bgr8"),
+        ("mono8", (8, 10), "mono8; png compressed "),
+        ("bayer_rggb8", (8, 10), "bayer_rggb8; png compressed "),
+        ("8UC3", (8, 10, 3), "8UC3; png compressed "),
+        ("8UC1", (8, 10), "8UC1; png compressed "),
+    ],
+)
+def test_png_keeps_every_value(encoding: str, shape: tuple[int, ...], kind: str) -> None:
+    image = np.random.RandomState(1).randint(0, 256, shape).astype(np.uint8)
+
+    assert both_ways(image, encoding, PNG)[0] == kind
+    assert np.array_equal(both_ways(image, encoding, PNG)[1], image)
+    assert both_ways(image, encoding, PNG)[2] == encoding
+
+
+@pytest.mark.parametrize("encoding", ["mono16", "16UC1"])
+def test_png_keeps_values_of_16_bits(encoding: str) -> None:
+    image = np.arange(0, 65280, 816, dtype=np.uint16).reshape(8, 10)
+
+    assert np.array_equal(both_ways(image, encoding, PNG)[1], image)
+
+
+@pytest.mark.parametrize("encoding", ["rgb8", "bgr8"])
+def test_jpeg_comes_near(encoding: str) -> None:
+    kind, image, found = both_ways(RAMP, encoding, Settings(jpeg_quality=95))
+
+    assert (kind, found) == (f"{encoding}; jpeg compressed bgr8", encoding)
+    assert np.abs(image.astype(int) - RAMP).max() < 12
+
+
+def test_jpeg_has_the_upper_half_of_16_bits() -> None:
+    kind, image, _ = both_ways(np.full((8, 8), 0x8042, np.uint16), "mono16", Settings())
+
+    assert kind == "mono16; jpeg compressed "
+    assert image.dtype == np.uint16
+    assert image[0, 0] == 0x8000
+
+
+def test_alpha_is_lost_as_genuine_loses_it() -> None:
+    image = np.dstack([RAMP, np.full((8, 10), 7, np.uint8)])
+
+    assert both_ways(image, "bgra8", PNG)[1][0, 1].tolist() == [3, 4, 5, 255]
+
+
+def test_a_format_without_encoding_is_what_the_picture_shows() -> None:
+    data = PILLOW.encode(RAMP, "png", 9)
+
+    assert decompressed("png", data, PILLOW)[1] == "bgr8"
+    assert decompressed("", PILLOW.encode(RAMP[:, :, 0], "png", 9), PILLOW)[1] == "mono8"
+
+
+def test_an_old_picture_has_the_colors_in_the_order_of_its_encoding() -> None:
+    data = PILLOW.encode(RAMP, "png", 9)
+
+    assert np.array_equal(decompressed("rgb8; png compressed ", data, PILLOW)[0], RAMP)
+
+
+def test_depths_are_read() -> None:
+    steps = np.array([[0, 1, 3]], np.uint16)
+    header = struct.pack("<iff", 0, 8.0, -1.0)
+    data = header + PILLOW.encode(steps, "png", 9)
+
+    depths, encoding = decompressed("32FC1; compressedDepth", data, PILLOW)
+
+    assert encoding == "32FC1"
+    assert depths.dtype == np.float32
+    assert np.array_equal(depths, np.array([[np.nan, 4.0, 2.0]], np.float32), equal_nan=True)
+    assert decompressed("16UC1; compressedDepth png", data, PILLOW)[0].tolist() == [[0, 1, 3]]
+
+
+@pytest.mark.parametrize(
+    ("kind", "data", "text"),
+    [
+        ("jpeg", b"", "cannot read the picture of 0 bytes"),
+        ("jpeg", b"\xff\xd8\xff broken", "cannot read the picture"),
+        ("rgb8; png compressed bgr8", PILLOW.encode(RAMP, "png", 9)[:-60], "cannot read the picture"),
+        ("xyz; jpeg compressed ", PILLOW.encode(RAMP, "jpeg", 80), r"Unrecognized image encoding \[xyz\]"),
+        ("32FC1; compressedDepth", b"short", "must have more than 12 bytes, got 5"),
+        ("32FC1; compressedDepth", bytes(12) + PILLOW.encode(RAMP, "png", 9), "must have one channel, got 3"),
+        ("8UC1; compressedDepth", bytes(12) + PILLOW.encode(RAMP[:, :, 0], "png", 9), r"got \[8UC1\]"),
+    ],
+)
+def test_what_is_not_a_picture_is_refused(kind: str, data: bytes, text: str) -> None:
+    with pytest.raises(CompressionError, match=text):
+        decompressed(kind, data, PILLOW)
+
+
+def test_what_cannot_be_compressed_is_refused() -> None:
+    with pytest.raises(CompressionError, match=r"jpeg must have values of 8 or 16 bits, got \[32FC1\]"):
+        compressed(np.zeros((2, 2), np.float32), "32FC1", Settings(), PILLOW)
+    with pytest.raises(CompressionError, match=r"Pillow cannot write an array of uint16.*pipros\[vision\]"):
+        compressed(np.zeros((2, 2, 3), np.uint16), "rgb16", PNG, PILLOW)
+    with pytest.raises(CompressionError, match="Unrecognized image encoding"):
+        compressed(RAMP, "xyz", PNG, PILLOW)
+    with pytest.raises(CompressionError, match=r"\[mono8\] must have pixels|Pillow cannot write"):
+        compressed(np.zeros((0, 0), np.uint8), "mono8", PNG, PILLOW)
+    with pytest.raises(CompressionError, match="must be jpeg or png, got 'gif'"):
+        Settings("gif")
+    with pytest.raises(CompressionError, match="jpeg_quality must be a whole number from 1 to 100, got 0"):
+        Settings(jpeg_quality=0)
+
+
+def test_other_pictures_than_jpeg_and_png_are_not_opened() -> None:
+    file = io.BytesIO()
+    Pictures.new("RGB", (2, 2)).save(file, "BMP")
+
+    with pytest.raises(PictureError):
+        PILLOW.decode(file.getvalue())
+
+
+def test_a_palette_becomes_colors() -> None:
+    file = io.BytesIO()
+    Pictures.new("P", (2, 2)).save(file, "PNG")
+
+    assert PILLOW.decode(file.getvalue()).shape == (2, 2, 3)
+
+
+class FakeOpenCV:
+    """The part of OpenCV that pictures need."""
+
+    IMREAD_UNCHANGED, IMWRITE_JPEG_QUALITY, IMWRITE_PNG_COMPRESSION = -1, 1, 16
+    error = RuntimeError
+
+    @staticmethod
+    def imdecode(octets: Any, flags: int) -> Any:
+        return RAMP if octets.tobytes() == b"good" else None
+
+    @staticmethod
+    def imencode(ending: str, image: Any, options: list[int]) -> tuple[bool, Any]:
+        if image.dtype == np.int8:
+            raise RuntimeError("depth")
+        return image.size > 0, np.frombuffer(f"{ending} {options}".encode(), np.uint8)
+
+
+def test_opencv_is_taken_where_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "cv2", FakeOpenCV)
+    opencv = codec()
+    assert isinstance(opencv, OpenCVCodec)
+
+    assert opencv.encode(RAMP, "jpeg", 70) == b".jpg [1, 70]"
+    assert opencv.encode(RAMP, "png", 3) == b".png [16, 3]"
+    assert opencv.decode(b"good") is RAMP
+    for wrong in (b"", b"bad"):
+        with pytest.raises(PictureError, match="OpenCV cannot read"):
+            opencv.decode(wrong)
+    for image in (RAMP.astype(np.int8), RAMP[:0]):
+        with pytest.raises(PictureError, match="OpenCV cannot write"):
+            opencv.encode(image, "png", 3)
+
+
+def test_without_either_library_the_error_names_the_extras() -> None:
+    program = (
+        "import sys; sys.modules['cv2'] = sys.modules['PIL'] = None\n"
+        "from pipros.libraries.vision.picture_files import codec\ncodec()"
+    )
+
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+
+    assert "pip install 'pipros[vision]' or pip install 'pipros[numpy,pictures]'" in ended.stderr
