@@ -14,7 +14,11 @@ import sys
 import tempfile
 
 PYTHON = "/usr/bin/python3"
-SOURCES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "src")
+REPOSITORY = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+SOURCES = os.path.join(REPOSITORY, "src")
+SOURCE_PATH = os.pathsep.join(
+    [SOURCES, *(os.path.join(REPOSITORY, "facades", part) for part in ("api", "internals"))]
+)
 PROGRAM = """
 import time
 start = time.perf_counter()
@@ -25,7 +29,7 @@ print((time.perf_counter() - start) * 1e3)
 """
 HOOK = "import pipros.startup"
 TARGETS_MS = {"cold": 30, "warm": 5, "warm, with a workspace": 5}
-WORKSPACE = os.path.join(os.path.dirname(SOURCES), "examples", "catkin_ws", "src")
+WORKSPACE = os.path.join(REPOSITORY, "examples", "catkin_ws", "src")
 
 
 def milliseconds(options, imports, **variables):
@@ -44,7 +48,7 @@ def main():
     with tempfile.TemporaryDirectory() as modules:
         for _ in range(rounds):
             with tempfile.TemporaryDirectory() as home:
-                ours = {"PYTHONPATH": SOURCES, "PYTHONPYCACHEPREFIX": modules, "ROS_HOME": home}
+                ours = {"PYTHONPATH": SOURCE_PATH, "PYTHONPYCACHEPREFIX": modules, "ROS_HOME": home}
                 times = {
                     "genuine": milliseconds([], ""),
                     "cold": milliseconds(["-S"], HOOK, **ours),

@@ -31,7 +31,11 @@ from table import Row, write_json
 from websockets.asyncio.client import connect
 
 SCRIPTS = os.path.dirname(sys.executable)
-SOURCES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "src")
+REPOSITORY = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+SOURCES = os.path.join(REPOSITORY, "src")
+SOURCE_PATH = os.pathsep.join(
+    [SOURCES, *(os.path.join(REPOSITORY, "facades", part) for part in ("api", "internals"))]
+)
 
 PUBLISHER = """
 import sys, time
@@ -201,7 +205,7 @@ def row(name, home, browsers, is_stuck, seconds):
         **os.environ,
         "ROS_HOME": home,
         "ROS_MASTER_URI": f"http://127.0.0.1:{port}",
-        "PYTHONPATH": SOURCES,
+        "PYTHONPATH": SOURCE_PATH,
     }
     environment.pop("ROS_IP", None)
     started = []

@@ -9,10 +9,13 @@ from pathlib import Path
 
 # Percent of lines and branches together, a little below what was reached when the gate was set.
 GATES = {
+    "basics/names.py": 98,
+    "basics/limits.py": 98,
     "wire": 97,
     "safe": 97,
-    "names.py": 98,
+    "cmake": 94,
     "msg": 95,
+    "packages": 94,
     "master/registry.py": 97,
     "master/params.py": 98,
     "launch/model.py": 99,
@@ -20,13 +23,36 @@ GATES = {
     "launch/scope.py": 99,
     "launch/substitute.py": 99,
     "launch/xml.py": 99,
+    "launch/command.py": 96,
+    "launch/placement.py": 98,
+    "launch/param_types.py": 98,
+    "graph/drawing": 97,
+    "bag/index.py": 95,
+    "bag/lz4_frame.py": 92,
+    "bag/reader.py": 97,
+    "bag/records.py": 98,
+    "bag/runs.py": 94,
+    "bag/writer.py": 97,
+    "health/*_checks.py": 97,
+    "libraries/actions": 97,
+    "libraries/bonds": 98,
+    "libraries/diagnostics": 98,
+    "libraries/filters": 95,
+    "libraries/maps": 96,
+    "libraries/markers": 98,
+    "libraries/robot_model": 97,
+    "libraries/topic_tools": 97,
+    "libraries/transforms": 97,
+    "libraries/vision": 91,
 }
 _ROOT = Path("src/pipros")
 
 
 def main(report: str) -> int:
     files = json.loads(Path(report).read_text())["files"]
-    measured = {Path(file): of["summary"] for file, of in files.items()}
+    all_files = {Path(file): of["summary"] for file, of in files.items()}
+    measured = {file: summary for file, summary in all_files.items() if file.is_relative_to(_ROOT)}
+    facades = {file: summary for file, summary in all_files.items() if file not in measured}
     failed = False
     gated: set[Path] = set()
     for package, gate in GATES.items():
@@ -36,7 +62,8 @@ def main(report: str) -> int:
         is_below = reached < gate
         failed |= is_below
         print(f"{package:24} {reached:5.1f} %   gate {gate} %{'   TOO LOW' if is_below else ''}")
-    print(f"{'the rest':24} {_per_cent(measured, measured.keys() - gated):5.1f} %")
+    print(f"{'the rest of pipros':24} {_per_cent(measured, measured.keys() - gated):5.1f} %")
+    print(f"{'facades':24} {_per_cent(facades, set(facades)):5.1f} %")
     if failed:
         print("What was not run: script/coverage report", file=sys.stderr)
     return int(failed)

@@ -14,8 +14,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from xmlrpc.client import ServerProxy
 
-from pipros.cli import roslaunch
 from pipros.basics.env import DEFAULT_MASTER_URI, InvalidEnvironment, split_master_uri
+from pipros.cli import roslaunch
 
 _REPOSITORY = Path(__file__).resolve().parents[1]
 _EXAMPLES = _REPOSITORY / "examples" / "catkin_ws" / "src"

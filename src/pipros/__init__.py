@@ -34,8 +34,8 @@ TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take mil
 if TYPE_CHECKING:
     from pipros.basics.env import Environment
     from pipros.basics.errors import NotFound, PiprosError, Refused, Unreachable
-    from pipros.launch.roscore import Core
     from pipros.basics.limits import Limits
+    from pipros.launch.roscore import Core
     from pipros.master.master import Master
     from pipros.msg import load_message_class, load_service_class
     from pipros.net.master_client import MasterClient

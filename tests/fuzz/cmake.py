@@ -17,9 +17,9 @@ import tempfile
 from pathlib import Path
 from unittest import mock
 
+from pipros.basics.limits import Limits
 from pipros.cmake import interpreter, regex
 from pipros.cmake.language import CMakeError
-from pipros.basics.limits import Limits
 from pipros.workspace.catkin.project_reader import read_project
 from tests.fuzz import mutation
 

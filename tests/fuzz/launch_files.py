@@ -11,10 +11,10 @@ import errno
 import sys
 
 from pipros.basics.errors import NotFound
+from pipros.basics.limits import Limits
 from pipros.launch.load_context import CommandFailed, LoadContext
 from pipros.launch.model import LaunchError
 from pipros.launch.xml import load
-from pipros.basics.limits import Limits
 from tests.fuzz import mutation
 
 WORDS = [

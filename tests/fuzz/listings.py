@@ -18,8 +18,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 from unittest import mock
 
-from pipros.cli import complete, rosnode, rosparam, rosservice, rostopic
 from pipros.basics.printable import printable
+from pipros.cli import complete, rosnode, rosparam, rosservice, rostopic
 from pipros.wire.xmlrpc import decode_call, encode_response
 from tests.fuzz import mutation
 

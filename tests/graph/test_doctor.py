@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from pipros.cli import doctor
 from pipros.basics.env import Environment
+from pipros.cli import doctor
 from pipros.health.examine import Examination, examine
 from pipros.health.gather_machine import gather_machine
 from pipros.health.machine_checks import check_machine

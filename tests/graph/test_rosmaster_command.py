@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from pipros.cli.rosmaster import main
 from pipros.basics.errors import PiprosError
+from pipros.cli.rosmaster import main
 from pipros.net.master_client import MasterClient
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Process, Processes

@@ -13,12 +13,12 @@ import pytest
 from PIL import Image as Pictures
 
 from pipros.basics.env import Environment
+from pipros.libraries.vision.compressed_images import decompressed
+from pipros.libraries.vision.picture_files import PillowCodec
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
-from pipros.libraries.vision.compressed_images import decompressed
-from pipros.libraries.vision.picture_files import PillowCodec
-from tests.support.environments import REPOSITORY
+from tests.support.environments import SOURCE_PATH
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
@@ -56,7 +56,7 @@ def test_raw_images_go_on_as_with_genuine(plain_ros: RosSystem, out_transport: l
 def test_pillow_reads_what_opencv_compressed() -> None:
     ended = subprocess.run(
         ["/usr/bin/python3", PROGRAM],
-        env={"PATH": "/usr/bin:/bin", "PYTHONPATH": str(REPOSITORY / "src")},
+        env={"PATH": "/usr/bin:/bin", "PYTHONPATH": SOURCE_PATH},
         capture_output=True,
         text=True,
         check=False,

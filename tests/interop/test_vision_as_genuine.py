@@ -13,7 +13,7 @@ import pytest
 
 from pipros.libraries.vision.calibration import Calibration, formatted
 from pipros.libraries.vision.calibration_files import save
-from tests.support.environments import REPOSITORY
+from tests.support.environments import SOURCE_PATH
 
 PROGRAMS = Path(__file__).parent / "programs"
 GENUINE = "/usr/bin/python3"
@@ -51,12 +51,12 @@ def test_cv_bridge_makes_the_same_images() -> None:
     assert len(genuine) > 5000
     assert differing(genuine, asked(sys.executable, "examine_cv_bridge", 2)) == {}
     # With Debian's numpy, which is older, too.
-    ours = asked(GENUINE, "examine_cv_bridge", 2, PYTHONPATH=str(REPOSITORY / "src"))
+    ours = asked(GENUINE, "examine_cv_bridge", 2, PYTHONPATH=SOURCE_PATH)
     assert differing(genuine, ours) == {}
 
 
 def test_compressed_and_rectified_images_are_the_same_bytes() -> None:
-    ours = asked(GENUINE, "examine_compressed_images", 1, PYTHONPATH=str(REPOSITORY / "src"))
+    ours = asked(GENUINE, "examine_compressed_images", 1, PYTHONPATH=SOURCE_PATH)
 
     assert differing(asked(GENUINE, "examine_compressed_images", 1), ours) == {}
 
@@ -76,7 +76,7 @@ def test_scans_and_angles_have_the_same_values() -> None:
 def test_vectors_of_kdl_move_as_points_of_messages() -> None:
     """Genuine tf2_kdl cannot say: it fails with the PyKDL that Debian has."""
     genuine = asked(GENUINE, "examine_kdl", "messages")
-    ours = asked(GENUINE, "examine_kdl", "kdl", PYTHONPATH=str(REPOSITORY / "src"))
+    ours = asked(GENUINE, "examine_kdl", "kdl", PYTHONPATH=SOURCE_PATH)
 
     assert differing(genuine, ours) == {}
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from pipros.basics.limits import Limits
 from pipros.cmake.interpreter import Interpreter
 from pipros.cmake.language import CMakeError
 from pipros.cmake.scope import Scope
-from pipros.basics.limits import Limits
 from tests.support.workspaces import Workspace
 
 _LONG = "string(REPEAT x 4000000 long)"

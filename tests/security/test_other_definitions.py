@@ -10,9 +10,9 @@ import pytest
 
 from pipros.bag.errors import BagError
 from pipros.bag.images import image_file
-from pipros.cli.rostopic.delay import Delays
 from pipros.basics.env import Environment
 from pipros.basics.limits import Limits
+from pipros.cli.rostopic.delay import Delays
 from pipros.msg.class_finder import ClassFinder
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.node import Node

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.launch.logs import LogFolder, LogFolderUnusable
 from pipros.basics.log_file import Planted, open_to_write
+from pipros.launch.logs import LogFolder, LogFolderUnusable
 from pipros.node.log import open_file_handler
 from tests.support.ros import RosSystem
 from tests.support.users import give_away, needs_other_users

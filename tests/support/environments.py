@@ -9,6 +9,11 @@ from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 EXAMPLES = REPOSITORY / "examples" / "catkin_ws" / "src"
+SRC = REPOSITORY / "src"
+FACADES = (REPOSITORY / "facades" / "api", REPOSITORY / "facades" / "internals")
+"""The folders of the packages with Noetic's names."""
+SOURCE_PATH = os.pathsep.join(map(str, (SRC, *FACADES)))
+"""PYTHONPATH for an interpreter in which pipros is not installed."""
 VENV_BIN = Path(sys.executable).parent
 
 # fmt: off
@@ -18,6 +23,16 @@ _SHELL_TOOLS = (
     "find", "ps", "timeout", "true", "false", "zsh", "fish",
 )
 # fmt: on
+
+
+def source_files() -> list[Path]:
+    """Every Python file of the library and the facades, the shipped packages included."""
+    return sorted(file for folder in (SRC, *FACADES) for file in folder.rglob("*.py"))
+
+
+def import_path(file: Path) -> Path:
+    """The path of a source file relative to the folder that is on `sys.path`."""
+    return file.relative_to(next(folder for folder in (SRC, *FACADES) if file.is_relative_to(folder)))
 
 
 def make_tool_folder(folder: Path) -> Path:

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from tests.support.environments import REPOSITORY
+from tests.support.environments import FACADES, SRC
 from tests.support.pyright import INSTALL, find_pyright
 
 MODULES = (
@@ -100,9 +100,9 @@ def additional_errors(
 
 
 def main() -> int:
-    source = REPOSITORY / "src"
-    files = files_with_differences(source)
-    additional = additional_errors(files, [source])
+    folders = (SRC, *FACADES)
+    files = [file for folder in folders for file in files_with_differences(folder)]
+    additional = additional_errors(files, folders)
     for platform, errors in additional.items():
         print(f"{platform}: {len(errors)} errors more than on Linux, in {len(files)} files")
         for error in errors:

@@ -9,11 +9,9 @@ from __future__ import annotations
 import subprocess
 import sys
 
-from tests.support.environments import REPOSITORY
+from tests.support.environments import FACADES, SRC
 
-PACKAGES = sorted(
-    folder.name for folder in (REPOSITORY / "src").iterdir() if (folder / "__init__.py").exists()
-)
+PACKAGES = sorted(file.parent.name for root in (SRC, *FACADES) for file in root.glob("*/__init__.py"))
 """The packages of pipros, whose imports of the modules fail. Python's own library may need them on Linux."""
 
 _BEGINNING = """

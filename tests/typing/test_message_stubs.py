@@ -15,10 +15,10 @@ from pipros.cli.stubs import main
 from pipros.msg.importing.hook import installed_library
 from pipros.msg.stubs import package_stubs
 from tests.support.environments import EXAMPLES as COMPOSIV
+from tests.support.environments import FACADES, SOURCE_PATH, SRC
 from tests.support.pyright import INSTALL, find_pyright
 
-SOURCES = Path(__file__).resolve().parents[2] / "src"
-SHARE = SOURCES / "pipros" / "share"
+SHARE = SRC / "pipros" / "share"
 EXAMPLES = [Path(__file__).with_name(name) for name in ("message_fields.txt", "rospy_calls.txt")]
 
 
@@ -35,7 +35,9 @@ def stubs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def mypy_errors(file: Path, stubs: Path) -> dict[int, str]:
     """What mypy complains about in a file, by line."""
     settings = stubs / "mypy.ini"
-    settings.write_text(f"[mypy]\nstrict = true\nmypy_path = {stubs}:{SOURCES}\ncache_dir = {stubs}/.cache\n")
+    settings.write_text(
+        f"[mypy]\nstrict = true\nmypy_path = {stubs}:{SOURCE_PATH}\ncache_dir = {stubs}/.cache\n"
+    )
     output, problems, _ = api.run(["--config-file", str(settings), "--no-error-summary", str(file)])
     assert problems == ""
     found = re.findall(rf"^{re.escape(str(file))}:(\d+): error: (.*)$", output, re.MULTILINE)
@@ -54,7 +56,7 @@ def said_by_pyright(path: Path) -> dict[tuple[str, int], str]:
             {
                 "typeCheckingMode": "strict",
                 "reportMissingModuleSource": False,
-                "extraPaths": [str(SOURCES)],
+                "extraPaths": [str(folder) for folder in (SRC, *FACADES)],
                 "include": [path.name],
             }
         )

@@ -8,9 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.environments import REPOSITORY
-
-SRC = REPOSITORY / "src"
+from tests.support.environments import import_path, source_files
 
 
 def has_example(file: Path) -> bool:
@@ -20,10 +18,10 @@ def has_example(file: Path) -> bool:
 
 
 @pytest.mark.parametrize(
-    "file", sorted(filter(has_example, SRC.rglob("*.py"))), ids=lambda file: str(file.relative_to(SRC))
+    "file", list(filter(has_example, source_files())), ids=lambda file: str(import_path(file))
 )
 def test_examples_in_docstrings_are_true(file: Path) -> None:
-    module = importlib.import_module(".".join(file.relative_to(SRC).with_suffix("").parts))
+    module = importlib.import_module(".".join(import_path(file).with_suffix("").parts))
     runner = doctest.DocTestRunner(verbose=False)
     report: list[str] = []
     for example in doctest.DocTestFinder(exclude_empty=True).find(module):

@@ -4,28 +4,22 @@ from __future__ import annotations
 
 import ast
 import functools
+import itertools
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import pytest
 
-from tests.support.environments import REPOSITORY
+from tests.support.environments import FACADES, REPOSITORY, SRC, source_files
 
-SRC = REPOSITORY / "src"
+ROOTS = (SRC, *FACADES)
+"""The folders on `sys.path`: the library, and the packages with Noetic's names."""
 
 # The layers of docs/architecture.md, lowest first. A package imports from lower layers, and on its own layer
 # from the sets before its own.
 LAYERS: list[list[set[str]]] = [
-    [
-        {"interruptible_wait", "interrupts", "lazy_names", "printable", "shared_names"},
-        {"errors"},
-        {"posix", "terminals"},
-        {"limits", "warn_once"},
-        {"cache_files", "home", "input_file", "log_file"},
-        {"names", "env", "graph_variables", "wire", "safe"},
-        {"log_folders"},
-    ],
+    [{"basics"}, {"wire", "safe"}],
     [{"packages", "cmake"}, {"reconfigure"}],
     [{"msg"}],
     [{"startup", "net", "workspace"}],
@@ -48,8 +42,6 @@ LAYERS: list[list[set[str]]] = [
     [{"testing", "web", "health"}],
     [{"cli"}],
 ]
-# Small packages that may know each other.
-NEIGHBOURS = {"names", "env", "graph_variables", "wire", "safe"}
 LAYER = {package: layer for layer, steps in enumerate(LAYERS) for packages in steps for package in packages}
 STEPS = [packages for steps in LAYERS for packages in steps]
 STEP = {package: step for step, packages in enumerate(STEPS) for package in packages}
@@ -100,7 +92,7 @@ KNOWN_CIRCLES: list[tuple[str, str]] = []
 
 UNSAFE_YAML_LOADERS = {"Loader", "CLoader", "FullLoader", "CFullLoader", "UnsafeLoader", "CUnsafeLoader"}
 
-FILES = sorted(SRC.rglob("*.py"))
+FILES = source_files()
 
 
 def parsed(file: Path) -> ast.Module:
@@ -119,12 +111,22 @@ def known_imports() -> dict[str, set[str]]:
     return imported_files(FILES)
 
 
+def parts_of(file: Path) -> tuple[str, ...]:
+    """The parts of its module name: `pipros`, `master`, `params`, or `rospy`, `core`."""
+    root = next(folder for folder in ROOTS if file.is_relative_to(folder))
+    return file.relative_to(root).with_suffix("").parts
+
+
 def package_of(file: Path) -> str:
-    """`master` for pipros/master/master.py, `names` for pipros/basics/names.py, `facade` for rospy/…"""
-    parts = file.relative_to(SRC).with_suffix("").parts
-    if parts[0] != "pipros":
-        return "facade"
-    return parts[1] if len(parts) > 1 else "__init__"
+    """`master` for pipros/master/params.py, `actions` for pipros/libraries/actions/…, `facade` for rospy/…"""
+    parts = parts_of(file)
+    return package_of_module(".".join(parts)) if parts[0] == "pipros" else "facade"
+
+
+def package_of_module(name: str) -> str:
+    """The package of a module of `pipros`; each of the libraries counts as one."""
+    _, package, library, *_ = [*name.split("."), "", ""]
+    return library if package == "libraries" and library else package
 
 
 def imported_modules(tree: ast.AST, file: Path) -> Iterator[tuple[int, str]]:
@@ -134,11 +136,31 @@ def imported_modules(tree: ast.AST, file: Path) -> Iterator[tuple[int, str]]:
         elif isinstance(node, ast.ImportFrom):
             module = node.module or ""
             if node.level:
-                package = file.relative_to(SRC).with_suffix("").parts[: -node.level]
+                package = parts_of(file)[: -node.level]
                 module = ".".join([*package, *filter(None, [module])])
             yield node.lineno, module
             if module == "pipros":
                 yield from ((node.lineno, f"pipros.{alias.name}") for alias in node.names)
+
+
+def named_modules(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Modules that strings name: `import_module("x")`, `"-m", "x"`, `"x:function"` and all of `pipros`."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Call(
+                func=ast.Name(id="import_module" | "__import__") | ast.Attribute(attr="import_module"),
+                args=[ast.Constant(value=str(module)), *_],
+            ):
+                yield node.lineno, module
+            case ast.List(elts=words) | ast.Tuple(elts=words):
+                texts = [word.value if isinstance(word, ast.Constant) else None for word in words]
+                for option, module in itertools.pairwise(texts):
+                    if option == "-m" and isinstance(module, str):
+                        yield node.lineno, module
+            case ast.Constant(value=str(text)) if found := re.fullmatch(
+                r"(pipros\.[\w.]+|\w+(?:\.\w+)*(?=:))(?::\w+)?", text
+            ):
+                yield node.lineno, found[1]
 
 
 def described(file: Path, line: int, what: str) -> str:
@@ -147,18 +169,19 @@ def described(file: Path, line: int, what: str) -> str:
 
 def wrong_imports(file: Path) -> list[str]:
     """The imports that point up, or to a facade that is not listed for this one."""
-    top_package, package = file.relative_to(SRC).parts[0], package_of(file)
+    top_package, package = parts_of(file)[0], package_of(file)
     step = STEP.get(package, len(STEPS))  # facades and the package itself are on top
-    facades = {folder.name for folder in SRC.iterdir() if folder.is_dir()} - {"pipros"}
+    facades = {folder.name for root in ROOTS for folder in root.iterdir() if folder.is_dir()} - {"pipros"}
     wrong = []
-    for line, module in imported_modules(parsed(file), file):
-        top, _, rest = module.partition(".")
-        target = rest.partition(".")[0]
+    tree = parsed(file)
+    for line, module in sorted({*imported_modules(tree, file), *named_modules(tree)}):
+        top = module.partition(".")[0]
+        target = package_of_module(module)
         if (
             top in facades - {top_package, *FACADES_BELOW.get(top_package, ())} and package != "share"
         ):  # its programs may
             wrong.append(described(file, line, f"{top_package}.{package} imports the facade {top}"))
-        elif top != "pipros" or target == package or {package, target} <= NEIGHBOURS:
+        elif top != "pipros" or target == package:
             continue
         elif STEP.get(target, -1) >= step:
             wrong.append(described(file, line, f"{package} imports {target}"))
@@ -167,18 +190,16 @@ def wrong_imports(file: Path) -> list[str]:
 
 def packages_on_disk() -> set[str]:
     """The packages and modules of `pipros`."""
-    paths = (SRC / "pipros").iterdir()
+    paths = [*(SRC / "pipros").iterdir(), *(SRC / "pipros" / "libraries").iterdir()]
     packages = {path.stem for path in paths if path.suffix == ".py" or (path / "__init__.py").exists()}
-    return packages - {"__init__"}
+    return packages - {"__init__", "libraries"}
 
 
 def packages_in_the_document() -> dict[str, int]:
     """The layer of each package by the table of docs/architecture.md."""
     text, _, _ = (REPOSITORY / "docs" / "architecture.md").read_text().partition("### Packages to come")
-    rows = re.findall(r"(?m)^\| ((?:`\w+(?:\.py|/)` ?)+)\| (\d) \|", text)
-    return {
-        package: int(layer) for names, layer in rows for package in re.findall(r"`(\w+)(?:\.py|/)`", names)
-    }
+    rows = re.findall(r"(?m)^\| `(?:libraries/)?(\w+)(?:\.py|/)` \| (\d) \|", text)
+    return {package: int(layer) for package, layer in rows}
 
 
 def test_every_package_is_on_a_layer() -> None:
@@ -191,7 +212,7 @@ def test_the_document_has_the_same_layers() -> None:
 
 @pytest.mark.parametrize("facade", FACADES_BELOW)
 def test_facades_stand_only_on_those_that_they_need(facade: str) -> None:
-    files = [file for file in FILES if file.relative_to(SRC).parts[0] == facade]
+    files = [file for file in FILES if parts_of(file)[0] == facade]
     imported = {
         module.partition(".")[0] for file in files for _, module in imported_modules(parsed(file), file)
     }
@@ -237,7 +258,7 @@ def test_imports_point_down_only() -> None:
 
 def module_name(file: Path) -> str:
     """`pipros.msg.base` for pipros/msg/base.py, `pipros.msg` for pipros/msg/__init__.py."""
-    parts = file.relative_to(SRC).with_suffix("").parts
+    parts = parts_of(file)
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
@@ -250,7 +271,7 @@ def imported_files(files: Iterable[Path]) -> dict[str, set[str]]:
             if isinstance(node, ast.Import):
                 found[name] |= {alias.name for alias in node.names} & modules.keys()
             elif isinstance(node, ast.ImportFrom):
-                package = file.relative_to(SRC).with_suffix("").parts[: -node.level] if node.level else ()
+                package = parts_of(file)[: -node.level] if node.level else ()
                 module = ".".join([*package, *filter(None, [node.module])])
                 for alias in node.names:
                     # A name in a package may be a module, or something that its __init__ defines.
@@ -363,7 +384,15 @@ def test_each_ban_is_noticed(line: str, tmp_path: Path, monkeypatch: pytest.Monk
 
 @pytest.mark.parametrize(
     "line",
-    ["from pipros.launch import model", "import pipros.cli", "from pipros import node", "import rospy"],
+    [
+        "from pipros.launch import model",
+        "import pipros.cli",
+        "from pipros import node",
+        "import rospy",
+        "importlib.import_module('rospy')",
+        "command = [sys.executable, '-m', 'pipros.cli.rosrun']",
+        "target = 'pipros.cli.rosrun:main'",
+    ],
 )
 def test_an_import_that_points_up_is_noticed(
     line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -393,13 +422,13 @@ def _source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str) -> Path:
     file = tmp_path / "pipros" / "master" / "bad.py"
     file.parent.mkdir(parents=True)
     file.write_text(text)
-    monkeypatch.setattr(f"{__name__}.SRC", tmp_path)
+    monkeypatch.setattr(f"{__name__}.ROOTS", (tmp_path,))
     monkeypatch.setattr(f"{__name__}.REPOSITORY", tmp_path)
     return file
 
 
-MAY_KEEP_THE_PROCESS = {"actionlib/simple_action_server.py": 1}
-"""Threads that are not daemons, by file. Each ends soon after the shutdown, whatever others wait for."""
+MAY_KEEP_THE_PROCESS = {"actionlib/simple_action_server": 1}
+"""Threads that are not daemons, by module. Each ends soon after the shutdown, whatever others wait for."""
 
 
 def threads_that_keep_the_process(tree: ast.AST) -> int:
@@ -417,5 +446,5 @@ def threads_that_keep_the_process(tree: ast.AST) -> int:
 
 def test_no_thread_that_may_wait_for_ever_keeps_the_process_alive() -> None:
     counts = {file: threads_that_keep_the_process(parsed(file)) for file in FILES}
-    found = {file.relative_to(SRC).as_posix(): count for file, count in counts.items() if count}
+    found = {"/".join(parts_of(file)): count for file, count in counts.items() if count}
     assert found == MAY_KEEP_THE_PROCESS

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.environments import REPOSITORY
+from tests.support.environments import FACADES as FACADE_FOLDERS
+from tests.support.environments import SRC, import_path
 from tests.support.without_posix import PACKAGES, run_without_posix
 
-SRC = REPOSITORY / "src"
 FACADES = [package for package in PACKAGES if package != "pipros"]
 
 NEED_PYKDL = {"tf2_kdl", "tf2_kdl.tf2_kdl"}
@@ -28,16 +28,20 @@ print(json.dumps(failed))
 """
 
 
+def folder_of(package: str) -> Path:
+    return next(folder / package for folder in (SRC, *FACADE_FOLDERS) if (folder / package).is_dir())
+
+
 def modules_of(folder: Path) -> list[str]:
-    files = sorted(file for file in folder.rglob("*.py") if "share" not in file.relative_to(SRC).parts)
-    names = [".".join(file.relative_to(SRC).with_suffix("").parts) for file in files]
+    files = sorted(file for file in folder.rglob("*.py") if "share" not in import_path(file).parts)
+    names = [".".join(import_path(file).with_suffix("").parts) for file in files]
     return [name.removesuffix(".__init__") for name in names if not name.endswith("__main__")]
 
 
 @pytest.mark.parametrize("packages", [["pipros"], FACADES], ids=["pipros", "facades"])
 def test_every_module_can_be_imported_without_what_only_posix_has(packages: list[str]) -> None:
     """In one process for many modules: the failed import of one does not disturb the others."""
-    modules = [module for package in packages for module in modules_of(SRC / package)]
+    modules = [module for package in packages for module in modules_of(folder_of(package))]
     assert set(packages) <= set(modules)
     modules = [module for module in modules if module not in NEED_PYKDL]
     failed = run_without_posix(f"MODULES_AS_JSON = {json.dumps(modules)!r}\n{IMPORT_ALL}")

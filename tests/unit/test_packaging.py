@@ -15,14 +15,13 @@ from pathlib import Path
 import pytest
 
 from pipros.cli.streams import command
-from tests.support.environments import REPOSITORY
+from tests.support.environments import FACADES, REPOSITORY, SRC
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
 
-SRC = REPOSITORY / "src"
 PROJECT = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())
 COMMANDS = PROJECT["project"]["scripts"]
 
@@ -30,16 +29,18 @@ COMMANDS = PROJECT["project"]["scripts"]
 def test_the_wheel_has_every_package_of_the_source_tree() -> None:
     wheel = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]
 
-    assert sorted(wheel["packages"]) == sorted(
-        f"src/{folder.name}" for folder in SRC.iterdir() if (folder / "__init__.py").exists()
-    )
+    assert wheel["only-include"] == ["src/pipros", "facades"]
+    assert [REPOSITORY / folder for folder in wheel["sources"]] == [SRC, *FACADES]
     assert wheel["force-include"] == {"src/pipros.pth": "pipros.pth"}
 
 
-@pytest.mark.parametrize("package", [folder.parent.name for folder in SRC.glob("*/__init__.py")])
-def test_type_checkers_take_the_types_of_every_package(package: str) -> None:
-    assert (SRC / package / "py.typed").is_file()
-    assert package in PROJECT["tool"]["mypy"]["packages"]
+PACKAGES = [file.parent for folder in (SRC, *FACADES) for file in folder.glob("*/__init__.py")]
+
+
+@pytest.mark.parametrize("package", PACKAGES, ids=lambda package: package.name)
+def test_type_checkers_take_the_types_of_every_package(package: Path) -> None:
+    assert (package / "py.typed").is_file()
+    assert any(package.is_relative_to(REPOSITORY / folder) for folder in PROJECT["tool"]["mypy"]["files"])
 
 
 def is_started_by_the_frame(main: object) -> bool:

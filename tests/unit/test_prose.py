@@ -35,7 +35,7 @@ AVOIDED: dict[str, str] = {
 # Texts that equal Noetic's, where it says so itself: (file below the repository, text).
 ALLOWED: set[tuple[str, str]] = set()
 
-PLACES = ("src", "docs", "script", ".ci", "benchmarks", "README.md", "CONTRIBUTING.md")
+PLACES = ("src", "facades", "docs", "script", ".ci", "benchmarks", "README.md", "CONTRIBUTING.md")
 _SUFFIXES = {".py", ".md", ".sh", ".bash", ".zsh", ".fish", ""}
 _PATTERN = re.compile("|".join(f"(?:{phrase})" for phrase in AVOIDED))
 

@@ -15,9 +15,9 @@ from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 import rospy
 from actionlib.action_types import ActionTypes
 from actionlib.exceptions import ActionException as ActionException
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.libraries.actions.client_goal import MAY_BE_CANCELLED, ClientGoal, State
 from pipros.libraries.actions.status import TERMINAL
-from pipros.basics.lazy_names import star_names as _star_names
 
 _star_names(__name__, "std_msgs.msg:Header threading time weakref")
 

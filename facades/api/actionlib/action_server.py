@@ -16,9 +16,9 @@ from actionlib.goal_id_generator import GoalIDGenerator
 from actionlib.handle_tracker_deleter import HandleTrackerDeleter
 from actionlib.server_goal_handle import ServerGoalHandle
 from actionlib.status_tracker import StatusTracker
-from pipros.libraries.actions.goal_table import GoalTable
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.basics.limits import limit_text, process_limits
+from pipros.libraries.actions.goal_table import GoalTable
 
 _star_names(__name__, "threading")
 

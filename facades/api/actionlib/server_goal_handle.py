@@ -7,9 +7,9 @@ from typing import Any
 from actionlib_msgs.msg import GoalID, GoalStatus
 
 import rospy
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.libraries.actions.server_goal import Event, after, why_not
 from pipros.libraries.actions.status import TERMINAL
-from pipros.basics.lazy_names import star_names as _star_names
 
 _star_names(__name__, "actionlib_msgs")
 

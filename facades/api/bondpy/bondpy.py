@@ -10,10 +10,10 @@ from typing import Any
 
 import rospy
 from bondpy.machine import BondMachine
-from pipros.libraries.bonds.life import Event, Life, State
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.msg import load_message_class
 from pipros.basics.printable import printable
+from pipros.libraries.bonds.life import Event, Life, State
+from pipros.msg import load_message_class
 
 _star_names(__name__, "time")
 

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from pipros.bag import open_bag
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.libraries.diagnostics.csv_rows import Columns, file_names
 from pipros.libraries.diagnostics.items import Status
-from pipros.basics.lazy_names import star_names as _star_names
 
 _star_names(__name__, "diagnostic_msgs operator os rosbag roslib subprocess sys tempfile time")
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.rosbag import main as _main
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.cli.rosbag import main as _main
 from rosbag.bag import (
     Bag,
     Compression,

@@ -12,10 +12,10 @@ from pipros.basics.env import Environment
 from pipros.basics.errors import Interrupted, NotFound, Refused, Unreachable
 from pipros.basics.interruptible_wait import OnceEvent
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.msg import time as msg_time
 from pipros.basics.names import is_legal_remapping, parse_arguments
-from pipros.node.codec import AnyMessage
 from pipros.basics.shared_names import share_names
+from pipros.msg import time as msg_time
+from pipros.node.codec import AnyMessage
 from rospy.core import add_client_shutdown_hook, is_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.logs import DEBUG as DEBUG

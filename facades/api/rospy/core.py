@@ -9,9 +9,9 @@ import warnings
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
-from pipros.net.argument_checks import below_root
 from pipros.basics.shared_names import share_names
 from pipros.basics.uri import split_uri
+from pipros.net.argument_checks import below_root
 from rospy.logs import LoggingIdentical as LoggingIdentical
 from rospy.logs import LoggingOnce as LoggingOnce
 from rospy.logs import LoggingThrottle as LoggingThrottle

@@ -6,9 +6,9 @@ import contextlib
 from collections.abc import Iterator
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.graph import loggers as _loggers
 from pipros.graph.client import GraphClient
-from pipros.basics.lazy_names import star_names as _star_names
 
 __all__ = ["LoggerLevelServiceCaller", "ROSConsoleException"]
 

@@ -6,8 +6,8 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from pipros.cli.rosconsole import main as _main
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.cli.rosconsole import main as _main
 from rospy.logger_level_service_caller import LoggerLevelServiceCaller, ROSConsoleException
 
 __all__ = ["NAME", "LoggerLevelServiceCaller", "ROSConsoleException", "error", "main"]

@@ -6,10 +6,10 @@ import threading
 import time
 
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.basics.shared_names import share_names
 from pipros.msg import time as msg_time
 from pipros.msg.time import NS_PER_S
 from pipros.node.clock import Clock, SimulatedClock
-from pipros.basics.shared_names import share_names
 from rospy.exceptions import ROSInitException
 from rospy.session import session
 

@@ -23,6 +23,7 @@ from pipros.basics import names
 from pipros.basics.env import Environment
 from pipros.basics.errors import Interrupted
 from pipros.basics.interruptible_wait import OnceEvent
+from pipros.basics.posix import call_in_children
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros.node.clock import Clock, SimulatedClock, WallClock
@@ -35,7 +36,6 @@ from pipros.node.params import Parameters
 from pipros.node.service_client import OpenCalls
 from pipros.node.signals import NotInMainThread, Signals
 from pipros.node.start_params import is_on, set_private_params, window_limits
-from pipros.basics.posix import call_in_children
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 
 Hook = Callable[..., object]

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Generic, NoReturn, overload
 import pipros.node as node_api
 from pipros.basics.lazy_names import lazy_names
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.basics.names import is_legal
 from pipros.msg.base import Message as Message
 from pipros.msg.errors import SerializationError
-from pipros.basics.names import is_legal
 from pipros.node import Node
 from pipros.node.codec import AnyMessage
 from pipros.node.endpoints import TypeConflict

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pipros.basics.env import Environment
-from pipros.launch.console import Console
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.launch.console import Console
 from pipros.testing.fixture import LaunchFixture, RequiredNodeEnded
 from pipros.testing.rostest import TestProgramTimedOut
 from pipros.workspace.index import PackageIndex

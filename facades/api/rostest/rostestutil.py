@@ -42,12 +42,12 @@ def printlogerr(msg: str, *args: object) -> None:
     print(f"[ROSTEST]{msg % args if args else msg}", file=sys.stderr)
 
 
-def printRostestSummary(result: unittest.TestResult, rostest_results: Result) -> None:  # noqa: N802
+def printRostestSummary(result: unittest.TestResult, rostest_results: Result) -> None:
     """Prints the cases of test programs, and which programs could not be run."""
     _latest[:] = [result]
     rosunit.print_runner_summary(result, rostest_results, runner_name="ROSTEST")
 
 
-def getErrors() -> object:  # noqa: N802
+def getErrors() -> object:
     """The errors of the result that was printed last; None before the first."""
     return _latest[0].errors if _latest else None

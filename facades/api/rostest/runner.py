@@ -8,10 +8,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pipros.basics.env import Environment
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.launch.console import Console
 from pipros.launch.load_context import LoadContext
 from pipros.launch.xml import load
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.testing.fixture import LaunchFixture
 from pipros.testing.rostest import Plan, Rostest
 from pipros.workspace.index import PackageIndex
@@ -66,7 +66,7 @@ class _Made:
 _made = _Made()
 
 
-def createUnitTest(  # noqa: N802  # Noetic's name
+def createUnitTest(  # Noetic's name
     pkg: str,
     test_file: str,
     reuse_master: bool = False,
@@ -104,14 +104,14 @@ def createUnitTest(  # noqa: N802  # Noetic's name
     return run.case_class()
 
 
-def setTextMode(val: bool) -> None:  # noqa: N802
+def setTextMode(val: bool) -> None:
     """Whether test programs report on the console, and write no results."""
     _made.has_text = bool(val)
     for run, _ in _made.runs:
         run.write_text(text=_made.has_text)
 
 
-def getResults() -> Result:  # noqa: N802
+def getResults() -> Result:
     """The results that test programs left so far."""
     total = Result("rostest")
     for run, _ in _made.runs:
@@ -120,17 +120,17 @@ def getResults() -> Result:  # noqa: N802
     return total
 
 
-def getConfig() -> ROSLaunchConfig | None:  # noqa: N802
+def getConfig() -> ROSLaunchConfig | None:
     """The configuration of the launch file that was made a class last; None before the first."""
     return _made.runs[-1][1] if _made.runs else None
 
 
-def getRostestParents() -> list[ROSTestLaunchParent]:  # noqa: N802
+def getRostestParents() -> list[ROSTestLaunchParent]:
     """Launches to be torn down at the end: none, for each case ends its own."""
     return _made.parents
 
 
-def failRunner(testName: str, message: str) -> _Method:  # noqa: N802, N803
+def failRunner(testName: str, message: str) -> _Method:
     """A test method that fails with a message."""
     _ = testName
 
@@ -141,7 +141,7 @@ def failRunner(testName: str, message: str) -> _Method:  # noqa: N802, N803
     return fn
 
 
-def failDuplicateRunner(testName: str) -> _Method:  # noqa: N802, N803
+def failDuplicateRunner(testName: str) -> _Method:
     """A test method that fails because another test has its name."""
     return failRunner(testName, f"Duplicate tests named [{testName}] in rostest suite")
 

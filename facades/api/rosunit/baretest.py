@@ -92,7 +92,7 @@ class BareTestCase(unittest.TestCase):
         self.results = junitxml.Result(self.test_name)
         self._arguments = list(args)
 
-    def runTest(self) -> None:  # noqa: N802  # unittest's name
+    def runTest(self) -> None:  # unittest's name
         """Runs the program, again while it fails and may be retried."""
         if self.package is None:
             self.fail("unable to determine package of executable")

@@ -15,7 +15,9 @@ from pipros.libraries.transforms.matrices.affine import shear_matrix as shear_ma
 from pipros.libraries.transforms.matrices.affine import translation_from_matrix as translation_from_matrix
 from pipros.libraries.transforms.matrices.affine import translation_matrix as translation_matrix
 from pipros.libraries.transforms.matrices.arcball import Arcball as Arcball
-from pipros.libraries.transforms.matrices.arcball import arcball_constrain_to_axis as arcball_constrain_to_axis
+from pipros.libraries.transforms.matrices.arcball import (
+    arcball_constrain_to_axis as arcball_constrain_to_axis,
+)
 from pipros.libraries.transforms.matrices.arcball import arcball_map_to_sphere as arcball_map_to_sphere
 from pipros.libraries.transforms.matrices.arcball import arcball_nearest_axis as arcball_nearest_axis
 from pipros.libraries.transforms.matrices.arrays import EPSILON as _EPS  # noqa: F401 # scripts read it
@@ -28,7 +30,9 @@ from pipros.libraries.transforms.matrices.arrays import unit_vector as unit_vect
 from pipros.libraries.transforms.matrices.arrays import vector_norm as vector_norm
 from pipros.libraries.transforms.matrices.composition import compose_matrix as compose_matrix
 from pipros.libraries.transforms.matrices.composition import decompose_matrix as decompose_matrix
-from pipros.libraries.transforms.matrices.composition import orthogonalization_matrix as orthogonalization_matrix
+from pipros.libraries.transforms.matrices.composition import (
+    orthogonalization_matrix as orthogonalization_matrix,
+)
 from pipros.libraries.transforms.matrices.composition import superimposition_matrix as superimposition_matrix
 from pipros.libraries.transforms.matrices.euler import CONVENTIONS as _AXES2TUPLE  # noqa: F401 # scripts read it
 from pipros.libraries.transforms.matrices.euler import NAMES as _TUPLE2AXES  # noqa: F401 # scripts read it

@@ -9,10 +9,10 @@ from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from std_msgs.msg import Header
 
 import rospy
-from pipros.msg.time import NS_PER_S
 from pipros.libraries.transforms.buffer import DEFAULT_LENGTH, FrameBuffer
 from pipros.libraries.transforms.errors import InvalidArgumentException
 from pipros.libraries.transforms.pose import Pose
+from pipros.msg.time import NS_PER_S
 
 
 class BufferCore:
@@ -129,16 +129,16 @@ class BufferCore:
         """Return one line per frame, with its parent."""
         return self._buffer.as_string()
 
-    def _allFramesAsDot(self, current_time: Any = None) -> str:  # noqa: N802
+    def _allFramesAsDot(self, current_time: Any = None) -> str:
         return self._buffer.as_dot(None if current_time is None else in_ns(current_time) / NS_PER_S)
 
     def _edges(self) -> list[tuple[str, str, str, float]]:
         return self._buffer.edges()
 
-    def _frameExists(self, frame_id: str) -> bool:  # noqa: N802
+    def _frameExists(self, frame_id: str) -> bool:
         return self._buffer.frame_exists(_require_str(frame_id, 1))
 
-    def _getFrameStrings(self) -> list[str]:  # noqa: N802
+    def _getFrameStrings(self) -> list[str]:
         return self._buffer.frame_names()
 
     def _chain(

@@ -6,8 +6,8 @@ import os
 
 from catkin.workspace import get_source_paths as get_source_paths
 from catkin.workspace import get_workspaces as get_workspaces
-from pipros.cli.catkin_init_workspace import main as _main
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.cli.catkin_init_workspace import main as _main
 
 _star_names(__name__, "shutil sys")
 

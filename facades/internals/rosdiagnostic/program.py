@@ -7,9 +7,9 @@ import sys
 from typing import Any
 
 import rospy
+from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.diagnostics.items import LEVEL_NAMES, Status
 from pipros.libraries.diagnostics.listing import listed
-from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.msg import load_message_class
 
 _LEVELS = [name.lower() for name in LEVEL_NAMES]

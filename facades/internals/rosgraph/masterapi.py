@@ -116,67 +116,67 @@ class Master:
             return False
         return True
 
-    def getPid(self) -> int:  # noqa: N802  # the names of this class are the API's
+    def getPid(self) -> int:  # the names of this class are the API's
         return cast(int, self._call("getPid"))
 
-    def getUri(self) -> str:  # noqa: N802
+    def getUri(self) -> str:
         return cast(str, self._call("getUri"))
 
-    def registerService(self, service: str, service_api: str, caller_api: str) -> int:  # noqa: N802
+    def registerService(self, service: str, service_api: str, caller_api: str) -> int:
         return cast(int, self._call("registerService", service, service_api, caller_api))
 
-    def unregisterService(self, service: str, service_api: str) -> int:  # noqa: N802
+    def unregisterService(self, service: str, service_api: str) -> int:
         return cast(int, self._call("unregisterService", service, service_api))
 
-    def registerSubscriber(self, topic: str, topic_type: str, caller_api: str) -> Any:  # noqa: N802
+    def registerSubscriber(self, topic: str, topic_type: str, caller_api: str) -> Any:
         return self._call("registerSubscriber", topic, topic_type, caller_api)
 
-    def unregisterSubscriber(self, topic: str, caller_api: str) -> int:  # noqa: N802
+    def unregisterSubscriber(self, topic: str, caller_api: str) -> int:
         return cast(int, self._call("unregisterSubscriber", topic, caller_api))
 
-    def registerPublisher(self, topic: str, topic_type: str, caller_api: str) -> Any:  # noqa: N802
+    def registerPublisher(self, topic: str, topic_type: str, caller_api: str) -> Any:
         return self._call("registerPublisher", topic, topic_type, caller_api)
 
-    def unregisterPublisher(self, topic: str, caller_api: str) -> int:  # noqa: N802
+    def unregisterPublisher(self, topic: str, caller_api: str) -> int:
         return cast(int, self._call("unregisterPublisher", topic, caller_api))
 
-    def lookupNode(self, node_name: str) -> str:  # noqa: N802
+    def lookupNode(self, node_name: str) -> str:
         return cast(str, self._call("lookupNode", node_name))
 
-    def lookupService(self, service: str) -> str:  # noqa: N802
+    def lookupService(self, service: str) -> str:
         return cast(str, self._call("lookupService", service))
 
-    def getTopicTypes(self) -> Any:  # noqa: N802
+    def getTopicTypes(self) -> Any:
         return self._call("getTopicTypes")
 
-    def getPublishedTopics(self, subgraph: str) -> Any:  # noqa: N802
+    def getPublishedTopics(self, subgraph: str) -> Any:
         return self._call("getPublishedTopics", subgraph)
 
-    def getSystemState(self) -> Any:  # noqa: N802
+    def getSystemState(self) -> Any:
         return self._call("getSystemState")
 
-    def getParam(self, key: str) -> Any:  # noqa: N802
+    def getParam(self, key: str) -> Any:
         return self._call("getParam", key)
 
-    def setParam(self, key: str, value: Any) -> int:  # noqa: N802
+    def setParam(self, key: str, value: Any) -> int:
         return cast(int, self._call("setParam", key, value))
 
-    def hasParam(self, key: str) -> bool:  # noqa: N802
+    def hasParam(self, key: str) -> bool:
         return cast(bool, self._call("hasParam", key))
 
-    def deleteParam(self, key: str) -> int:  # noqa: N802
+    def deleteParam(self, key: str) -> int:
         return cast(int, self._call("deleteParam", key))
 
-    def searchParam(self, key: str) -> str:  # noqa: N802
+    def searchParam(self, key: str) -> str:
         return cast(str, self._call("searchParam", key))
 
-    def getParamNames(self) -> Any:  # noqa: N802
+    def getParamNames(self) -> Any:
         return self._call("getParamNames")
 
-    def subscribeParam(self, caller_api: str, key: str) -> Any:  # noqa: N802
+    def subscribeParam(self, caller_api: str, key: str) -> Any:
         return self._call("subscribeParam", caller_api, key)
 
-    def unsubscribeParam(self, caller_api: str, key: str) -> int:  # noqa: N802
+    def unsubscribeParam(self, caller_api: str, key: str) -> int:
         return cast(int, self._call("unsubscribeParam", caller_api, key))
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from typing import NoReturn
 
-from pipros.cli.rosgraph import main
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.cli.rosgraph import main
 
 _star_names(__name__, "rosgraph.impl.graph rosgraph.masterapi rosgraph.roslogging time")
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.launch.inspect import arguments_text
 from pipros.launch.model import Argument
-from pipros.basics.lazy_names import star_names as _star_names
 from roslaunch.config import load_config_default
 from roslaunch.core import FileAndArguments, RLException
 from roslaunch.xmlloader import XmlLoader

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import logging
 
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.launch.child import Child
 from pipros.launch.console import Console
 from pipros.launch.run import RunOptions
-from pipros.basics.lazy_names import star_names as _star_names
 from roslaunch.nodeprocess import DEFAULT_TIMEOUT_SIGINT, DEFAULT_TIMEOUT_SIGTERM
 
 __all__ = ["DEFAULT_TIMEOUT_SIGINT", "DEFAULT_TIMEOUT_SIGTERM", "ROSLaunchChild"]

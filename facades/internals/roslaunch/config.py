@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.basics import names
 from pipros.basics.env import DEFAULT_MASTER_PORT
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.launch import announcements, model
 from pipros.launch.model import ParameterAction, ParameterCommand
 from pipros.launch.roscore import ROS_DISTRO
-from pipros.basics.lazy_names import star_names as _star_names
 from rosgraph.network import create_local_xmlrpc_uri
 from roslaunch.core import (
     Executable,

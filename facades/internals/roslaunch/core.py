@@ -13,9 +13,9 @@ from xmlrpc.client import MultiCall, ServerProxy
 
 from pipros.basics import names
 from pipros.basics.env import Environment, split_master_uri
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.launch import model, placement, run_id
 from pipros.launch.model import LaunchError
-from pipros.basics.lazy_names import star_names as _star_names
 from rosgraph.network import create_local_xmlrpc_uri, parse_http_host_and_port
 from rosgraph.rosenv import ROS_MASTER_URI, ROS_NAMESPACE
 from roslaunch.printing import (

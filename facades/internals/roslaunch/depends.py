@@ -8,11 +8,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.launch.arguments import split_arguments
 from pipros.launch.check import UNSET, known_nodes
 from pipros.launch.load_context import LoadContext
 from pipros.launch.xml import load
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.manifest import read_manifest
 from rosgraph.names import load_mappings

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.basics import names
 from pipros.basics.env import Environment
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.launch.command import CannotLaunch
 from pipros.launch.console import Console
 from pipros.launch.model import LaunchError
 from pipros.launch.run import LaunchRun, RunOptions
 from pipros.launch.session import LaunchSession, SessionOptions
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.master.options import MasterOptions, limits_with_timeout
 from roslaunch.core import (
     PHASE_RUN,

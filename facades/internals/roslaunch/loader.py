@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from pipros.basics import names
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.launch.load_context import LoadContext
 from pipros.launch.param_types import flatten
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.safe import yaml as _yaml
 from rosgraph.names import canonicalize_name, is_legal_name, load_mappings, make_global_ns, ns_join
 from roslaunch.core import PHASE_SETUP, Param, RLException, RosbinExecutable

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from pipros.basics import names
 from pipros.basics.env import Environment
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.launch.command import CannotLaunch, CommandMaker
 from pipros.launch.inspect import command_words, full_node_name
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.workspace.index import PackageIndex
 from rosgraph.names import script_resolve_name
 from roslaunch.config import load_config_default

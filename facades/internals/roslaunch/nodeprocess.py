@@ -12,6 +12,7 @@ from typing import Any
 
 from pipros.basics.env import Environment
 from pipros.basics.interruptible_wait import wait_in_slices
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.launch.command import CannotLaunch, Command, CommandMaker
 from pipros.launch.console import Console
 from pipros.launch.guardian import Guardian
@@ -20,7 +21,6 @@ from pipros.launch.managed_node import ManagedNode
 from pipros.launch.process import NodeProcess
 from pipros.launch.run import LaunchRun
 from pipros.launch.terminate import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S, end
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.workspace.index import PackageIndex
 from roslaunch.core import (
     PHASE_RUN,

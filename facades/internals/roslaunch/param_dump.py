@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.launch.inspect import params_text
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.launch.inspect import params_text
 from roslaunch.config import ROSLaunchConfig
 from roslaunch.core import RLException
 from roslaunch.xmlloader import XmlLoader

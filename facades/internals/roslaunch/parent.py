@@ -6,11 +6,11 @@ import logging
 from collections.abc import Sequence
 
 from pipros.basics.env import Environment
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.launch.console import Console
 from pipros.launch.model import Launch
 from pipros.launch.run import RunOptions
 from pipros.launch.session import LaunchSession, SessionOptions
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.master.options import MasterOptions, limits_with_timeout
 from roslaunch.config import ROSLaunchConfig, load_config_default
 from roslaunch.core import FileAndArguments, RLException, printerrlog, printlog_bold

@@ -8,8 +8,8 @@ from typing import Any
 from xmlrpc.client import ServerProxy
 
 from pipros.basics.env import Environment
-from pipros.launch.ssh import ssh_command
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.launch.ssh import ssh_command
 from roslaunch.core import Machine, printerrlog, printlog
 from roslaunch.nodeprocess import DEFAULT_TIMEOUT_SIGINT, DEFAULT_TIMEOUT_SIGTERM
 from roslaunch.pmon import FatalProcessLaunch

@@ -10,12 +10,12 @@ from pathlib import Path
 
 from pipros.basics.env import DEFAULT_MASTER_PORT, Environment
 from pipros.basics.errors import Refused, Unreachable
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.launch.arguments import split_arguments
 from pipros.launch.console import Console
 from pipros.launch.find_launch_files import resolve_files
 from pipros.launch.logs import disk_usage_report
 from pipros.launch.run_id import new_run_id
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.net.master_client import MasterClient
 from pipros.workspace.index import PackageIndex
 from roslaunch.core import FileAndArguments, Master, RLException, printerrlog, printlog

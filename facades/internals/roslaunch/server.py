@@ -8,8 +8,8 @@ import threading
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from pipros.launch.session import LaunchSession
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.launch.session import LaunchSession
 from rosgraph.xmlrpc import XmlRpcHandler, XmlRpcNode
 from roslaunch.core import (
     RLException,

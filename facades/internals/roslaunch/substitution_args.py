@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.launch.load_context import LoadContext
 from pipros.launch.param_types import convert
 from pipros.launch.substitute import Substitution, SubstitutionError, UnsetArgument, anonymous_name
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.workspace.index import PackageIndex
 
 if TYPE_CHECKING:

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.launch.arguments import split_arguments
 from pipros.launch.builder import LaunchBuilder
 from pipros.launch.load_context import LoadContext
@@ -16,7 +17,6 @@ from pipros.launch.model import Test as TestValue
 from pipros.launch.param_types import convert_bool
 from pipros.launch.scope import LaunchScope
 from pipros.launch.xml import Loader as Reader
-from pipros.basics.lazy_names import star_names as _star_names
 from rosgraph.names import get_ros_namespace, is_legal_name, is_private, make_global_ns, ns_join
 from roslaunch.core import PHASE_SETUP, Machine, Node, Param, RLException, RosbinExecutable, Test
 from roslaunch.loader import Loader, LoaderContext, LoadException
@@ -66,9 +66,9 @@ class XmlParseException(RLException):
 class DomElement(Protocol):
     """What is used of an element of `xml.dom`."""
 
-    def getAttribute(self, name: str) -> str: ...  # noqa: N802
+    def getAttribute(self, name: str) -> str: ...
 
-    def hasAttribute(self, name: str) -> bool: ...  # noqa: N802
+    def hasAttribute(self, name: str) -> bool: ...
 
 
 def ifunless_test(obj: XmlLoader, tag: DomElement, context: LoaderContext) -> bool:

@@ -6,8 +6,8 @@ import logging
 from collections.abc import Mapping, Sequence
 from typing import TextIO
 
-from pipros.cli.rosmaster import main as _main
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.cli.rosmaster import main as _main
 from rosmaster.master import NUM_WORKERS
 
 __all__ = ["NUM_WORKERS", "configure_logging", "rosmaster_main"]

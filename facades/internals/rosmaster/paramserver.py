@@ -7,12 +7,12 @@ from collections.abc import Callable
 from typing import Any
 
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.master.params import NotATree, NotSet, ParamTree, value_below
 from pipros.basics.names import as_namespace
 from pipros.basics.names import canonicalize as canonicalize_name
 from pipros.basics.names import is_global as is_global
 from pipros.basics.names import is_private as is_private
 from pipros.basics.names import join as ns_join
+from pipros.master.params import NotATree, NotSet, ParamTree, value_below
 from rosmaster.registrations import RegistrationManager, Registrations, Unregistered
 
 GLOBALNS = SEP = "/"

@@ -26,7 +26,7 @@ class Task(NamedTuple):
 class MarkedThreadPool:
     """Runs tasks in some threads, in order; of one marker only one at a time."""
 
-    def __init__(self, numThreads: int) -> None:  # noqa: N803  # its name in rosmaster
+    def __init__(self, numThreads: int) -> None:  # its name in rosmaster
         self._changed = threading.Condition()
         self._tasks: list[Task] = []
         self._busy: set[Hashable] = set()
@@ -34,7 +34,7 @@ class MarkedThreadPool:
         self._is_joining = False
         self.set_thread_count(numThreads)
 
-    def set_thread_count(self, newNumThreads: int) -> bool:  # noqa: N803
+    def set_thread_count(self, newNumThreads: int) -> bool:
         """Starts threads, or lets some go after their task; False while `join_all` runs."""
         if self._is_joining:
             return False
@@ -56,7 +56,7 @@ class MarkedThreadPool:
         marker: Hashable,
         task: Callable[..., Any],
         args: Sequence[Any] | None = None,
-        taskCallback: Callable[[Any], object] | None = None,  # noqa: N803
+        taskCallback: Callable[[Any], object] | None = None,
     ) -> bool:
         """Has `task(*args)` called. False, and nothing is called, during `join_all` or if it cannot be.
 

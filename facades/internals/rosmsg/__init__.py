@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from genpy.dynamic import generate_dynamic
+from pipros.basics.errors import PiprosError
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.cli.rosmsg import main as _main
 from pipros.cli.rosmsg_proto import main as _prototype_main
-from pipros.basics.errors import PiprosError
 from pipros.graph.skeleton import skeleton
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.msg import load_message_class
 from pipros.msg.base import Message
 from pipros.msg.language.spec import BUILTINS

@@ -12,15 +12,15 @@ from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 
 from pipros.basics import names as _names
-from pipros.cli.rosnode import main as _main
 from pipros.basics.errors import Refused
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.cli.rosnode import main as _main
 from pipros.graph import node_info as _node_info
 from pipros.graph import nodes as _nodes
 from pipros.graph import ping as _pinging
 from pipros.graph.cleanup import clean_up as _clean_up
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import translated
-from pipros.basics.lazy_names import star_names as _star_names
 
 __all__ = [
     "CONNECTION_PATTERN",

@@ -15,13 +15,13 @@ from typing import Any
 from yaml.constructor import ConstructorError
 
 import rosgraph
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.cli.rosparam import main as _main
 from pipros.graph import param_files as _documents
 from pipros.graph import param_text as _rendering
 from pipros.graph import params as _server
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import translated
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.safe import yaml as _yaml
 from rosgraph.names import (
     GLOBALNS,

@@ -10,15 +10,15 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from pipros.cli.rosservice import main as _main
 from pipros.basics.errors import PiprosError
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.basics.uri import split_uri
+from pipros.cli.rosservice import main as _main
 from pipros.graph import services as _services
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import translated
 from pipros.graph.service_call import ServiceCaller
 from pipros.graph.system_state import is_below
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.basics.uri import split_uri
 
 __all__ = [
     "NAME",

@@ -14,15 +14,15 @@ from urllib.parse import urlsplit as _urlsplit
 
 import rosgraph
 import rospy
-from pipros.cli.rostopic import main as _main
 from pipros.basics.errors import Interrupted, NotFound, Unreachable
+from pipros.basics.lazy_names import star_names as _star_names
+from pipros.cli.rostopic import main as _main
 from pipros.graph import listening as _listening
 from pipros.graph import message_path as _message_path
 from pipros.graph import topics as _topics
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import translated
 from pipros.graph.system_state import SystemState
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.msg.class_finder import installed_class
 from rostopic.echo import CallbackEcho, create_field_filter, create_value_transform
 from rostopic.errors import ROSTopicException, ROSTopicIOException

@@ -9,10 +9,10 @@ import sys
 from collections.abc import Sequence
 from functools import wraps
 
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.cli.roswtf import main as _main
 from pipros.health.wtf.context import WtfContext
 from pipros.health.wtf.report import print_results as print_results
-from pipros.basics.lazy_names import star_names as _star_names
 
 __all__ = ["print_results", "roswtf_main", "yaml_results"]
 

@@ -1,10 +1,10 @@
 """What the rules look at. Facade of `pipros.health.wtf.context`."""
 
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.health.wtf.context import (
     WtfContext,
     WtfException,
 )
-from pipros.basics.lazy_names import star_names as _star_names
 
 __all__ = [
     "WtfContext",

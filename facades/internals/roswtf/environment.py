@@ -1,5 +1,6 @@
 """Rules about the environment variables. Facade of `pipros.health.wtf.environment`."""
 
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.health.wtf.environment import (
     environment_errors,
     environment_warnings,
@@ -15,7 +16,6 @@ from pipros.health.wtf.environment import (
     rosconsole_config_file_check,
     wtf_check_environment,
 )
-from pipros.basics.lazy_names import star_names as _star_names
 
 __all__ = [
     "environment_errors",

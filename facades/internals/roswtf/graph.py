@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.health.wtf import graph as _graph
 from pipros.health.wtf.context import WtfContext
 from pipros.health.wtf.graph import (
@@ -22,7 +23,6 @@ from pipros.health.wtf.graph import (
     unconnected_subscriptions,
     unexpected_edges,
 )
-from pipros.basics.lazy_names import star_names as _star_names
 
 __all__ = [
     "graph_errors",

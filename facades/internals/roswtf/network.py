@@ -1,5 +1,6 @@
 """Rules about the names and addresses of this machine. Facade of `pipros.health.wtf.network`."""
 
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.health.wtf.network import (
     errors,
     ip_check,
@@ -8,7 +9,6 @@ from pipros.health.wtf.network import (
     warnings,
     wtf_check,
 )
-from pipros.basics.lazy_names import star_names as _star_names
 
 __all__ = [
     "errors",

@@ -1,12 +1,12 @@
 """Rules about packages. Facade of `pipros.health.wtf.packages`."""
 
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.health.wtf.packages import (
     errors,
     manifest_valid,
     warnings,
     wtf_check,
 )
-from pipros.basics.lazy_names import star_names as _star_names
 
 __all__ = [
     "errors",

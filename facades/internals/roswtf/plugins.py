@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sys
 
-from pipros.health.wtf import plugins as _plugins
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.health.wtf import plugins as _plugins
 
 __all__ = ["load_plugins"]
 

@@ -1,5 +1,6 @@
 """Rules about launch files and launchers. Facade of `pipros.health.wtf.roslaunchwtf`."""
 
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.health.wtf.roslaunchwtf import (
     online_roslaunch_errors,
     online_roslaunch_warnings,
@@ -15,7 +16,6 @@ from pipros.health.wtf.roslaunchwtf import (
     wtf_check_online,
     wtf_check_static,
 )
-from pipros.basics.lazy_names import star_names as _star_names
 
 __all__ = [
     "online_roslaunch_errors",

@@ -15,11 +15,11 @@ from pipros.bag.merge import merged_raw
 from pipros.bag.opening import open_bag
 from pipros.bag.playback_clock import PlaybackClock
 from pipros.bag.reader import BagReader, stamp_of
-from pipros.msg.time import Time
 from pipros.basics.names import is_legal_topic
+from pipros.basics.printable import listed
+from pipros.msg.time import Time
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
-from pipros.basics.printable import listed
 
 _FOUND_S = 1.1
 """How long latched topics exist at least: recorders, genuine ones too, look for new topics once a second."""

@@ -14,10 +14,10 @@ from pipros.bag.record_files import FileOptions, RecordFiles
 from pipros.bag.record_queue import Received, RecordQueue
 from pipros.bag.snapshots import Snapshots
 from pipros.basics.errors import PiprosError
+from pipros.basics.printable import listed
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
-from pipros.basics.printable import listed
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say

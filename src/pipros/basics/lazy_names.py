@@ -67,6 +67,8 @@ def star_names(module: str, words: str = "", hidden: str = "") -> None:
         try:
             value: Any = import_module(where)
         except ImportError as error:
+            if own_get is not None:
+                return own_get(name)
             raise AttributeError(f"module '{module}' cannot import '{name}': {error}") from error
         namespace[name] = value = getattr(value, original) if original else value
         return value
@@ -74,7 +76,13 @@ def star_names(module: str, words: str = "", hidden: str = "") -> None:
     def all_names() -> list[str]:
         own = [name for name in own_names() if name[0] != "_" and not _is_for_types(namespace.get(name))]
         wanted = {*(own if listed is None else listed), *home_of()} - set(hidden.split())
-        return sorted(name for name in wanted if hasattr(sys.modules[module], name))
+        return sorted(filter(is_available, wanted))
+
+    def is_available(name: str) -> bool:
+        try:
+            return hasattr(sys.modules[module], name)
+        except ImportError:
+            return False
 
     namespace["__getattr__"] = get
 

@@ -9,10 +9,10 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from pipros.basics.errors import PiprosError
 from pipros.cli.catkin_init_workspace import initialise
 from pipros.cli.make_args import MakeArguments, read_make_arguments
 from pipros.cli.streams import command
-from pipros.basics.errors import PiprosError
 from pipros.workspace import genuine_catkin
 from pipros.workspace.build import BuildResult, build
 from pipros.workspace.build_options import BuildOptions

@@ -8,8 +8,8 @@ from argparse import ArgumentParser
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipros.cli.streams import command
 from pipros.basics.input_file import read_file
+from pipros.cli.streams import command
 from pipros.testing.result_counts import ResultCounts, results_below
 
 _RULE = "-" * 49

@@ -12,10 +12,10 @@ from importlib import import_module
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from pipros.cli.streams import discard_output
 from pipros.basics.errors import PiprosError, Unreachable
-from pipros.graph.errors import NO_MASTER
 from pipros.basics.printable import printable_lines
+from pipros.cli.streams import discard_output
+from pipros.graph.errors import NO_MASTER
 
 if TYPE_CHECKING:
     from optparse import OptionParser

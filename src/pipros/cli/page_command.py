@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from optparse import OptionParser
 from typing import Any
 
-from pipros.cli.command import CommandError, add_flag, option_parser
 from pipros.basics.names import is_legal_remapping
+from pipros.cli.command import CommandError, add_flag, option_parser
 
 
 def page_parser(name: str, usage: str) -> OptionParser:

@@ -8,8 +8,8 @@ from argparse import ArgumentParser
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipros.cli.streams import command
 from pipros.basics.log_folders import disk_usage, log_folders, oldest_first, readable, size_of
+from pipros.cli.streams import command
 
 _MEGABYTE = 1024 * 1024
 

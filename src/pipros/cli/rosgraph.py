@@ -6,13 +6,13 @@ import sys
 import time
 from collections.abc import Sequence
 
+from pipros.basics.errors import Unreachable
+from pipros.basics.printable import printable
 from pipros.cli.command import run
 from pipros.cli.streams import command
-from pipros.basics.errors import Unreachable
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import NO_MASTER
 from pipros.graph.system_state import SystemState
-from pipros.basics.printable import printable
 
 USAGE = """\
 rosgraph is a command-line tool for debugging the ROS Computation Graph.

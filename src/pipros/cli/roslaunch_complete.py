@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.streams import command
 from pipros.basics.errors import PiprosError
+from pipros.cli.streams import command
 
 
 @command

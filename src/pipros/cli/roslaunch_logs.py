@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.streams import command
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
+from pipros.cli.streams import command
 from pipros.launch.run_id import is_run_id, run_id_problem
 from pipros.net.master_client import MasterClient
 

@@ -10,10 +10,10 @@ from optparse import SUPPRESS_HELP, OptionParser, Values
 from pathlib import Path
 
 from pipros.basics import names
-from pipros.cli.streams import command
 from pipros.basics.env import DEFAULT_MASTER_PORT, Environment
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import OnceEvent
+from pipros.cli.streams import command
 
 _DEPRECATED = """
 

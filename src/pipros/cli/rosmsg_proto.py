@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
+from pipros.basics.errors import PiprosError
 from pipros.cli.command import USAGE_ERROR, add_flag, option_parser, run
 from pipros.cli.streams import command
-from pipros.basics.errors import PiprosError
 from pipros.graph.skeleton import skeleton
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.base import Message

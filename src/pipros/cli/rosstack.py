@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping, Sequence
 
+from pipros.basics.errors import PiprosError
 from pipros.cli.package_query import TOO_MANY_WORDS, PackageQuery, QueryFailed, complain, split_arguments
 from pipros.cli.streams import command
-from pipros.basics.errors import PiprosError
 from pipros.packages.crawl import STACKS
 
 HELP = """\

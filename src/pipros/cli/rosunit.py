@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from optparse import OptionParser
 from pathlib import Path
 
+from pipros.basics.interrupts import accept_ctrl_c
 from pipros.cli.command import run
 from pipros.cli.streams import command
-from pipros.basics.interrupts import accept_ctrl_c
 from pipros.testing.bare import BareTest
 from pipros.testing.result_paths import results_file
 from pipros.testing.results import Suite, Totals

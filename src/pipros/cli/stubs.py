@@ -7,8 +7,8 @@ from argparse import ArgumentParser
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipros.cli.streams import command
 from pipros.basics.errors import PiprosError
+from pipros.cli.streams import command
 
 
 @command

@@ -9,13 +9,13 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 
+from pipros.basics.errors import PiprosError
 from pipros.cmake.interpreter import Interpreter
 from pipros.cmake.language import Command
 from pipros.cmake.message import Kind, read_message
 from pipros.cmake.names import BUILTIN_COMMANDS
 from pipros.cmake.scope import Scope
 from pipros.cmake.tools import run_tool
-from pipros.basics.errors import PiprosError
 
 
 def main(argv: Sequence[str] | None = None) -> int:

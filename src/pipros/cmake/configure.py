@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from pipros.basics.input_file import read_file
 from pipros.cmake.condition import is_on
 from pipros.cmake.scope import Scope, check_length
-from pipros.basics.input_file import read_file
 
 
 def configure_file(words: list[str], scope: Scope) -> None:

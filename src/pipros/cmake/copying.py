@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipros.cmake import regex
 from pipros.basics.errors import PiprosError
+from pipros.cmake import regex
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say

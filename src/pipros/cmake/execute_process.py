@@ -5,8 +5,8 @@ from __future__ import annotations
 import subprocess
 import sys
 
-from pipros.cmake.scope import Scope
 from pipros.basics.input_file import read_file
+from pipros.cmake.scope import Scope
 
 _VALUES = (
     "WORKING_DIRECTORY", "TIMEOUT", "RESULT_VARIABLE", "RESULTS_VARIABLE", "OUTPUT_VARIABLE",

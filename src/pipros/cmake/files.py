@@ -14,12 +14,12 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from pipros.basics.input_file import read_file
 from pipros.cmake import regex
 from pipros.cmake.configure import configured
 from pipros.cmake.copying import CannotCopy, copy, read_copies
 from pipros.cmake.scope import Scope, Unsupported
 from pipros.cmake.words import options_of
-from pipros.basics.input_file import read_file
 
 HASHES = ("MD5", "SHA1", "SHA224", "SHA256", "SHA384", "SHA512")
 _GIVEN_PERMISSIONS = frozenset(("PERMISSIONS", "FILE_PERMISSIONS", "NO_SOURCE_PERMISSIONS"))

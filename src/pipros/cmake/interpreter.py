@@ -12,6 +12,7 @@ from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from pipros.basics.input_file import read_text
 from pipros.cmake import language
 from pipros.cmake.blocks import BLOCKS, branches, end_of_block
 from pipros.cmake.condition import is_true
@@ -21,7 +22,6 @@ from pipros.cmake.names import BUILTIN_COMMANDS
 from pipros.cmake.scope import Scope, Unsupported
 from pipros.cmake.value_commands import VALUE_COMMANDS
 from pipros.cmake.words import options_of, sections
-from pipros.basics.input_file import read_text
 
 _MISTAKES = (ArithmeticError, LookupError, OSError, RecursionError, TypeError, ValueError)
 """What a command may raise for wrong arguments."""

@@ -6,8 +6,8 @@ import re
 from collections.abc import MutableMapping
 from functools import lru_cache
 
-from pipros.cmake.scope import check_length
 from pipros.basics.limits import Limits
+from pipros.cmake.scope import check_length
 
 _SPECIAL = re.compile(r"\\.|\[\^?\]?[^\]]*\]|[{}]|\$$", re.DOTALL)
 

@@ -10,8 +10,8 @@ import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from pipros.cmake.files import remove
 from pipros.basics.errors import PiprosError
+from pipros.cmake.files import remove
 
 
 class ToolFailed(PiprosError):

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import Interrupted
+from pipros.basics.interruptible_wait import OnceEvent
 from pipros.graph.message_path import InvalidIndex, Step, has_field, parse_path
 from pipros.graph.output import to_stderr
 from pipros.graph.topics import topic_type
-from pipros.basics.interruptible_wait import OnceEvent
 from pipros.msg.class_finder import installed_class
 from pipros.net.master_client import MasterClient
 from pipros.node import Node

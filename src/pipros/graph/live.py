@@ -14,11 +14,11 @@ from threading import Lock
 from typing import Any, Protocol
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.printable import printable
 from pipros.graph.bus_info import BusConnection, read_row, rows_of
 from pipros.graph.edges import EdgeList
 from pipros.graph.system_state import SystemState
 from pipros.net.rpc_client import RpcClient
-from pipros.basics.printable import printable
 
 CALLER_ID = "/rosviz"
 ANSWER_DEADLINE_S = 3.0

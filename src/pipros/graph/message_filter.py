@@ -9,8 +9,8 @@ from pipros.msg.field_access import field_of
 from pipros.safe.expr import ExpressionError, evaluate
 
 if TYPE_CHECKING:
-    from pipros.msg.time import TVal
     from pipros.basics.printable import Say
+    from pipros.msg.time import TVal
 
 
 class MessageFilter:

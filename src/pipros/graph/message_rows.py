@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from pipros.basics.printable import listed
 from pipros.graph.message_path import Part
 from pipros.msg.base import Message
 from pipros.msg.time import Time, TVal
-from pipros.basics.printable import listed
 
 FieldFilter = Callable[[Any], list[str]]
 """The names of the fields of a message that are shown."""

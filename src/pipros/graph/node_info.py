@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import Refused, Unreachable
+from pipros.basics.printable import listed, printable
 from pipros.graph.bus_info import BusConnection, established
 from pipros.graph.errors import GraphError
 from pipros.graph.nodes import api_of
@@ -14,7 +15,6 @@ from pipros.graph.output import bullets, to_stderr, to_stdout
 from pipros.graph.system_state import SystemState, of_node
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient
-from pipros.basics.printable import listed, printable
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say

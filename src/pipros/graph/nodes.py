@@ -6,11 +6,11 @@ import contextlib
 from collections.abc import Sequence
 
 from pipros.basics.errors import PiprosError, Refused
+from pipros.basics.printable import listed, printable
 from pipros.graph.errors import GraphError
 from pipros.graph.system_state import SystemState, is_below, of_node
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient
-from pipros.basics.printable import listed, printable
 
 UNKNOWN_API = "unknown address"
 

@@ -13,12 +13,12 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.limits import process_limits
+from pipros.basics.printable import printable
 from pipros.graph.bus_info import BusConnection, SentCount, established, rows_of, sent_counts, statistics_of
 from pipros.graph.system_state import SystemState, TopicConnection
-from pipros.basics.limits import process_limits
 from pipros.net.in_parallel import in_parallel
 from pipros.net.rpc_client import RpcClient
-from pipros.basics.printable import printable
 
 Ask = Callable[[str], tuple[Any, Any]]
 

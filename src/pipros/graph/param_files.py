@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pipros.graph.errors import GraphError
 from pipros.basics.names import is_private, join
+from pipros.graph.errors import GraphError
 from pipros.safe.yaml import load, load_all
 
 NAMESPACE_KEY = "_ns"

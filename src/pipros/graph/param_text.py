@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pipros.graph.plain_yaml import NotPlain, plain_document
 from pipros.basics.printable import listed, printable_lines
+from pipros.graph.plain_yaml import NotPlain, plain_document
 
 END_OF_SCALAR = "...\n"
 """The end of a YAML document that is a single plain scalar."""

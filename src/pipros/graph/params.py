@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from pipros.basics.errors import Refused
+from pipros.basics.names import InvalidKey, leaves_below
 from pipros.graph.errors import GraphError
 from pipros.graph.system_state import is_below
-from pipros.basics.names import InvalidKey, leaves_below
 from pipros.net.master_client import MasterClient
 
 

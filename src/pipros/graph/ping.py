@@ -8,11 +8,11 @@ from socket import gaierror
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import Refused, Unreachable
+from pipros.basics.printable import listed
 from pipros.graph.nodes import node_names
 from pipros.graph.output import bullets, to_stderr
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import Fault, RpcClient
-from pipros.basics.printable import listed
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from pipros.basics.printable import printable
 from pipros.graph.errors import GraphError
 from pipros.msg.class_finder import ClassFinder, MissingDefinition
 from pipros.node.any_msg import RawMessage
-from pipros.basics.printable import printable
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import PiprosError, Refused
+from pipros.basics.printable import printable
 from pipros.graph.errors import GraphError
 from pipros.graph.system_state import SystemState
 from pipros.net.master_client import MasterClient
-from pipros.basics.printable import printable
 
 if TYPE_CHECKING:
     from pipros.node.service_client import OpenCalls

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pipros.basics.errors import NotFound, Refused
+from pipros.basics.printable import listed
 from pipros.graph.errors import GraphError
 from pipros.graph.system_state import SystemState
 from pipros.net.master_client import MasterClient
-from pipros.basics.printable import listed
 
 
 def topic_type(master: MasterClient, name: str) -> tuple[str | None, str]:

@@ -9,6 +9,8 @@ from dataclasses import replace
 from typing import Any
 
 from pipros.basics.errors import PiprosError, Refused, Unreachable
+from pipros.basics.printable import printable
+from pipros.basics.uri import split_uri
 from pipros.graph.bus_info import established
 from pipros.graph.errors import GraphError
 from pipros.graph.services import header_of
@@ -18,10 +20,8 @@ from pipros.net.connect import Connector
 from pipros.net.in_parallel import in_parallel
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient, reason_of
-from pipros.basics.printable import printable
 from pipros.wire.handshake import WireType, request_topic_link
 from pipros.wire.header import HeaderReader, encode_header
-from pipros.basics.uri import split_uri
 from pipros.wire.xmlrpc import encode_call
 
 CALLER_ID = "/pipros_doctor"

@@ -5,11 +5,11 @@ from __future__ import annotations
 import difflib
 from collections.abc import Callable, Iterator, Sequence
 
+from pipros.basics.printable import listed
+from pipros.basics.uri import split_uri
 from pipros.health.finding import Finding, error, warning
 from pipros.health.system_report import Failure, SystemReport
 from pipros.net.address import is_loopback
-from pipros.basics.printable import listed
-from pipros.basics.uri import split_uri
 
 Findings = Iterator[Finding]
 

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from pipros.basics.env import split_master_uri
+from pipros.basics.printable import listed
 from pipros.launch.console import Console
 from pipros.launch.model import Launch, Node
 from pipros.net import address
-from pipros.basics.printable import listed
 
 _VALUE_CHARACTERS = 20
 

@@ -19,6 +19,7 @@ from typing import Any
 
 from pipros.basics.env import Environment
 from pipros.basics.interruptible_wait import get_within_slice
+from pipros.basics.posix import user_id
 from pipros.launch.command import CommandMaker
 from pipros.launch.console import Console
 from pipros.launch.load_context import LoadContext
@@ -32,7 +33,6 @@ from pipros.launch.server import LaunchServer
 from pipros.launch.xml import load
 from pipros.net.address import plain_address
 from pipros.net.this_machine import Caller, has_address, knows_users
-from pipros.basics.posix import user_id
 from pipros.workspace.index import PackageIndex
 
 

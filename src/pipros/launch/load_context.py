@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_file
+from pipros.basics.limits import process_limits
 from pipros.launch.budget import Budget
 from pipros.launch.substitute import FindResource, anonymous_name
-from pipros.basics.limits import process_limits
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.overlays import built_workspaces
 from pipros.workspace.program_start import program_environment

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.launch.console import Console
 from pipros.basics.log_file import refuse_planted_link
+from pipros.launch.console import Console
 
 _GIGABYTE = 1_000_000_000
 

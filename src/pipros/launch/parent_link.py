@@ -16,11 +16,11 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.posix import user_id
+from pipros.basics.uri import split_uri
 from pipros.launch.model import LaunchError
 from pipros.net.rpc_client import RpcClient
 from pipros.net.this_machine import has_address, user_listening
-from pipros.basics.posix import user_id
-from pipros.basics.uri import split_uri
 from pipros.wire.xmlrpc import Fault
 
 _INFO, _ERROR = 2, 8

@@ -12,11 +12,11 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import IO
 
+from pipros.basics.log_file import open_to_write
+from pipros.basics.posix import signal_group
 from pipros.launch.command import CannotLaunch, CannotStart, Command
 from pipros.launch.guardian import SIGKILL, Guardian
 from pipros.launch.output_prefix import PrefixedOutput
-from pipros.basics.log_file import open_to_write
-from pipros.basics.posix import signal_group
 from pipros.workspace.program_start import has_windows_line_ends, why_not_startable
 
 _ON_WINDOWS = os.name == "nt"

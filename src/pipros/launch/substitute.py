@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from pipros.basics.errors import NotFound, PiprosError
+from pipros.basics.limits import limit_text
 from pipros.launch.budget import Budget
 from pipros.launch.param_types import convert
-from pipros.basics.limits import limit_text
 from pipros.safe.expr import ExpressionError, evaluate
 
 COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")

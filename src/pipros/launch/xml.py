@@ -10,6 +10,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 
 from pipros.basics import names
+from pipros.basics.limits import Limits, process_limits
 from pipros.launch.budget import Budget, OverBudget
 from pipros.launch.builder import LaunchBuilder
 from pipros.launch.load_context import LoadContext
@@ -21,7 +22,6 @@ from pipros.launch.read_scope import read_arg, read_env, read_included_arguments
 from pipros.launch.reader import ElementReader
 from pipros.launch.scope import LaunchScope
 from pipros.launch.substitute import Substitution
-from pipros.basics.limits import Limits, process_limits
 from pipros.safe.xml import Element, XmlError, parse
 
 INCLUDE_LIMIT = 60

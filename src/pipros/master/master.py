@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from pipros.basics.env import Environment, InvalidEnvironment, split_master_uri
+from pipros.basics.posix import make_room_for_descriptors, raise_descriptor_limit
 from pipros.master.admission import AllowedNetworks
 from pipros.master.options import MasterOptions
 from pipros.master.server import MasterServer
@@ -17,7 +18,6 @@ from pipros.net import address
 from pipros.net.loop import BackgroundLoop
 from pipros.net.sockets import connections_that_fit
 from pipros.net.this_machine import addresses_of
-from pipros.basics.posix import make_room_for_descriptors, raise_descriptor_limit
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from pipros.basics import names
 from pipros.basics.limits import process_limits
+from pipros.basics.printable import printable
 from pipros.master import statistics
 from pipros.master.api import MasterApi
 from pipros.master.liveness import Liveness, find_live_nodes
@@ -23,7 +24,6 @@ from pipros.master.store import Store, restore_params, restore_registrations
 from pipros.net import address
 from pipros.net.rpc_server import RpcServer, current_caller
 from pipros.net.this_machine import Caller
-from pipros.basics.printable import printable
 
 _log = logging.getLogger("rosmaster.master")
 

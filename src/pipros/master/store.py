@@ -26,9 +26,9 @@ from typing import Any, Final
 
 from pipros.basics.cache_files import Untrusted, check_owner
 from pipros.basics.errors import PiprosError
+from pipros.basics.posix import HAS_OWNERS, NO_LINK, user_id
 from pipros.master.params import ParamsFull, ParamTree
 from pipros.master.registry import Registry, Role
-from pipros.basics.posix import HAS_OWNERS, NO_LINK, user_id
 from pipros.wire.xmlrpc import decode_response, encode_response
 
 _log = logging.getLogger("rosmaster.master")

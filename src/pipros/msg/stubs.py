@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from pipros.basics.printable import printable_lines
 from pipros.msg.compile.emitter import python_name
 from pipros.msg.language.comments import comments_of
 from pipros.msg.language.definitions import Definitions
@@ -23,7 +24,6 @@ from pipros.msg.language.spec import (
     MessageSpec,
     ServiceSpec,
 )
-from pipros.basics.printable import printable_lines
 
 _IMPORTS = {
     "_Sequence": "from collections.abc import Sequence as _Sequence",

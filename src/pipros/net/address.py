@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.graph_variables import split_master_uri
-from pipros.net.lookup import process_lookups
 from pipros.basics.uri import host_and_port as host_and_port
 from pipros.basics.uri import split_uri as split_uri
+from pipros.net.lookup import process_lookups
 
 if TYPE_CHECKING:
     from pipros.basics.env import Environment

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from pipros.basics.errors import ProtocolError, Refused, Unreachable
-from pipros.net.rpc_client import TIMEOUT_OF_CLIENT, RpcClient
 from pipros.basics.printable import printable
+from pipros.net.rpc_client import TIMEOUT_OF_CLIENT, RpcClient
 
 CURE = "Is roscore running there? Start it, or set ROS_MASTER_URI to its address"
 

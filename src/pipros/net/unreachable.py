@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 import socket
 
-from pipros.net.address import is_loopback
 from pipros.basics.uri import split_uri
+from pipros.net.address import is_loopback
 
 
 async def explain(peer: str) -> str:

@@ -20,11 +20,11 @@ from typing import TYPE_CHECKING, Any, TextIO
 from pipros.basics.cache_files import Untrusted, check_owner
 from pipros.basics.errors import PiprosError
 from pipros.basics.log_file import LogFile
-from pipros.msg.time import NS_PER_S
-from pipros.node.clock import Clock
 from pipros.basics.posix import HAS_OWNERS
 from pipros.basics.printable import write_line
 from pipros.basics.warn_once import warn_once
+from pipros.msg.time import NS_PER_S
+from pipros.node.clock import Clock
 
 if TYPE_CHECKING:
     from pipros.basics.env import Environment

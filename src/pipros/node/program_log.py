@@ -9,8 +9,8 @@ from pathlib import Path
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.node.log import configure_by_file, find_log_config, open_file_handler
 from pipros.basics.posix import give_to
+from pipros.node.log import configure_by_file, find_log_config, open_file_handler
 
 
 def log_program(logname: str, level: int, filename: str | None, environment: Environment) -> Path | None:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Generic, Protocol
 
+from pipros.basics.printable import printable
 from pipros.net.backlog import Frame
 from pipros.net.connection_table import LinkEntry
 from pipros.net.flush import flush_or_queue
@@ -18,7 +19,6 @@ from pipros.net.workers import Workers
 from pipros.node.codec import AnyMessage, encoder
 from pipros.node.context import NodeContext
 from pipros.node.packet_sharing import SHARED_BYTES, PacketSharing
-from pipros.basics.printable import printable
 from pipros.wire.handshake import WireType, accept_topic_link, topic_refusal
 from pipros.wire.header import encode_header
 

@@ -6,10 +6,10 @@ import asyncio
 from collections.abc import Awaitable, Callable, Iterable
 
 from pipros.basics.errors import PiprosError, Refused, Unreachable
+from pipros.basics.printable import printable
 from pipros.net import unreachable
 from pipros.node.complaints import Complaints
 from pipros.node.context import NodeContext
-from pipros.basics.printable import printable
 
 RETRY_FIRST_S = 0.1
 RETRY_LONGEST_S = 5.0

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from pipros.basics.errors import Interrupted, PiprosError, Refused, Unreachable
+from pipros.basics.printable import listed
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_async_client import AsyncRpcClient
-from pipros.basics.printable import listed
 from pipros.wire.xmlrpc import encode_call
 
 WATCH_INTERVAL_S = 1.0

@@ -8,11 +8,11 @@ from types import TracebackType
 from typing import Any
 
 from pipros.basics.env import Environment
+from pipros.basics.printable import listed, printable_lines
 from pipros.msg import load_message_class
 from pipros.node.log import open_file_handler
 from pipros.node.logger_services import serve_loggers
 from pipros.node.node import Node
-from pipros.basics.printable import listed, printable_lines
 
 QUEUE_SIZE = 1000
 """Maximum number of lines queued for one subscriber of `/rosout_agg`, as in genuine rosout."""

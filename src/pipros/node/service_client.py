@@ -17,17 +17,17 @@ from weakref import WeakSet
 
 from pipros.basics.errors import Interrupted, PiprosError, ProtocolError, Refused
 from pipros.basics.limits import Limits, process_limits
+from pipros.basics.printable import printable
+from pipros.basics.uri import split_uri
 from pipros.net import sockets
 from pipros.net.busy_poll import REPLY_POLL_S, PollingReceiver
 from pipros.net.connect import Connector
 from pipros.net.master_client import MasterClient
 from pipros.node.codec import decoder, encoder, number
 from pipros.node.service_server import ServiceClass
-from pipros.basics.printable import printable
 from pipros.wire.frames import ReplyReader
 from pipros.wire.handshake import WireType, check_service_reply, request_service_link
 from pipros.wire.header import HeaderReader, encode_header
-from pipros.basics.uri import split_uri
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message

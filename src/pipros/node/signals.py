@@ -15,8 +15,8 @@ from typing import Any
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import OnceEvent
 from pipros.basics.interrupts import interrupt_main_thread
-from pipros.node.node import Node
 from pipros.basics.posix import call_in_children
+from pipros.node.node import Node
 
 _FROM_HANDLER = 0x80
 """A bit of the byte that the handler writes, in addition to the number of the signal."""

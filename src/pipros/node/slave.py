@@ -14,13 +14,13 @@ from typing import Any, Final, Protocol
 
 from pipros.basics import names
 from pipros.basics.limits import Limits, process_limits
+from pipros.basics.printable import printable
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_server import current_caller
 from pipros.node.endpoints import Endpoints
 from pipros.node.params import Parameters
 from pipros.node.recheck import Recheck
 from pipros.node.registration import Registrations
-from pipros.basics.printable import printable
 
 Answer = list[Any]
 

@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Generic
 
 from pipros.basics.errors import LimitExceeded, PiprosError, ProtocolError, Unreachable
+from pipros.basics.printable import printable
 from pipros.net import tcpros
 from pipros.net.incoming import DeliveryLock, IncomingLink, ReceiveStatistics
 from pipros.net.rpc_async_client import call_async
@@ -19,7 +20,6 @@ from pipros.node.codec import AnyMessage, decoder
 from pipros.node.context import NodeContext
 from pipros.node.latch import LastMessage, LatchedFirst
 from pipros.node.publisher_connector import LinkEnd, PublisherConnector
-from pipros.basics.printable import printable
 from pipros.wire.handshake import WireType, check_topic_reply, request_topic_link
 
 if TYPE_CHECKING:

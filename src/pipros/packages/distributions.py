@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import os
 import re
+from importlib.machinery import PathFinder
 from importlib.metadata import Distribution
 from typing import Any
 
 from pipros.packages import SHARE
 from pipros.packages.crawl import MANIFEST
 
-_MODULES = os.path.dirname(os.path.dirname(SHARE))
 _VERSION = re.compile(r"<version>\s*([^\s<]+)\s*</version>")
 
 
@@ -38,7 +38,7 @@ class ShippedDistribution(Distribution):
         """Return the path of one of its files, relative to the folder of its modules."""
         from pathlib import Path
 
-        return Path(_MODULES, path)
+        return Path(_module_folder(self._name) or SHARE, path)
 
 
 def shipped_distribution(name: str) -> Distribution | None:
@@ -46,5 +46,13 @@ def shipped_distribution(name: str) -> Distribution | None:
     name = re.sub(r"[-.]+", "_", name)
     if not name.isidentifier() or not os.path.isfile(os.path.join(SHARE, name, MANIFEST)):
         return None
-    folders = (os.path.join(_MODULES, name), os.path.join(SHARE, name, "src", name))
-    return ShippedDistribution(name) if any(map(os.path.isdir, folders)) else None
+    return None if _module_folder(name) is None else ShippedDistribution(name)
+
+
+def _module_folder(name: str) -> str | None:
+    """Return the folder with the Python package of a ROS package; None if it has none."""
+    if os.path.isdir(os.path.join(SHARE, name, "src", name)):
+        return os.path.join(SHARE, name, "src")
+    found = PathFinder.find_spec(name)
+    locations = None if found is None else found.submodule_search_locations
+    return os.path.dirname(next(iter(locations))) if locations else None

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.graph.client import GraphClient
 from pipros.basics.interruptible_wait import OnceEvent
+from pipros.graph.client import GraphClient
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.web.access import Access

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import LimitExceeded
+from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.graph.raw_decoder import RawDecoder, decode_as
 from pipros.graph.samples import BandwidthWindow, RateWindow
-from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.node import Node
 from pipros.node.any_msg import RawMessage
 from pipros.node.subscriber import Subscriber

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipros.cmake.copying import PROGRAM_MODE, Copy, copy, copy_file
 from pipros.basics.errors import NotFound
+from pipros.cmake.copying import PROGRAM_MODE, Copy, copy, copy_file
 from pipros.msg.language.definitions import Definitions
 from pipros.msg.language.spec import DefinitionError
 from pipros.msg.stubs import package_stubs

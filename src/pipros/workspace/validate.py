@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from pipros.cmake.language import CMakeError
 from pipros.basics.errors import PiprosError
+from pipros.cmake.language import CMakeError
 from pipros.msg.language.definitions import Definitions
 from pipros.msg.language.spec import MessageSpec
 from pipros.safe.xml import XmlError

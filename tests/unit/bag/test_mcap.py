@@ -15,8 +15,8 @@ from pipros.bag.opening import open_bag
 from pipros.bag.record_files import FileOptions, RecordFiles
 from pipros.bag.record_queue import Received
 from pipros.bag.rewrite import copy_chosen
-from pipros.cli.rosbag import main
 from pipros.basics.limits import process_limits
+from pipros.cli.rosbag import main
 from pipros.msg.errors import DeserializationError
 from tests.support.bags import bag_bytes, rows_of, some_rows, values
 

@@ -12,8 +12,8 @@ from std_msgs.msg import String
 from pipros.bag import BagError, BagReader, BagWriter
 from pipros.bag.migration import Migrator
 from pipros.bag.migration_rules import parse_rules
-from pipros.cli.rosbag import main
 from pipros.basics.errors import PiprosError
+from pipros.cli.rosbag import main
 from pipros.msg.dynamic import message_classes_from_text
 from rosbag import migration
 from tests.support.bags import header_of, rows_of

@@ -11,7 +11,8 @@ from types import ModuleType
 import pytest
 
 HEAD = (
-    "from typing import Any\nimport json\nfrom pipros.basics.lazy_names import lazy_names, star_names\n_hidden = 1\n"
+    "from typing import Any\nimport json\n"
+    "from pipros.basics.lazy_names import lazy_names, star_names\n_hidden = 1\n"
 )
 
 

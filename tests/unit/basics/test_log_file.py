@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from pipros.launch.console import Console
 from pipros.basics.limits import Limits
 from pipros.basics.log_file import LogFile, open_to_write
+from pipros.launch.console import Console
 
 needs_dev_full = pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full of Linux")
 

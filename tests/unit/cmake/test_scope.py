@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.cmake.scope import Scope
 from pipros.basics.limits import Limits
+from pipros.cmake.scope import Scope
 
 
 def scope(**variables: str) -> Scope:

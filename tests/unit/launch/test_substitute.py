@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.errors import NotFound
-from pipros.launch.substitute import Substitution, SubstitutionError, UnsetArgument, anonymous_name
 from pipros.basics.names import is_legal_base
+from pipros.launch.substitute import Substitution, SubstitutionError, UnsetArgument, anonymous_name
 from pipros.safe.expr import ExpressionError
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 import pipros
+from pipros.basics.limits import Limits
 from pipros.launch.model import LaunchError, Output, Place, WorkingFolder
 from pipros.launch.roscore import STANDARD_PARAMETERS
 from pipros.launch.xml import INCLUDE_LIMIT, load
-from pipros.basics.limits import Limits
 
 
 def write(folder: Path, name: str, content: str) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.master.registry import Notice, Registry, Role
 from pipros.basics.names import as_namespace
+from pipros.master.registry import Notice, Registry, Role
 
 A, B, C = "http://a:1/", "http://b:2/", "http://c:3/"
 

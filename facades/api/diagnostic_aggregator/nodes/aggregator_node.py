@@ -7,12 +7,12 @@ from typing import Any
 
 import rospy
 from bondpy.bondpy import Bond
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.basics.printable import printable
 from pipros.libraries.diagnostics.aggregation import Aggregation, whole_level
 from pipros.libraries.diagnostics.analyzers import BadAnalyzer
 from pipros.libraries.diagnostics.items import Status
-from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.msg import load_message_class, load_service_class
-from pipros.basics.printable import printable
 
 DiagnosticArray: Any = load_message_class("diagnostic_msgs/DiagnosticArray")
 DiagnosticStatus: Any = load_message_class("diagnostic_msgs/DiagnosticStatus")

@@ -11,6 +11,7 @@ from typing import Any
 
 import rospy
 from diagnostic_common_diagnostics.nodes.monitor import init, psutil, publish_all
+from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.diagnostics.items import ERROR
 from pipros.libraries.diagnostics.machine import (
     BadReading,
@@ -21,7 +22,6 @@ from pipros.libraries.diagnostics.machine import (
     parsed_hddtemp,
     space_report,
 )
-from pipros.basics.interrupts import exits_after_ctrl_c
 
 HDDTEMP = ("127.0.0.1", 7634)
 HDDTEMP_DEADLINE_S = 2.0

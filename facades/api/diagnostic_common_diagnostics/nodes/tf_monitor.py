@@ -11,9 +11,9 @@ from tf2_msgs.msg import TFMessage
 import rospy
 from diagnostic_common_diagnostics.nodes.monitor import report_of
 from diagnostic_updater import Updater
+from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.diagnostics.items import ERROR, OK, WARN
 from pipros.libraries.diagnostics.machine import Report
-from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.transforms import heard
 from pipros.libraries.transforms.heard import HeardTransform
 

@@ -10,9 +10,9 @@ from errno import EWOULDBLOCK as EWOULDBLOCK
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.basics.uri import split_uri
 from pipros.msg.base import Message as Message
 from pipros.msg.errors import DeserializationError as DeserializationError
-from pipros.basics.uri import split_uri
 from rospy.core import *  # noqa: F403  # imported from here by other code
 from rospy.exceptions import ROSInternalException as ROSInternalException
 from rospy.exceptions import TransportException as TransportException

@@ -8,10 +8,10 @@ from typing import Any
 import rospy
 import tf2_ros
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.msg import load_message_class
 from pipros.basics.printable import listed, printable
 from pipros.libraries.transforms.heard import UNKNOWN_SENDER
 from pipros.libraries.transforms.monitor import Delays, Monitor
+from pipros.msg import load_message_class
 from tf.transformer import strip_leading_slash
 
 PRINT_S = 0.25

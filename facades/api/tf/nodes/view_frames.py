@@ -9,11 +9,11 @@ from pathlib import Path
 
 import rospy
 import tf2_ros
+from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
 from pipros.graph.drawing.pdf import to_pdf
 from pipros.graph.drawing.scene import Scene, draw
 from pipros.graph.drawing.svg import to_svg
-from pipros.basics.interrupts import exits_after_ctrl_c
 from rospy.session import session
 
 LISTEN_S = 5.0

@@ -8,9 +8,9 @@ from typing import Any
 
 import rospy
 from pipros.basics import names
-from pipros.node.any_msg import RawMessage
 from pipros.basics.printable import printable
 from pipros.libraries.topic_tools.raw import UnknownType, class_like
+from pipros.node.any_msg import RawMessage
 
 QUEUE_SIZE = 10
 

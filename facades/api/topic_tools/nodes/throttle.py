@@ -8,8 +8,8 @@ import time
 
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.node.any_msg import RawMessage
 from pipros.libraries.topic_tools.rates import ByteRate, MessageRate, Rule
+from pipros.node.any_msg import RawMessage
 from topic_tools.nodes.output import Input, Output, base_name, is_latched
 
 USAGE = """

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from pipros.basics.lazy_names import star_names as _star_names
 from pipros.graph.edges import Edge, EdgeList, edge_args
 from pipros.graph.live import CALLER_ID, BadNode, LiveGraph, logger, node_topic, topic_node
-from pipros.basics.lazy_names import star_names as _star_names
 from rosgraph.masterapi import Master
 
 __all__ = ["BadNode", "Edge", "EdgeList", "Graph", "edge_args", "logger", "node_topic", "topic_node"]

@@ -12,13 +12,13 @@ from pipros.bag.errors import BagError
 from pipros.bag.images import IMAGE_TYPES, image_file
 from pipros.bag.opening import open_bag
 from pipros.bag.reader import BagReader
+from pipros.basics.names import canonicalize, is_legal_topic
+from pipros.basics.printable import listed
 from pipros.cli.command import CommandError, option_parser
 from pipros.graph.message_path import Part
 from pipros.graph.message_rows import MessageRows
 from pipros.msg.base import Message
 from pipros.msg.time import TVal
-from pipros.basics.names import canonicalize, is_legal_topic
-from pipros.basics.printable import listed
 
 _FORMATS = ("csv", "npz")
 

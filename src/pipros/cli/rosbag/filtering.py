@@ -11,10 +11,10 @@ from pipros.bag.connection import Connection
 from pipros.bag.filter_expression import MessageExpression
 from pipros.bag.opening import open_bag, writer_for
 from pipros.bag.rewrite import copy_chosen, replaced_file
+from pipros.basics.printable import listed, printable_lines
 from pipros.cli.command import CommandError, option_parser
 from pipros.cli.rosbag.progress import Progress
 from pipros.msg.time import Time
-from pipros.basics.printable import listed, printable_lines
 from pipros.safe.expr import ExpressionError
 
 _USAGE = """rosbag filter [options] INBAG OUTBAG EXPRESSION

@@ -13,10 +13,10 @@ from typing import Any
 
 from pipros.bag.errors import BagError
 from pipros.bag.player import Player, PlayOptions, opened_bags
-from pipros.cli.command import CommandError, add_flag, option_parser
-from pipros.cli.command_node import command_node
 from pipros.basics.names import parse_arguments
 from pipros.basics.terminals import single_keys
+from pipros.cli.command import CommandError, add_flag, option_parser
+from pipros.cli.command_node import command_node
 
 _SHOW_PERIOD_S = 0.1
 _KEY_PERIOD_S = 0.02

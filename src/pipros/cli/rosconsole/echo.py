@@ -8,12 +8,12 @@ from collections.abc import Callable, Sequence
 from datetime import datetime
 from typing import Any
 
+from pipros.basics.names import parse_arguments
+from pipros.basics.printable import listed, printable_lines
 from pipros.cli.terminal import has_colours
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import GraphError
 from pipros.graph.loggers import LEVELS
-from pipros.basics.names import parse_arguments
-from pipros.basics.printable import listed, printable_lines
 
 _NUMBERS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
 _COLOURS = {"DEBUG": 92, "INFO": 97, "WARN": 93, "ERROR": 91, "FATAL": 95}

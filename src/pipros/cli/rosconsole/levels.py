@@ -5,12 +5,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
+from pipros.basics.names import parse_arguments
+from pipros.basics.printable import listed
 from pipros.cli.command import option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import GraphError
 from pipros.graph.loggers import LEVELS, levels_of, set_level
-from pipros.basics.names import parse_arguments
-from pipros.basics.printable import listed
 
 NO_SUCH_NODE, NO_SUCH_LOGGER = 1, 2
 """Noetic's exit codes."""

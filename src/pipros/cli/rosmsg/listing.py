@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.command import USAGE_ERROR, add_flag, option_parser, single_argument
 from pipros.basics.errors import NotFound
+from pipros.cli.command import USAGE_ERROR, add_flag, option_parser, single_argument
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.type_catalogue import TypeCatalogue
 

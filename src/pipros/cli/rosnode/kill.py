@@ -5,11 +5,11 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
+from pipros.basics.printable import listed
 from pipros.cli.command import add_flag, option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.nodes import kill, node_names
 from pipros.graph.output import bullets
-from pipros.basics.printable import listed
 
 
 def kill_nodes(argv: Sequence[str]) -> int:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from pipros.basics.printable import listed
 from pipros.cli.command import option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.nodes import machines, nodes_on
-from pipros.basics.printable import listed
 
 
 def show_machines(argv: Sequence[str]) -> int:

@@ -6,13 +6,13 @@ import sys
 from collections.abc import Sequence
 from optparse import OptionParser
 
-from pipros.cli.command import add_flag, option_parser
 from pipros.basics.errors import PiprosError
+from pipros.basics.printable import listed
+from pipros.cli.command import add_flag, option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.nodes import node_names
 from pipros.graph.ping import ping, ping_all
 from pipros.net.master_client import MasterClient
-from pipros.basics.printable import listed
 
 
 def ping_nodes(argv: Sequence[str]) -> int:

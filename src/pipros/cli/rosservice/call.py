@@ -6,10 +6,10 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
+from pipros.basics.names import parse_arguments
 from pipros.cli.command import option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.service_call import ServiceCaller, wait_for_service
-from pipros.basics.names import parse_arguments
 
 
 def call_service(argv: Sequence[str]) -> int:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
+from pipros.basics.names import parse_arguments
+from pipros.basics.printable import listed
 from pipros.cli.command import only_argument, option_parser
 from pipros.cli.terminal import CYAN, table
 from pipros.graph.client import GraphClient
@@ -17,8 +19,6 @@ from pipros.graph.services import (
     uri_of,
 )
 from pipros.graph.system_state import is_below
-from pipros.basics.names import parse_arguments
-from pipros.basics.printable import listed
 
 
 def list_services(argv: Sequence[str]) -> int:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
+from pipros.basics.interrupts import accept_ctrl_c
 from pipros.cli.command import USAGE_ERROR, dispatch, run
 from pipros.cli.streams import command
-from pipros.basics.interrupts import accept_ctrl_c
 
 OVERVIEW = """\
 rostopic is a command-line tool for printing information about ROS Topics.

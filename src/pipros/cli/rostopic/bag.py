@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 from pipros.bag.errors import BagError, NotIndexed
 from pipros.bag.index import Stamp
 from pipros.bag.reader import BagReader
+from pipros.basics.printable import listed
 from pipros.cli.command import CommandError
 from pipros.graph.listening import TopicPart
 from pipros.graph.message_path import parse_path
 from pipros.graph.system_state import is_below
 from pipros.msg.time import NS_PER_S
-from pipros.basics.printable import listed
 
 if TYPE_CHECKING:
     from pipros.cli.rostopic.echo_options import EchoOptions

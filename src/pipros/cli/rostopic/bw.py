@@ -7,13 +7,13 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from pipros.basics.names import parse_arguments
 from pipros.cli.command import option_parser
 from pipros.cli.rostopic.window_option import add_window_option, window_of
 from pipros.cli.terminal import LiveBlock, is_terminal
 from pipros.graph.client import GraphClient
 from pipros.graph.measurements import BANDWIDTH_WINDOW, bandwidth_table, bandwidth_text
 from pipros.graph.samples import BandwidthWindow
-from pipros.basics.names import parse_arguments
 
 if TYPE_CHECKING:
     from pipros.node.any_msg import RawMessage

@@ -7,10 +7,10 @@ import threading
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from pipros.basics.names import parse_arguments
 from pipros.graph.client import GraphClient
 from pipros.graph.measurements import delay_text
 from pipros.graph.samples import DEFAULT_WINDOW, Samples
-from pipros.basics.names import parse_arguments
 
 if TYPE_CHECKING:
     from pipros.node.any_msg import RawMessage

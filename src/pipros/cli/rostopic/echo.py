@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from pipros.basics.names import parse_arguments
 from pipros.cli.rostopic.echo_options import parse
 from pipros.graph.client import GraphClient
-from pipros.basics.names import parse_arguments
 
 
 def echo(argv: Sequence[str]) -> int:

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
+from pipros.basics.names import parse_arguments
 from pipros.cli.command import option_parser
 from pipros.cli.rostopic.window_option import add_window_option, window_of
 from pipros.cli.terminal import LiveBlock
 from pipros.graph.client import GraphClient
 from pipros.graph.measurements import Rates
 from pipros.graph.samples import DEFAULT_WINDOW
-from pipros.basics.names import parse_arguments
 
 if TYPE_CHECKING:
     from pipros.node.any_msg import RawMessage

@@ -5,12 +5,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.command import only_argument
 from pipros.basics.errors import NotFound
-from pipros.graph.client import GraphClient
-from pipros.graph.topics import describe_topic, field_type, topic_type, topics_of_type
 from pipros.basics.names import parse_arguments
 from pipros.basics.printable import listed
+from pipros.cli.command import only_argument
+from pipros.graph.client import GraphClient
+from pipros.graph.topics import describe_topic, field_type, topic_type, topics_of_type
 
 
 def show_info(argv: Sequence[str]) -> int:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from pipros.basics.errors import Refused
+from pipros.basics.names import parse_arguments
+from pipros.basics.printable import listed
 from pipros.cli.command import option_parser
 from pipros.cli.terminal import CYAN, DIM, table
-from pipros.basics.errors import Refused
 from pipros.graph.client import GraphClient
 from pipros.graph.system_state import Registrations, SystemState, is_below
-from pipros.basics.names import parse_arguments
 from pipros.net.master_client import MasterClient
-from pipros.basics.printable import listed
 
 
 def list_topics(argv: Sequence[str]) -> int:

@@ -6,8 +6,8 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from pipros.cli.rostopic.echo_options import EchoOptions
 from pipros.basics.errors import NotFound
+from pipros.cli.rostopic.echo_options import EchoOptions
 from pipros.graph.elide import Elision
 from pipros.graph.listening import TopicPart
 from pipros.graph.message_filter import MessageFilter

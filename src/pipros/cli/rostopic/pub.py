@@ -11,9 +11,9 @@ from optparse import OptionParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipros.basics.names import parse_arguments
 from pipros.cli.command import CommandError, option_parser
 from pipros.graph.client import GraphClient
-from pipros.basics.names import parse_arguments
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message

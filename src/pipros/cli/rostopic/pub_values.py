@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from optparse import OptionParser
 from typing import Any
 
+from pipros.basics.errors import PiprosError
 from pipros.cli.command import CommandError
 from pipros.cli.yaml_args import value_of
-from pipros.basics.errors import PiprosError
 from pipros.graph.errors import GraphError
 from pipros.graph.message_from_yaml import message_from_yaml
 from pipros.msg import load_message_class

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from pipros.basics.printable import printable
 from pipros.graph.drawing.layered_layout import Box, layered_layout
 from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
-from pipros.basics.printable import printable
 
 CHARACTER_WIDTH = 7.4
 """The width of a character in the widest usual fonts, at the size of a label, in pixels."""

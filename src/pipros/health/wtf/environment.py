@@ -6,10 +6,10 @@ import os
 from pathlib import Path
 
 from pipros.basics.env import Environment
+from pipros.basics.uri import split_uri
 from pipros.health.wtf.context import WtfContext
 from pipros.health.wtf.rules import Rule, error_rule, warning_rule
 from pipros.net.this_machine import addresses_of
-from pipros.basics.uri import split_uri
 
 
 def paths(path: str | None) -> list[str]:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from pipros.basics.printable import listed
+from pipros.basics.uri import split_uri
 from pipros.health.gather_system import gather_system
 from pipros.health.wtf.context import WtfContext
 from pipros.health.wtf.rules import Rule, error_rule, warning_rule
 from pipros.net.master_client import MasterClient
-from pipros.basics.printable import listed
-from pipros.basics.uri import split_uri
 
 CALLER_ID = "/roswtf"
 

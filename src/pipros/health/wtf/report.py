@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import sys
 
-from pipros.health.wtf.context import WtfContext
 from pipros.basics.printable import printable_lines
+from pipros.health.wtf.context import WtfContext
 
 
 def print_results(ctx: WtfContext) -> None:

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from math import isinf
 from typing import Any, Protocol
 
+from pipros.basics.errors import PiprosError
 from pipros.libraries.diagnostics.items import ERROR, OK, STALE, Item, Status, level_name
 from pipros.libraries.diagnostics.name_patterns import NamePatterns
-from pipros.basics.errors import PiprosError
 
 TIMEOUT_S = 5.0
 """After this time without an update an item is stale, unless `timeout` is set."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from pipros.libraries.diagnostics.items import OK, Status, level_name
 from pipros.basics.printable import printable
+from pipros.libraries.diagnostics.items import OK, Status, level_name
 
 _LONGEST = 2_000
 

@@ -9,9 +9,9 @@ from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from pipros.basics.errors import PiprosError
 from pipros.libraries.diagnostics.items import ERROR, OK, WARN, level_name
 from pipros.libraries.diagnostics.summaries import merged
-from pipros.basics.errors import PiprosError
 
 HOT, CRITICALLY_HOT = 55.0, 70.0
 """Degrees Celsius of a disk, above which it is hot."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from math import isfinite
 
 from pipros.basics.errors import PiprosError
-from pipros.safe.xml import Element, XmlError, parse
 from pipros.libraries.transforms.pose import IDENTITY, Pose, from_roll_pitch_yaw
+from pipros.safe.xml import Element, XmlError, parse
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 

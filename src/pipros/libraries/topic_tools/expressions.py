@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from pipros.basics.errors import PiprosError
+from pipros.libraries.topic_tools.modules import ARRAY, Names, module_for
 from pipros.msg.field_access import field_of
 from pipros.msg.time import Time
 from pipros.safe.expr import Expression, ExpressionError
 from pipros.safe.guarded import CONSTANTS, FUNCTIONS
 from pipros.safe.yaml import load
-from pipros.libraries.topic_tools.modules import ARRAY, Names, module_for
 
 
 class NotAMapping(PiprosError, ValueError):

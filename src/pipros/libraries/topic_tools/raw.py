@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from pipros.basics.errors import PiprosError
-from pipros.node.any_msg import RawMessage
 from pipros.basics.printable import printable
+from pipros.node.any_msg import RawMessage
 
 
 class UnknownType(PiprosError):

@@ -9,7 +9,6 @@ from __future__ import annotations
 from threading import Lock
 
 from pipros.basics.limits import Limits, limit_text, process_limits
-from pipros.msg.time import NS_PER_S
 from pipros.basics.printable import printable
 from pipros.libraries.transforms.errors import (
     ConnectivityException,
@@ -21,6 +20,7 @@ from pipros.libraries.transforms.history import MovingFrame, StaticFrame
 from pipros.libraries.transforms.listing import edges, frames_as_dot, frames_as_string, frames_as_yaml
 from pipros.libraries.transforms.pose import IDENTITY, Pose, composed_exactly
 from pipros.libraries.transforms.tree import Frames, find_path, latest_common_time
+from pipros.msg.time import NS_PER_S
 
 DEFAULT_LENGTH = 10 * NS_PER_S
 _FRAME_BYTES = 1_000

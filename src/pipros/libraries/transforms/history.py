@@ -5,8 +5,8 @@ from __future__ import annotations
 from bisect import bisect_right
 from typing import Protocol
 
-from pipros.msg.time import NS_PER_S
 from pipros.libraries.transforms.pose import Pose, between
+from pipros.msg.time import NS_PER_S
 
 _POSE_BYTES = 350
 """Memory of a pose without the name of its parent."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from pipros.msg.time import NS_PER_S
 from pipros.libraries.transforms.history import FrameHistory, MovingFrame
+from pipros.msg.time import NS_PER_S
 
 Frames = Mapping[str, FrameHistory | None]
 

@@ -11,8 +11,8 @@ from collections.abc import AsyncIterator, Iterator, Mapping
 from itertools import islice
 from typing import Any
 
-from pipros.graph.service_call import ServiceCaller
 from pipros.basics.limits import process_limits
+from pipros.graph.service_call import ServiceCaller
 from pipros.net.master_client import MasterClient
 from pipros.node.any_msg import RawMessage
 from pipros.node.service_client import OpenCalls

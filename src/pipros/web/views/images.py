@@ -7,9 +7,9 @@ import json
 from collections.abc import AsyncIterator, Mapping
 from typing import Any
 
+from pipros.basics.printable import printable
 from pipros.msg import load_message_class
 from pipros.node.any_msg import RawMessage
-from pipros.basics.printable import printable
 from pipros.web.known_topic import LONGEST_NAME
 from pipros.web.server import RequestRefused
 from pipros.web.topic_watch import TopicWatch

@@ -8,8 +8,8 @@ from collections.abc import AsyncIterator, Mapping
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.graph import params
 from pipros.basics.limits import process_limits
+from pipros.graph import params
 from pipros.safe.yaml import load
 from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused

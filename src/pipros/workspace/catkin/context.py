@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
+from pipros.basics.input_file import read_text
 from pipros.cmake.configure import configured
 from pipros.cmake.interpreter import Interpreter
 from pipros.cmake.language import CMakeError, Command
 from pipros.cmake.scope import Scope
-from pipros.basics.input_file import read_text
 from pipros.workspace.catkin.names import CATKIN_COMMANDS
 from pipros.workspace.catkin.project import NativeTarget, Project
 

@@ -7,11 +7,11 @@ import re
 import sys
 from collections.abc import Mapping, Sequence
 
+from pipros.basics.input_file import read_text
 from pipros.cmake.configure import configured
 from pipros.cmake.language import Command
 from pipros.cmake.message import Kind, read_message
 from pipros.cmake.words import sections
-from pipros.basics.input_file import read_text
 from pipros.workspace.catkin.context import FoundPackage, Handler, ReadContext
 from pipros.workspace.catkin.names import CATKIN_VERSION, CORE_PACKAGES
 from pipros.workspace.catkin.project import EnvironmentHook

@@ -10,11 +10,11 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 
+from pipros.basics.env import DISTRIBUTION
+from pipros.basics.limits import Limits
 from pipros.cmake.language import Command
 from pipros.cmake.names import BEYOND_COMMANDS, BUILTIN_COMMANDS
 from pipros.cmake.scope import Scope
-from pipros.basics.env import DISTRIBUTION
-from pipros.basics.limits import Limits
 from pipros.workspace.catkin import (
     install_commands,
     interface_commands,

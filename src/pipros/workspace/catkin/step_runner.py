@@ -8,8 +8,8 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from pipros.cmake.language import CMakeError
 from pipros.basics.env import DISTRIBUTION
+from pipros.cmake.language import CMakeError
 from pipros.workspace.catkin.steps import Step, Steps
 
 if TYPE_CHECKING:

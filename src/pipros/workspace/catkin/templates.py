@@ -13,9 +13,9 @@ from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from pipros.basics.env import DISTRIBUTION
 from pipros.cmake.configure import configure_file
 from pipros.cmake.language import Command
-from pipros.basics.env import DISTRIBUTION
 from pipros.workspace.catkin.context import Handler, ReadContext
 
 _TIME_LIMIT_S = 60.0

@@ -8,14 +8,14 @@ from typing import Any
 import pytest
 
 from pipros.basics.errors import NotFound, PiprosError
-from pipros.msg import load_message_class
-from pipros.msg.time import Duration, Time
-from pipros.safe.expr import ExpressionError
 from pipros.libraries.topic_tools.expressions import NotAMapping, Template, Transformation
 from pipros.libraries.topic_tools.modules import module_for
 from pipros.libraries.topic_tools.rates import ByteRate, Dropping, MessageRate
 from pipros.libraries.topic_tools.raw import UnknownType, class_like
 from pipros.libraries.topic_tools.selection import NONE, Refused, Selection
+from pipros.msg import load_message_class
+from pipros.msg.time import Duration, Time
+from pipros.safe.expr import ExpressionError
 
 Imu: Any = load_message_class("sensor_msgs/Imu")
 

@@ -9,7 +9,13 @@ from PIL import Image as Pictures
 from sensor_msgs.msg import Image
 
 from cv_bridge import CvBridge, CvBridgeError
-from pipros.libraries.vision.calibration import Calibration, CalibrationError, format_yaml, parse_ini, parse_yaml
+from pipros.libraries.vision.calibration import (
+    Calibration,
+    CalibrationError,
+    format_yaml,
+    parse_ini,
+    parse_yaml,
+)
 from pipros.libraries.vision.compressed_images import CompressionError, Settings, compressed, decompressed
 from pipros.libraries.vision.encodings import COLORS, DTYPES
 from pipros.libraries.vision.picture_files import PillowCodec

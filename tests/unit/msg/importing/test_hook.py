@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from pipros.msg.importing import hook
+from tests.support.environments import FACADES, SRC
 
 IMPORTED = "import sys; print(sorted(name for name in sys.modules if name.startswith('pipros')))"
 MANIFEST = "<package><name>{}</name><version>0.0.1</version></package>"
@@ -241,8 +241,8 @@ def environment_of_its_own(request: pytest.FixtureRequest, tmp_path: Path) -> Pa
     folder = tmp_path / "environment"
     subprocess.run([request.param, "-m", "venv", "--without-pip", folder], check=True)
     (site_packages,) = folder.glob("lib/python*/site-packages")
-    source = Path(hook.__file__).parents[3]
-    (site_packages / "pipros.pth").write_text(f"{source}\n{(source / 'pipros.pth').read_text()}")
+    folders = "\n".join(map(str, (SRC, *FACADES)))
+    (site_packages / "pipros.pth").write_text(f"{folders}\n{(SRC / 'pipros.pth').read_text()}")
     return folder / "bin" / "python"
 
 
