@@ -98,7 +98,9 @@ def run_tests(tests: Collection[str], outcomes: Path, words: Sequence[str] = ())
         return subprocess.run(command, cwd=REPOSITORY, check=False).returncode
 
 
-def judge(file: Path, words: Sequence[str], quarantine: Mapping[str, Quarantined]) -> tuple[bool, str]:
+def judge(
+    file: Path, words: Sequence[str], quarantine: Mapping[str, Quarantined], times: int = AGAIN_TIMES
+) -> tuple[bool, str]:
     """Repeat the tests that failed in the run of `file`; return whether CI passes, and a report."""
     last = {outcome.test: outcome for outcome in read_outcomes(file)}
     failed = {test: outcome for test, outcome in last.items() if outcome.result == "failed"}
@@ -108,16 +110,16 @@ def judge(file: Path, words: Sequence[str], quarantine: Mapping[str, Quarantined
         return False, f"{len(failed)} tests failed, more than the {AGAIN_LIMIT} that are repeated"
     with tempfile.TemporaryDirectory() as folder, busy_processors():
         again = Path(folder) / "outcomes"
-        for _ in range(AGAIN_TIMES):
+        for _ in range(times):
             run_tests(failed, again, ["-n", "0", "-p", "no:cacheprovider", *words])
         repeated = read_outcomes(again)
     passes = True
     lines = []
     for test, outcome in failed.items():
         results = [run.result for run in repeated if run.test == test]
-        held = results == ["passed"] * AGAIN_TIMES
+        held = results == ["passed"] * times
         passes &= held or test in quarantine
-        verdict = f"passed {results.count('passed')} of {AGAIN_TIMES} repetitions on busy processors"
+        verdict = f"passed {results.count('passed')} of {times} repetitions on busy processors"
         if test in quarantine:
             verdict += f", in quarantine: {quarantine[test].cause}"
         first = next((run for run in repeated if run.test == test and run.result == "failed"), None)
