@@ -1,4 +1,4 @@
-"""Finds mistakes in a launch file without starting anything, and dependencies its package must declare."""
+"""Finds mistakes in a launch file, and undeclared dependencies of its package, without starting anything."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _RUN_KINDS = ("exec_depends",)
 def mistakes(
     file: Path, index: PackageIndex, *, with_test_depends: bool = False, ignore_unset: bool = False
 ) -> list[str]:
-    """The mistakes in a launch file and the files that it includes.
+    """Return the mistakes in a launch file and in the files it includes.
 
     Args:
         with_test_depends: whether `test_depend` counts as a declaration.
-        ignore_unset: whether arguments may be without a value.
+        ignore_unset: whether to accept arguments without a value.
     """
     try:
         launch = load(
@@ -42,7 +42,7 @@ def mistakes(
 
 
 def needed_packages(launch: Launch, index: PackageIndex) -> set[str]:
-    """The packages of nodes, tests, and included files."""
+    """Return the packages of nodes, tests and included files."""
     packages = {node.package for node in launch.nodes} | {test.node.package for test in launch.tests}
     for file in launch.files:
         owner = index.containing(Path(file))
@@ -57,7 +57,7 @@ def _undeclared(launch: Launch, index: PackageIndex, kinds: tuple[str, ...]) -> 
         return
     declared = {owner.name, *read_manifest(owner.path).depends(*kinds)}
     for file in launch.files[1:]:
-        # A package declares what its own launch files need; packages that include them do not have to.
+        # A package declares the dependencies of its own launch files; packages that include them need not.
         included = index.containing(Path(file))
         if included is not None:
             declared |= set(read_manifest(included.path).depends())
