@@ -1,4 +1,4 @@
-"""`--filter`: selects messages by an expression, which can only read them."""
+"""`--filter`: selects messages by an expression that can only read them."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 
 class MessageFilter:
-    """Evaluates an expression over `m`, the message, and `topic`, the name of its topic.
+    """Evaluates an expression over `m`, the message, and `topic`, its topic name.
 
-    A message for which the expression fails is not selected; each reason goes to `complain` once. So
-    an expression may use a field that only some messages have.
+    A message for which the expression fails is not selected, and each distinct reason is passed to `complain`
+    once. An expression may therefore use a field that only some messages have.
     """
 
     def __init__(self, expression: str, *, complain: Say = to_stderr) -> None:

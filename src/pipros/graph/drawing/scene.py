@@ -1,4 +1,4 @@
-"""A drawing as values: the boxes, lines and texts that SVG, PNG, PDF and the page show."""
+"""A drawing as values: the boxes, lines and texts shared by SVG, PNG, PDF and the page."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
 from pipros.printable import printable
 
 CHARACTER_WIDTH = 7.4
-"""The width of a character in the widest usual fonts, at the size of a label, in pixels."""
+"""Width in pixels of a character in the widest usual fonts, at the size of a label."""
 FONT_SIZE = 13
 NODE_HEIGHT = 40.0
 TOPIC_HEIGHT = 28.0
 MARGIN = 24.0
 TRAFFIC_WIDTH = 150.0
-"""The width of a rate and a bandwidth on an arrow."""
+"""Width of a rate and a bandwidth on an arrow."""
 _LONGEST_LABEL = 60
 
 
@@ -25,10 +25,10 @@ class Scene:
     """A complete drawing.
 
     Attributes:
-        boxes: each vertex with its place and its text.
-        arrows: each arrow with the points that it passes, and the text at its middle.
-        bands: the rectangle of each namespace.
-        width, height: of all, with a margin; the upper left corner is (0, 0).
+        boxes: vertices with their boxes and texts.
+        arrows: arrows with the points along them and the texts at their middle.
+        bands: rectangle of each namespace.
+        width, height: total size including the margin; the upper left corner is (0, 0).
     """
 
     boxes: Sequence[tuple[Vertex, Box, str]] = ()
@@ -39,7 +39,7 @@ class Scene:
 
 
 def draw(graph: NodeGraph, *, with_traffic: bool = False) -> Scene:
-    """Lays the graph out; `with_traffic` leaves room for rates on the arrows."""
+    """Lay out the graph; `with_traffic` reserves room for rates on the arrows."""
     texts = {key: printable(vertex.name, _LONGEST_LABEL) for key, vertex in graph.vertices.items()}
     has_topics = any(vertex.kind == "topic" for vertex in graph.vertices.values())
     sizes = {key: _size(vertex, texts[key]) for key, vertex in graph.vertices.items()}
@@ -62,13 +62,13 @@ def draw(graph: NodeGraph, *, with_traffic: bool = False) -> Scene:
 
 
 def _size(vertex: Vertex, text: str) -> tuple[float, float]:
-    if vertex.kind == "node":  # the text must fit into an ellipse
+    if vertex.kind == "node":  # the text must fit inside an ellipse
         return len(text) * CHARACTER_WIDTH * 1.12 + 34, NODE_HEIGHT
     return len(text) * CHARACTER_WIDTH + 20, TOPIC_HEIGHT
 
 
 def _joined(arrows: Sequence[Arrow]) -> dict[Arrow, str]:
-    """One arrow for each pair of nodes, labelled with its topics."""
+    """Join the arrows of each pair of vertices into one, labelled with all topics."""
     pairs: dict[tuple[str, str], list[Arrow]] = {}
     for arrow in arrows:
         pairs.setdefault((arrow.start, arrow.end), []).append(arrow)
