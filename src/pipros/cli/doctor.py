@@ -1,4 +1,4 @@
-"""`pipros doctor`: why nodes do not talk to each other, and what to do about it."""
+"""`pipros doctor`: diagnoses why nodes cannot communicate, and recommends what to do."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ _COLOURS = {"error": 31, "warning": 33}
 def main(argv: Sequence[str] | None = None) -> int:
     parser = ArgumentParser(
         prog="pipros doctor",
-        description="Examine the setup of this machine and the running system: every registered node, topic "
-        "and service is asked. For each thing that is wrong it says what to do. Ends with 1 when it found "
-        "an error.",
+        description="Check the setup of this machine and the running system: every registered node, topic "
+        "and service is queried. Each problem is printed with its solution. Exits with 1 if an error was "
+        "found.",
     )
-    parser.add_argument("--offline", action="store_true", help="examine the setup of this machine only")
+    parser.add_argument("--offline", action="store_true", help="check the setup of this machine only")
     parser.add_argument(
         "--both-ways",
         action="store_true",
-        help="find out for every subscriber whether it reaches this machine: each subscribed topic is "
-        "advertised for some seconds, and nothing is published (default: only for those that lack a "
+        help="check for every subscriber whether it can connect to this machine: each subscribed topic is "
+        "advertised for some seconds, and nothing is published (default: only for subscribers without a "
         "connection)",
     )
     parser.add_argument(
@@ -40,13 +40,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         type=float,
         default=3.0,
         metavar="SECONDS",
-        help="how long a node may take to answer (default: %(default)s)",
+        help="time limit for the answer of a node in seconds (default: %(default)s)",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument(
         "--self-test",
         action="store_true",
-        help="run a master, a talker and a listener for a second and examine those",
+        help="run a master, a talker and a listener for a second and check those",
     )
     options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
     if not 0 < options.timeout < float("inf"):
@@ -57,7 +57,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     def body() -> int:
         from pipros.health.examine import examine
 
-        with passing_note("Asking every node, topic and service..."):
+        with passing_note("Querying every node, topic and service..."):
             examination = examine(
                 is_offline=options.offline, both_ways=options.both_ways, timeout_s=options.timeout
             )
@@ -90,8 +90,8 @@ def _test_itself(*, as_json: bool) -> int:
         if not outcome.findings:
             print(
                 f"A master, a talker and a listener ran in this process: {outcome.heard} messages were "
-                f"heard, the first after {outcome.first_message_s * 1000:.0f} ms. Nothing is wrong with "
-                "them."
+                f"received, the first after {outcome.first_message_s * 1000:.0f} ms. No problems "
+                "were found."
             )
     return 1 if outcome.findings else 0
 

@@ -1,4 +1,4 @@
-"""The arguments of `catkin_make` that are meant for make: targets, variables and options."""
+"""Arguments of `catkin_make` for make: targets, variables and options."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ _FORCING = ("-B", "--always-make")
 
 @dataclass(frozen=True, slots=True)
 class MakeArguments:
-    """The arguments for make.
+    """Arguments for make.
 
     Attributes:
-        jobs: options for the number of jobs, in their short form.
-        is_forced: whether to build everything again.
+        jobs: options for the number of jobs, in short form.
+        is_forced: whether to rebuild everything.
         unknown: unknown options.
     """
 
@@ -38,7 +38,7 @@ class MakeArguments:
 
 
 def read_make_arguments(words: Sequence[str]) -> MakeArguments:
-    """Sorts the arguments. Variables (`VERBOSE=1`) are ignored: nothing is compiled."""
+    """Classify the arguments. Variables (`VERBOSE=1`) are ignored, since nothing is compiled."""
     found = MakeArguments()
     rest = list(words)
     while rest:

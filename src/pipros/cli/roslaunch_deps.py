@@ -1,4 +1,4 @@
-"""`roslaunch-deps`: the packages that launch files need, and those that the manifest does not declare."""
+"""`roslaunch-deps`: prints the packages that launch files need, and those missing in the manifest."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pipros.workspace.manifest import read_manifest
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Prints the packages and returns the exit code: with `-w` 1 when some are not declared."""
+    """Print the packages and return the exit code: with `-w`, 1 if some are undeclared."""
     parser = OptionParser(usage="usage: %prog [options] <file(s)...>", prog="roslaunch-deps")
     add_flag(parser, "-v", "--verbose", help="Verbose output")
     add_flag(parser, "-w", "--warn", help="Warn about missing manifest dependencies")

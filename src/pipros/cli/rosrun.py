@@ -1,4 +1,4 @@
-"""`rosrun`: finds a program by package and name, and replaces itself by it."""
+"""`rosrun`: finds a program by package and name, and replaces its own process by it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Usage: rosrun [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
   an executable named EXECUTABLE in the PACKAGE tree.
   If it finds it, it will run it with ARGS."""
 
-# The exit codes of Noetic's rosrun; the last two are a shell's for programs that cannot be run.
+# Exit codes of Noetic's rosrun; the last two are a shell's for programs that cannot be run.
 UNKNOWN_PACKAGE = 2
 NOT_FOUND = 3
 CANNOT_RUN = 126
@@ -28,7 +28,7 @@ NO_SUCH_COMMAND = 127
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Returns an exit code only when no program can be run; otherwise the program replaces this process."""
+    """Return an exit code only if no program can be run; otherwise the program replaces this process."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     prefix, debug = "", False
     while arguments and arguments[0] in ("--prefix", "--debug", "-d", "-h", "--help"):
@@ -75,7 +75,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _choose(found: Executables) -> Path | None:
-    """The program to run; asks the user when there are several."""
+    """Return the program to run; if there are several, ask the user."""
     if len(found.runnable) <= 1 or found.relay:
         return found.runnable[0] if found.runnable else None
     print("[rosrun] You have chosen a non-unique executable, please pick one of the following:")
@@ -90,7 +90,7 @@ def _choose(found: Executables) -> Path | None:
 
 
 def _run(program: Path, command: list[str]) -> int:
-    # The interpreter's own error about a script with a wrong first line does not help.
+    # The operating system's error about a script with a bad shebang is unhelpful.
     reason = why_not_startable(program) if command[0] == str(program) else None
     if reason is not None:
         print(f"[rosrun] {reason}", file=sys.stderr)
@@ -134,7 +134,7 @@ def _complain_about_package(index: PackageIndex, name: str) -> None:
 def _say_what_is_compiled(
     package: str, program: str, arguments: list[str], programs: Sequence[str] = ()
 ) -> None:
-    """Says of a well-known package in C++ where to run it. On stderr, so that stdout equals Noetic's."""
+    """Print where to run a well-known C++ package. Uses stderr, so that stdout equals Noetic's."""
     from pipros.workspace.compiled_packages import why_not_here
 
     reason = why_not_here(package, program, arguments, programs)
@@ -156,7 +156,7 @@ def _complain_about_name(package: Package, name: str, found: Executables, progra
 
 
 def _suggest(name: str, known: list[str]) -> None:
-    """Suggests names close to a mistyped one. On stderr, so that stdout equals Noetic's."""
+    """Suggest names close to a mistyped one. Uses stderr, so that stdout equals Noetic's."""
     from difflib import get_close_matches
 
     near = get_close_matches(name, known, n=3, cutoff=0.7)

@@ -1,4 +1,4 @@
-"""`roswtf`: the checks of Noetic, in its words. `pipros doctor` finds more, and says what to do."""
+"""`roswtf`: runs the checks of Noetic, in its words. `pipros doctor` finds more, and says what to do."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _RULE = "=" * 80
 
 @command
 def main(argv: Sequence[str] | None = None, start_node: Callable[[], None] | None = None) -> int:
-    """Print what is wrong. The exit code is 0 whatever was found, as Noetic's.
+    """Print all problems. Return 0 regardless of the findings, like Noetic's.
 
     Args:
         start_node: called before online checks of plugins, which may need a node of their client library.
@@ -83,7 +83,7 @@ def _check(
 
 
 def _context(files: Sequence[str], arguments: Mapping[str, str]) -> WtfContext:
-    """The launch files, else the package around the current folder, else the environment alone."""
+    """Return the context of the launch files, the current folder's package, or the environment alone."""
     from pipros.health.wtf.context import WtfContext
 
     if files:
@@ -127,7 +127,7 @@ def _run_plugins(plugins: Sequence[Check], ctx: WtfContext) -> None:
     for check in plugins:
         try:
             check(ctx)
-        except Exception as error:  # whatever the plugin's own code raises
+        except Exception as error:  # anything that the plugin's code raises
             _complain(f"ERROR: plugin [{getattr(check, '__module__', check)}] failed: {error}")
 
 

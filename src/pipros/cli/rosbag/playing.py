@@ -161,7 +161,7 @@ def _parser() -> OptionParser:
 
 
 def _collect_words(option: Any, name: str, _: object, parser: OptionParser) -> None:
-    """Takes all words up to the next option."""
+    """Collect all words up to the next option."""
     words: list[str] = []
     while parser.rargs and not parser.rargs[0].startswith("-"):
         words.append(parser.rargs.pop(0))
@@ -171,7 +171,7 @@ def _collect_words(option: Any, name: str, _: object, parser: OptionParser) -> N
 
 
 class _Terminal:
-    """The keyboard and the line that tells where the playing is."""
+    """The keyboard, and the line that shows the playback position."""
 
     def __init__(self, *, is_keyboard: bool, is_quiet: bool) -> None:
         self._is_keyboard = is_keyboard
@@ -207,7 +207,7 @@ class _Terminal:
 
 @contextlib.contextmanager
 def _keyboard() -> Iterator[bool]:
-    """Gives single keys without echo while it lasts; False without a terminal in the foreground."""
+    """Read single keys without echo inside the context; yield False without a terminal in the foreground."""
     try:
         import termios
 
@@ -219,7 +219,7 @@ def _keyboard() -> Iterator[bool]:
         yield False
         return
     except Exception as error:
-        if type(error).__name__ != "error":  # termios.error: it is not a terminal
+        if type(error).__name__ != "error":  # termios.error: standard input is not a terminal
             raise
         yield False
         return

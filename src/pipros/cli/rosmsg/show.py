@@ -1,4 +1,4 @@
-"""`rosmsg show` and `rosmsg md5`, and the same of `rossrv` and `rosaction`."""
+"""`rosmsg show` and `rosmsg md5`, and the equivalents of `rossrv` and `rosaction`."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def _show_one(interfaces: TypeCatalogue, name: str, *, is_raw: bool) -> int:
 
 
 def _show_from_bag(bag: Path, type_names: Sequence[str], *, is_raw: bool) -> int:
-    """Shows types as the publishers of a bag's messages defined them."""
+    """Show types as defined by the publishers of a bag's messages."""
     texts = bag_definitions(bag)
     status = 0
     for type_name in type_names:
@@ -88,13 +88,13 @@ def _show_from_bag(bag: Path, type_names: Sequence[str], *, is_raw: bool) -> int
 
 
 def _complain(beginning: str, error: DefinitionError) -> None:
-    """Prints every mistake in the file, not only the first."""
+    """Print every mistake in the file, not only the first."""
     for each in (error, *error.others):
         print(f"{beginning}: {each}", file=sys.stderr)
 
 
 def _type_names(parser: OptionParser, arguments: Sequence[str]) -> list[str]:
-    """The type on the command line, else those from a pipe: `rostopic type /x | rosmsg show`."""
+    """Return the type on the command line, else those read from a pipe: `rostopic type /x | rosmsg show`."""
     if len(arguments) > 1:
         parser.error("you may only specify one message type")
     if arguments:

@@ -44,7 +44,7 @@ def kill_nodes(argv: Sequence[str]) -> int:
 
 
 def _ask(nodes: Sequence[str]) -> str:
-    """Asks the user to choose one of the nodes."""
+    """Let the user choose one of the nodes."""
     for number, node in enumerate(nodes, 1):
         print(f"{number}. {listed(node)}")
     print("\nPlease enter the number of the node you wish to kill.\n> ", end="", flush=True)
