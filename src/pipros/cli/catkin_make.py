@@ -55,7 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             marker.write_text(_MARKER_TEXT)
         if options.force_cmake or for_make.is_forced:
             shutil.rmtree(layout.build / "pipros", ignore_errors=True)
-        result = build(layout, _build_options(options, definitions, for_make), _say)
+        result = build(layout, _build_options(options, definitions, for_make), _print_line)
     except (PiprosError, OSError) as error:
         print(f"{_RED}{error}{_PLAIN}", file=sys.stderr)
         return 1
@@ -66,7 +66,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if tests and code == 0:
         from pipros.workspace.run_tests import run_tests
 
-        run_tests(result.projects, layout, tests, _say, _leave_error, _SCRIPT_RUNNER)
+        run_tests(result.projects, layout, tests, _print_line, _write_error_result, _SCRIPT_RUNNER)
     return code
 
 
@@ -104,7 +104,7 @@ def _clean_results(targets: list[str], layout: Layout) -> None:
             shutil.rmtree(layout.build / "test_results" / name, ignore_errors=True)
 
 
-def _leave_error(file: Path, test: str, problem: str) -> None:
+def _write_error_result(file: Path, test: str, problem: str) -> None:
     """Write a result file for a test that could not be run."""
     from pipros.testing.results import Case, Outcome, Suite
     from pipros.testing.xunit import format_suite
@@ -129,7 +129,7 @@ def _parse(arguments: list[str]) -> tuple[Namespace, dict[str, str], MakeArgumen
     add("--use-gmake", action="store_true", help="Accepted for compatibility with Noetic; make is used")
     add("--force-cmake", action="store_true", help="Rebuild everything, even if unchanged")
     add("--no-color", action="store_true", help="Disables colored output")
-    add("--pkg", nargs="+", metavar="PKG", default=[], help="Build specific packages and what they need")
+    add("--pkg", nargs="+", metavar="PKG", default=[], help="Build specific packages and their dependencies")
     add(
         "--only-pkg-with-deps",
         nargs="+",
@@ -249,7 +249,7 @@ def _clean(layout: Layout) -> int:
     return 0
 
 
-def _say(line: str) -> None:
+def _print_line(line: str) -> None:
     print(line, flush=True)
 
 

@@ -48,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         for package in packages:
             print(f"~~  - {package.name}{' (metapackage)' if package.is_metapackage else ''}")
         print(_RULE, flush=True)
-        result = build_isolated(layout, packages, chosen, _build_options(options), _say, os.environ)
+        result = build_isolated(layout, packages, chosen, _build_options(options), _print_line, os.environ)
     except (PiprosError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
@@ -213,7 +213,7 @@ def _build_options(options: Namespace) -> IsolatedOptions:
     )
 
 
-def _say(line: str) -> None:
+def _print_line(line: str) -> None:
     print(line, flush=True)
 
 

@@ -99,7 +99,7 @@ def add_flag(parser: OptionParser, *names: str, help: str, dest: str | None = No
 
 
 def single_argument(parser: OptionParser, arguments: Sequence[str], *, missing: str, several: str) -> str:
-    """Return the only argument of a command line; without it, or with several, exit with that case's text."""
+    """Return the only argument of a command line; otherwise exit with the text `missing` or `several`."""
     if not arguments:
         parser.error(missing)
     if len(arguments) > 1:
@@ -150,7 +150,7 @@ def run(body: Callable[[], int], *, error_code: int = 1) -> int:
 
 
 def _headline(error: PiprosError) -> str:
-    """Return the error's first line, which scripts may parse; on a terminal, advice follows it."""
+    """Return the error's text, which scripts may parse; on a terminal, followed by the reason."""
     if isinstance(error, Unreachable) and error.peer.startswith("master "):
         error = MasterUnreachable(str(error))
     if isinstance(error, MasterUnreachable) and error.reason and sys.stderr.isatty():

@@ -52,7 +52,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if not 0 < options.timeout < float("inf"):
         parser.error(f"--timeout must be a positive number of seconds, got {options.timeout}")
     if options.self_test:
-        return run(lambda: _test_itself(as_json=options.json))
+        return run(lambda: _run_self_test(as_json=options.json))
 
     def body() -> int:
         from pipros.health.examine import examine
@@ -71,7 +71,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     return run(body)
 
 
-def _test_itself(*, as_json: bool) -> int:
+def _run_self_test(*, as_json: bool) -> int:
     from pipros.health.self_test import run_self_test
 
     with passing_note("Running a master, a talker and a listener..."):
@@ -111,7 +111,7 @@ def _print_findings(findings: Iterable[Finding]) -> None:
 def _summary(examination: Examination) -> str:
     kinds = [finding.severity.value for finding in examination.findings]
     if kinds:
-        counted = (_counted(kinds.count(kind), kind) for kind in ("error", "warning") if kind in kinds)
+        counted = (_plural(kinds.count(kind), kind) for kind in ("error", "warning") if kind in kinds)
         verdict = f"Found {' and '.join(counted)}."
     else:
         verdict = "Nothing is wrong."
@@ -122,15 +122,15 @@ def _scope(examination: Examination) -> str:
     system = examination.system
     if system is None:
         return "the setup of this machine"
-    nodes, topics = _counted(len(system.nodes), "node"), _counted(len(system.state.topics()), "topic")
-    connections = _counted(len(system.pairs()), "connection")
+    nodes, topics = _plural(len(system.nodes), "node"), _plural(len(system.state.topics()), "topic")
+    connections = _plural(len(system.pairs()), "connection")
     return (
         f"the setup of this machine, the master at {examination.master_uri}, {nodes}, {topics} with "
-        f"{connections}, {_counted(len(system.services), 'service')}"
+        f"{connections}, {_plural(len(system.services), 'service')}"
     )
 
 
-def _counted(count: int, noun: str) -> str:
+def _plural(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 _WITH_NUMBER = {"-j": "-j", "--jobs": "-j", "-l": "-l", "--load-average": "-l"}
-_WITHOUT_MEANING = frozenset(
+_IGNORED = frozenset(
     ("-k", "--keep-going", "-s", "--silent", "--quiet", "-i", "--ignore-errors", "-w", "--print-directory",
      "--no-print-directory", "-O", "--output-sync", "--trace", "-r", "-R")
 )  # fmt: skip
@@ -53,7 +53,7 @@ def read_make_arguments(words: Sequence[str]) -> MakeArguments:
         elif word in _FORCING:
             found += MakeArguments(is_forced=True)
         elif word.startswith("-"):
-            found += MakeArguments() if name in _WITHOUT_MEANING else MakeArguments(unknown=(word,))
+            found += MakeArguments() if name in _IGNORED else MakeArguments(unknown=(word,))
         elif not sign:
             found += MakeArguments(targets=(word,))
     return found

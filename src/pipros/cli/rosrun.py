@@ -50,8 +50,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     index = PackageIndex.from_environment()
     package = index.get(package_name)
     if package is None:
-        _complain_about_package(index, package_name)
-        _say_what_is_compiled(package_name, name, rest)
+        _report_missing_package(index, package_name)
+        _print_compiled_hint(package_name, name, rest)
         return UNKNOWN_PACKAGE
     found = find_executables(package, name)
     if debug:
@@ -61,8 +61,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         if found.runnable:
             return NO_SUCH_COMMAND
         programs = list_executables(package)
-        _complain_about_name(package, name, found, programs)
-        _say_what_is_compiled(package_name, name, rest, programs)
+        _report_missing_program(package, name, found, programs)
+        _print_compiled_hint(package_name, name, rest, programs)
         return NOT_FOUND
     try:
         command = command_of(program, rest, prefix)
@@ -104,13 +104,13 @@ def _run(program: Path, command: list[str]) -> int:
             import subprocess
 
             return subprocess.run(command, env=environment, check=False).returncode  # noqa: S603
-        _become(command, environment)
+        _replace_process(command, environment)
     except OSError as error:
         print(f"[rosrun] {command[0]}: {error.strerror}", file=sys.stderr)
         return NO_SUCH_COMMAND if isinstance(error, FileNotFoundError) else CANNOT_RUN
 
 
-def _become(command: list[str], environment: dict[str, str]) -> NoReturn:
+def _replace_process(command: list[str], environment: dict[str, str]) -> NoReturn:
     os.execvpe(command[0], command, environment)  # noqa: S606
 
 
@@ -124,14 +124,14 @@ def _print_search(found: Executables, name: str) -> None:
         print(f"[rosrun] Assuming {found.relay} is a devel-space relay for {found.runnable[1]}")
 
 
-def _complain_about_package(index: PackageIndex, name: str) -> None:
+def _report_missing_package(index: PackageIndex, name: str) -> None:
     print(f"[rospack] Error: package '{name}' not found", file=sys.stderr)
     _suggest(name, [package.name for package in index])
     if index.advice:
         print(f"[rosrun] {index.advice}", file=sys.stderr)
 
 
-def _say_what_is_compiled(
+def _print_compiled_hint(
     package: str, program: str, arguments: list[str], programs: Sequence[str] = ()
 ) -> None:
     """Print where to run a well-known C++ package. Uses stderr, so that stdout equals Noetic's."""
@@ -142,7 +142,7 @@ def _say_what_is_compiled(
         print(f"[rosrun] {reason}", file=sys.stderr)
 
 
-def _complain_about_name(package: Package, name: str, found: Executables, programs: list[str]) -> None:
+def _report_missing_program(package: Package, name: str, found: Executables, programs: list[str]) -> None:
     if "/" in name:
         print(f"[rosrun] Couldn't find executable named {package.path / name}")
     else:

@@ -89,8 +89,9 @@ def _folder(query: PackageQuery) -> list[str]:
 
 
 def _contents(query: PackageQuery) -> list[str]:
-    """Return the packages of a stack: itself, or none for a metapackage. Like Noetic, do not fail for
-    an unknown stack, but print an error.
+    """Return the packages of a stack: itself, or none for a metapackage.
+
+    An unknown stack is reported but is no failure, as in Noetic.
     """
     try:
         name = query.name

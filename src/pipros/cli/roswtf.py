@@ -55,11 +55,11 @@ def _check(
     static: list[Check] = []
     online: list[Check] = []
     if not options.has_no_plugins:
-        static, online = load_plugins(say=print, complain=_complain)
+        static, online = load_plugins(say=print, complain=_print_error)
     try:
         ctx = _context(files, arguments)
     except WtfException as error:
-        _complain(str(error))
+        _print_error(str(error))
         return 0
     if options.all_packages and ctx.index is not None:
         print("roswtf will run against all packages")
@@ -113,7 +113,7 @@ def _check_online(ctx: WtfContext, plugins: Sequence[Check], start_node: Callabl
 
     print("Beginning tests of your ROS graph. These may take a while...")
     print("analyzing graph...", flush=True)
-    graph.load_online(ctx, _complain)
+    graph.load_online(ctx, _print_error)
     print("... done analyzing graph\nrunning graph rules...", flush=True)
     graph.wtf_check_graph(ctx)
     print("... done running graph rules")
@@ -128,7 +128,7 @@ def _run_plugins(plugins: Sequence[Check], ctx: WtfContext) -> None:
         try:
             check(ctx)
         except Exception as error:  # anything that the plugin's code raises
-            _complain(f"ERROR: plugin [{getattr(check, '__module__', check)}] failed: {error}")
+            _print_error(f"ERROR: plugin [{getattr(check, '__module__', check)}] failed: {error}")
 
 
 def _has_master(uri: str) -> bool:
@@ -143,7 +143,7 @@ def _has_master(uri: str) -> bool:
     return True
 
 
-def _complain(text: str) -> None:
+def _print_error(text: str) -> None:
     print(printable_lines(text), file=sys.stderr, flush=True)
 
 

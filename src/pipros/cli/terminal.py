@@ -101,13 +101,13 @@ class LiveBlock:
     """Prints blocks of lines. On a terminal, each block replaces the previous one; elsewhere it follows."""
 
     def __init__(self) -> None:
-        self._is_live = is_terminal()
+        self._is_terminal = is_terminal()
         self._height = 0
 
     def show(self, text: str) -> None:
         up = f"\x1b[{self._height}A\x1b[J" if self._height else ""
         print(up + text, flush=True)
-        self._height = self._height_of(text) if self._is_live else 0
+        self._height = self._height_of(text) if self._is_terminal else 0
 
     def say(self, text: str) -> None:
         """Print a permanent line; the next block appears below it."""

@@ -42,7 +42,7 @@ def clean_up(
         return
     say(bullets("Unable to contact the following nodes:", unreachable))
     say(WARNING)
-    if not _agrees(sys.stdin if answers is None else answers):
+    if not _is_confirmed(sys.stdin if answers is None else answers):
         say("aborting")
         return
     for node in unreachable:
@@ -51,7 +51,7 @@ def clean_up(
     say("done")
 
 
-def _agrees(answers: Iterable[str]) -> bool:
+def _is_confirmed(answers: Iterable[str]) -> bool:
     """Return True if the user types y; False for n and at the end of the input."""
     for line in answers:
         answer = line.strip()

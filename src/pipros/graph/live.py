@@ -110,7 +110,7 @@ class LiveGraph:
         self.last_master_refresh = 0.0
         self.last_node_refresh: dict[str, float] = {}
         self._master = master
-        self._ask = ask
+        self._query = ask
         self._now_s = now_s
 
     def set_master_stale(self, stale_secs: float) -> None:
@@ -125,20 +125,20 @@ class LiveGraph:
         """Query the master and the nodes whose answers are stale, bad ones too. Return True on any change."""
         changed = False
         if self._now_s() - self.last_master_refresh > self.master_stale:
-            changed = self._ask_master()
+            changed = self._query_master()
         for node in sorted(self.nn_nodes):
             if self._now_s() - self.last_node_refresh.get(node, 0.0) > self.node_stale:
-                changed |= self._ask_node(node)
+                changed |= self._query_node(node)
         return changed
 
     def bad_update(self) -> bool:
         """Query the bad nodes again. Return True if anything changed."""
         with self.bad_nodes_lock:
             bad = sorted(self.bad_nodes)
-        changed = [self._ask_node(node) for node in bad]
+        changed = [self._query_node(node) for node in bad]
         return any(changed)
 
-    def _ask_master(self) -> bool:
+    def _query_master(self) -> bool:
         self.last_master_refresh = self._now_s()
         try:
             state = SystemState.from_state(self._master.get_system_state())
@@ -177,7 +177,7 @@ class LiveGraph:
         with self.bad_nodes_lock:
             self.bad_nodes.pop(node, None)
 
-    def _ask_node(self, node: str) -> bool:
+    def _query_node(self, node: str) -> bool:
         self.last_node_refresh[node] = self._now_s()
         try:
             connections = self._bus_info(node)
@@ -210,7 +210,7 @@ class LiveGraph:
             ValueError: the answer or a row is malformed.
         """
         connections = []
-        for row in rows_of(self._ask(self._api_of(node)), f"getBusInfo of {node}"):
+        for row in rows_of(self._query(self._api_of(node)), f"getBusInfo of {node}"):
             connection = read_row(row)
             if connection is None:
                 raise ValueError(f"getBusInfo of {node} must return rows of 5 values, got {printable(row)}")

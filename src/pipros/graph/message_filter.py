@@ -22,7 +22,7 @@ class MessageFilter:
 
     def __init__(self, expression: str, *, complain: Say = to_stderr) -> None:
         self._expression = expression
-        self._complain = complain
+        self._report = complain
         self._reasons: set[str] = set()
 
     def __call__(self, message: Any, topic: str) -> bool:
@@ -38,7 +38,7 @@ class MessageFilter:
         except ExpressionError as error:
             if str(error) not in self._reasons:
                 self._reasons.add(str(error))
-                self._complain(f"ERROR: {error}")
+                self._report(f"ERROR: {error}")
             return False
 
 

@@ -131,7 +131,7 @@ class SystemObserver:
             now_s: clock for rates and retries.
         """
         self._master = master
-        self._ask_node = ask or self._ask_by_rpc
+        self._query_node = ask or self._query_by_rpc
         self._now_s = now_s
         self._nodes: dict[str, _Node] = {}
         self._last = Observation()
@@ -139,7 +139,7 @@ class SystemObserver:
     def look(self) -> Observation:
         """Query the master, and the nodes whose answers are stale.
 
-        Block until they answer or time out. An unreachable master does not raise; see `Observation.error`.
+        Block until they answer or a deadline expires. Does not raise for an unreachable master.
         """
         try:
             state = SystemState.from_state(self._master.get_system_state())
@@ -152,7 +152,7 @@ class SystemObserver:
         now_s = self._now_s()
         due = sorted((node.called_s, name) for name, node in self._nodes.items() if node.is_due(now_s))
         batch = [name for _, name in due[:CALLS_A_LOOK]]
-        in_parallel(batch, lambda name: self._ask(name, self._nodes[name]), at_once=ASKED_AT_ONCE)
+        in_parallel(batch, lambda name: self._query(name, self._nodes[name]), at_once=ASKED_AT_ONCE)
         self._last = Observation(
             state,
             types,
@@ -161,12 +161,12 @@ class SystemObserver:
         )
         return self._last
 
-    def _ask(self, name: str, node: _Node) -> None:
+    def _query(self, name: str, node: _Node) -> None:
         node.called_s = now_s = self._now_s()
         try:
             if not node.uri or node.failures:
                 node.uri = self._master.lookup_node(name)
-            info, statistics = self._ask_node(node.uri)
+            info, statistics = self._query_node(node.uri)
             links = list(established(rows_of(info, "getBusInfo")))
             counts = dict(sent_counts(statistics_of(statistics)))
         except (PiprosError, ValueError, OSError) as error:
@@ -179,7 +179,7 @@ class SystemObserver:
         node.links = links
         node.counts.append((now_s, counts))
 
-    def _ask_by_rpc(self, uri: str) -> tuple[Any, Any]:
+    def _query_by_rpc(self, uri: str) -> tuple[Any, Any]:
         limit_bytes = process_limits().bus_answer_bytes
         with RpcClient(uri, timeout_s=ANSWER_DEADLINE_S, answer_limit_bytes=limit_bytes) as api:
             caller_id = self._master.caller_id

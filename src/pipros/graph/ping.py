@@ -102,7 +102,7 @@ class _Pings:
         self._master = master
         self._node = node
         self._say = say
-        self._complain = complain
+        self._report = complain
         self._ask = ask
         self._clock = clock
         self._api = ""
@@ -112,7 +112,7 @@ class _Pings:
         try:
             self._api = self._master.lookup_node(self._node)
         except Refused:
-            self._complain(f"cannot ping [{listed(self._node)}]: unknown node")
+            self._report(f"cannot ping [{listed(self._node)}]: unknown node")
             return False
         return True
 
@@ -151,16 +151,16 @@ class _Pings:
             old_api = self._api
             if self.find() and self._api != old_api:
                 moved = f"from [{listed(old_api)}] to [{listed(self._api)}]"
-                self._complain(f"node url has changed {moved}, retrying to ping")
+                self._report(f"node url has changed {moved}, retrying to ping")
                 return True
-            self._complain(f"ERROR: connection refused to [{listed(old_api)}]")
+            self._report(f"ERROR: connection refused to [{listed(old_api)}]")
         elif isinstance(cause, gaierror):
             host = self._api.partition("://")[2].rpartition(":")[0]
-            self._complain(f"ERROR: Unknown host [{listed(host)}] for node [{listed(self._node)}]")
+            self._report(f"ERROR: Unknown host [{listed(host)}] for node [{listed(self._node)}]")
         elif isinstance(cause, TimeoutError):
-            self._complain(f"connection to [{listed(self._node)}] timed out")
+            self._report(f"connection to [{listed(self._node)}] timed out")
         else:
-            self._complain(f"ERROR: communication with node [{listed(self._node)}] failed: {error}")
+            self._report(f"ERROR: communication with node [{listed(self._node)}] failed: {error}")
         return False
 
     def conclude(self) -> None:

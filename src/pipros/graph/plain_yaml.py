@@ -16,7 +16,7 @@ _RESERVED = frozenset(("y", "n", "yes", "no", "true", "false", "on", "off", "nul
 _WIDTH = 70
 """PyYAML breaks lines at blanks beyond 80 columns."""
 _KEY_CHARACTERS = 60
-_DEEPEST = 30
+_MAX_INDENT = 30
 """Maximum columns of indentation; PyYAML moves deeply nested text."""
 
 
@@ -37,7 +37,7 @@ def plain_document(value: object) -> str:
 
 def _lines(value: dict[object, object] | list[object], indent: int, seen: set[int]) -> list[str]:
     """Return the lines of a non-empty dictionary or list; `seen` has the ids of its parents."""
-    if id(value) in seen or indent > _DEEPEST:  # PyYAML writes an alias for a repeated object
+    if id(value) in seen or indent > _MAX_INDENT:  # PyYAML writes an alias for a repeated object
         raise NotPlain
     seen.add(id(value))
     if isinstance(value, dict):

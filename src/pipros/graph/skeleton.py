@@ -13,7 +13,7 @@ from pipros.msg.language.spec import FLOATS, INTEGERS
 from pipros.msg.time import TVal
 
 SMALL = 4
-"""The first message with more fields or elements puts flat values into one line from there on."""
+"""From the first message with more fields or elements onwards, flat values are written on one line."""
 
 
 def skeleton(

@@ -35,7 +35,7 @@ class Console:
         self._lock = threading.Lock()
 
     def open_log(self, file: Path) -> None:
-        """Also write all further output to this file.
+        """Copy all further output to this file.
 
         Raises:
             OSError: the file cannot be created, or another user may have planted it.

@@ -65,7 +65,7 @@ class Core:
         self._environment = environment or Environment.from_os()
         self.run_id = run_id or new_run_id()
         self._options = replace(options or MasterOptions(), **settings)
-        self._wants_rosout = rosout
+        self._has_rosout = rosout
         self._log_folder = log_folder
         self._log: MasterLog | None = None
         self._master: Master | None = None
@@ -92,7 +92,7 @@ class Core:
             OSError: the port is in use, or the address does not belong to this computer.
         """
         self.start_master()
-        if self._wants_rosout:
+        if self._has_rosout:
             try:
                 self.start_rosout()
             except BaseException:

@@ -111,7 +111,7 @@ class LaunchRun:
         self._events: SimpleQueue[NodeProcess | _StopRequest] = SimpleQueue()
         self._stop_requests = 0
         self._handled_requests = 0
-        self._lost_required = False
+        self._has_lost_required = False
 
     def set_parameters(self) -> None:
         """Dump, delete and set parameters, in this order. Call it before starting any node.
@@ -208,7 +208,10 @@ class LaunchRun:
         return True
 
     def watch_once(self, timeout_s: float | None = None) -> bool:
-        """Handle the next event that arrives in time (at most one slice). Return False to stop."""
+        """Handle the next event that arrives in time (at most one slice).
+
+        Return False if it is time to stop.
+        """
         if self._is_running:
             self._handle(self._next_event(timeout_s))
         return self._is_running
@@ -290,7 +293,7 @@ class LaunchRun:
 
     @property
     def _is_running(self) -> bool:
-        return not self._stop_requests and not self._lost_required
+        return not self._stop_requests and not self._has_lost_required
 
     def _next_event(self, timeout_s: float | None) -> NodeProcess | _StopRequest | None:
         """Return the next event; None on timeout, when a restart is due, or to check processes."""
@@ -319,7 +322,7 @@ class LaunchRun:
         if process.has_group:
             managed.left_behind = process
         if is_required:
-            self._lost_required = True
+            self._has_lost_required = True
         elif managed.node.respawn:
             process.release()
             managed.left_behind = None

@@ -34,7 +34,7 @@ from pipros.master.options import MasterOptions
 from pipros.net.master_client import MasterClient
 from pipros.workspace.index import PackageIndex
 
-_OWN_ADDRESS_ANSWERS_WITHIN_S = 5.0
+_OWN_ADDRESS_TIMEOUT_S = 5.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,7 +231,7 @@ class LaunchSession:
         )
         server.start()
         self._server = server
-        server.check_address(_OWN_ADDRESS_ANSWERS_WITHIN_S)
+        server.check_address(_OWN_ADDRESS_TIMEOUT_S)
         self._console.bold(f"started roslaunch server {server.uri}")
         if self._options.is_core:
             self._console.say(f"ros_comm version {ROS_COMM_VERSION}")

@@ -89,10 +89,10 @@ class Substitution:
             return value
         self._check_brackets(text)
         # `find` runs second, so that `$(find pkg)/$(arg x)` is one path.
-        text = _SUBSTITUTION.sub(self._counted(self._replace), text)
-        return _FIND.sub(self._counted(self._replace_find), text)
+        text = _SUBSTITUTION.sub(self._limit_growth(self._replace), text)
+        return _FIND.sub(self._limit_growth(self._replace_find), text)
 
-    def _counted(self, replace: Callable[[re.Match[str]], str]) -> Callable[[re.Match[str]], str]:
+    def _limit_growth(self, replace: Callable[[re.Match[str]], str]) -> Callable[[re.Match[str]], str]:
         """Limit the growth of one text while it grows: `$(arg a)$(arg a)` doubles `a` with each `<arg>`."""
         limit = self.budget.limits.launch_insert_characters
         inserted = 0

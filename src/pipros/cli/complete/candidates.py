@@ -29,7 +29,7 @@ def candidates(words: Sequence[str]) -> Iterable[str]:
     if command in SUBCOMMANDS:
         if not before:
             return SUBCOMMANDS[command].split()
-        return _of_subcommand(command, before, current)
+        return _for_subcommand(command, before, current)
     if command in ("roscd", "rosls", "rospd"):
         return [] if before else _folders(current)
     if command == "catkin_make":
@@ -48,7 +48,7 @@ def candidates(words: Sequence[str]) -> Iterable[str]:
     return _files(str(package.path), _ENDINGS.get(command, ("",))) if len(before) == 1 else []
 
 
-def _of_subcommand(command: str, before: Sequence[str], current: str) -> Iterable[str]:
+def _for_subcommand(command: str, before: Sequence[str], current: str) -> Iterable[str]:
     if command in ("rospack", "rosstack"):
         return _packages()
     if command == "pipros":

@@ -29,7 +29,7 @@ def play(argv: Sequence[str]) -> int:
     if not paths:
         parser.error("You must specify at least 1 bag file to play back.")
     chosen = _chosen(parser, options)
-    say: Callable[[str], object] = _ignore if options.quiet else _say
+    say: Callable[[str], object] = _ignore if options.quiet else _print_line
     try:
         for path in paths:
             say(f"[ INFO] [{time.time():.9f}]: Opening {path}")
@@ -232,7 +232,7 @@ def _keyboard() -> Iterator[bool]:
         termios.tcsetattr(descriptor, termios.TCSANOW, before)
 
 
-def _say(text: str) -> None:
+def _print_line(text: str) -> None:
     print(text, flush=True)
 
 

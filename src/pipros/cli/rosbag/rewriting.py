@@ -81,7 +81,7 @@ def _for_each(parser: OptionParser, argv: Sequence[str], work: Work) -> int:
 
 
 def _with_backup(path: Path, options: Values, work: Work) -> None:
-    """Rename the bag to `name.orig.bag`, and write the new one from it."""
+    """Replace the bag by a rewritten one, and keep the old one as `name.orig.bag`."""
     backup = path.with_name(f"{path.stem}.orig{path.suffix}")
     if backup.exists() and not options.force:
         if not options.quiet:

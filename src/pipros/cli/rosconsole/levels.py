@@ -72,14 +72,14 @@ def _levels(graph: GraphClient, node: str) -> dict[str, str] | None:
     try:
         return levels_of(graph.master, graph.resolve(node))
     except GraphError as error:
-        _complain(f"node '{listed(node)}' doesn't exist or doesn't support query: {error}")
+        _print_error(f"node '{listed(node)}' doesn't exist or doesn't support query: {error}")
         return None
 
 
 def _no_such_logger(node: str, logger: str) -> int:
-    _complain(f"node {listed(node)} does not contain logger {listed(logger)}")
+    _print_error(f"node {listed(node)} does not contain logger {listed(logger)}")
     return NO_SUCH_LOGGER
 
 
-def _complain(text: str) -> None:
+def _print_error(text: str) -> None:
     print(f"rosconsole: error: {text}", file=sys.stderr)

@@ -48,7 +48,7 @@ def show_md5(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) ->
             except NotFound:
                 print(f"Cannot locate [{type_name}]", file=sys.stderr)
             except DefinitionError as error:
-                _complain(f"Cannot locate [{type_name}]", error)
+                _print_mistakes(f"Cannot locate [{type_name}]", error)
     return 0
 
 
@@ -66,7 +66,7 @@ def _show_one(interfaces: TypeCatalogue, name: str, *, is_raw: bool) -> int:
             print(f"{interfaces.unknown} [{type_name}]: {error}", file=sys.stderr)
             status = 1
         except DefinitionError as error:
-            _complain(f"{interfaces.unknown} [{type_name}]", error)
+            _print_mistakes(f"{interfaces.unknown} [{type_name}]", error)
             status = 1
     return status
 
@@ -87,7 +87,7 @@ def _show_from_bag(bag: Path, type_names: Sequence[str], *, is_raw: bool) -> int
     return status
 
 
-def _complain(beginning: str, error: DefinitionError) -> None:
+def _print_mistakes(beginning: str, error: DefinitionError) -> None:
     """Print every mistake in the file, not only the first."""
     for each in (error, *error.others):
         print(f"{beginning}: {each}", file=sys.stderr)

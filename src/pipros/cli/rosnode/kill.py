@@ -25,7 +25,7 @@ def kill_nodes(argv: Sequence[str]) -> int:
         elif arguments:
             nodes = [graph.resolve(name) for name in arguments]
         else:
-            nodes = [_ask(known)]
+            nodes = [_choose(known)]
         if unknown := [node for node in nodes if node not in known]:
             print(bullets("ERROR: Unknown node(s):", unknown), file=sys.stderr)
             return 1
@@ -43,7 +43,7 @@ def kill_nodes(argv: Sequence[str]) -> int:
     return 0
 
 
-def _ask(nodes: Sequence[str]) -> str:
+def _choose(nodes: Sequence[str]) -> str:
     """Let the user choose one of the nodes."""
     for number, node in enumerate(nodes, 1):
         print(f"{number}. {listed(node)}")

@@ -70,7 +70,7 @@ def _part(topic: str, topics: set[str]) -> TopicPart:
 
 
 def list_bag(path: str, topic: str | None) -> None:
-    """Print the topics of a bag; for a topic, print number and time span of messages in its namespace."""
+    """Print the topics of a bag, or number and time span of the messages of a topic and those below it."""
     with opened(path) as bag:
         if topic is None:
             print("\n".join(sorted({listed(connection.topic) for connection in bag.connections})))

@@ -104,8 +104,8 @@ class _Publishing:
             return
         publisher = self._advertise(latch=options.latch)
         message = first
-        for _ in self._beats(options.rate_hz):
-            self._say(message)
+        for _ in self._ticks(options.rate_hz):
+            self._print_message(message)
             publisher.publish(message)
             if options.substitute:
                 message = make()
@@ -130,13 +130,13 @@ class _Publishing:
             print("Got one message and a rate, publishing repeatedly", flush=True)
             self._repeat(publisher, next(messages), rate_hz or DOCUMENTS_RATE_HZ)
             return
-        for message, _ in zip(messages, self._beats(rate_hz or DOCUMENTS_RATE_HZ), strict=False):
+        for message, _ in zip(messages, self._ticks(rate_hz or DOCUMENTS_RATE_HZ), strict=False):
             self._announce(message, ends=True)
             publisher.publish(message)
 
     def _repeat(self, publisher: Publisher[Any], message: Message, rate_hz: float) -> None:
-        for _ in self._beats(rate_hz):
-            self._say(message)
+        for _ in self._ticks(rate_hz):
+            self._print_message(message)
             publisher.publish(message)
 
     def _wait_for_subscriber(self, publisher: Publisher[Any]) -> None:
@@ -156,7 +156,7 @@ class _Publishing:
             self._wait(POLL_PERIOD_S)
         return publisher
 
-    def _beats(self, rate_hz: float) -> Iterator[None]:
+    def _ticks(self, rate_hz: float) -> Iterator[None]:
         """Yield at once, then at the given rate, until the node shuts down."""
         clock, period_s = self._node.clock, 1.0 / rate_hz
         due = time.monotonic()
@@ -176,7 +176,7 @@ class _Publishing:
         end = f" for {ONCE_S} seconds" if ends else ". Press ctrl-C to terminate"
         print(f"publishing and latching {shown}{end}", flush=True)
 
-    def _say(self, message: Message) -> None:
+    def _print_message(self, message: Message) -> None:
         if self._options.verbose:
             print(f"publishing {message}", flush=True)
 

@@ -95,11 +95,11 @@ class _LayeredLayout(Generic[Key]):
         names = ["", *sorted({groups.get(key, "") for key in self._keys} - {""})]
         self._group_names = names
         self._group = [names.index(groups.get(key, "")) for key in self._keys]
-        self._turned = _arrows_that_close_a_cycle(len(self._keys), self._arrows)
+        self._reversed = _back_arrows(len(self._keys), self._arrows)
         self._layer = self._layers()
         if max(self._layer) > _LAYERS_PER_ROOT * math.isqrt(len(self._keys)) + 6:
             self._layer = self._nearest_layers()
-            self._turned = {
+            self._reversed = {
                 index
                 for index, (start, end) in enumerate(self._arrows)
                 if self._layer[end] < self._layer[start]
@@ -110,7 +110,7 @@ class _LayeredLayout(Generic[Key]):
     def _directed(self) -> list[tuple[int, int]]:
         """Return the arrows without cycles and loops, each pair of vertices once."""
         pairs = {
-            (end, start) if index in self._turned else (start, end)
+            (end, start) if index in self._reversed else (start, end)
             for index, (start, end) in enumerate(self._arrows)
             if start != end
         }
@@ -170,7 +170,7 @@ class _LayeredLayout(Generic[Key]):
         bends: dict[tuple[int, int], list[int]] = {}
         straight = sum(abs(self._layer[end] - self._layer[start]) for start, end in self._arrows) > _MAX_BENDS
         for index, (start, end) in enumerate(self._arrows):
-            left, right = (end, start) if index in self._turned else (start, end)
+            left, right = (end, start) if index in self._reversed else (start, end)
             if straight or start == end:
                 chains.append([left, right])
                 continue
@@ -191,7 +191,7 @@ class _LayeredLayout(Generic[Key]):
         neighbours = self._neighbours()
         self._left, self._right = neighbours
         layers: list[list[int]] = [[] for _ in range(max(self._layer) + 1)]
-        for vertex in self._by_component():
+        for vertex in self._in_component_order():
             layers[self._layer[vertex]].append(vertex)
         position = [0.0] * len(self._layer)
 
@@ -227,7 +227,7 @@ class _LayeredLayout(Generic[Key]):
                     left[end].append(start)
         return left, right
 
-    def _by_component(self) -> list[int]:
+    def _in_component_order(self) -> list[int]:
         """Return all vertices, with connected ones next to each other, so that components stay separate."""
         seen = [False] * len(self._layer)
         found = []
@@ -340,10 +340,10 @@ class _LayeredLayout(Generic[Key]):
         points = [(columns[self._layer[left]] + self._sizes[left][0] / 2, heights[left])]
         points += [(columns[self._layer[vertex]], heights[vertex]) for vertex in chain[1:-1]]
         points.append((columns[self._layer[right]] - self._sizes[right][0] / 2, heights[right]))
-        return points[::-1] if index in self._turned else points
+        return points[::-1] if index in self._reversed else points
 
 
-def _arrows_that_close_a_cycle(count: int, arrows: Sequence[tuple[int, int]]) -> set[int]:
+def _back_arrows(count: int, arrows: Sequence[tuple[int, int]]) -> set[int]:
     """Return the indices of arrows that lead back to a vertex on the current path, depth first."""
     leaving: list[list[tuple[int, int]]] = [[] for _ in range(count)]
     incoming = [0] * count

@@ -17,7 +17,7 @@ TOPIC_HEIGHT = 28.0
 MARGIN = 24.0
 TRAFFIC_WIDTH = 150.0
 """Width of a rate and a bandwidth on an arrow."""
-_LONGEST_LABEL = 60
+_MAX_LABEL_CHARACTERS = 60
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,22 +40,22 @@ class Scene:
 
 def draw(graph: NodeGraph, *, with_traffic: bool = False) -> Scene:
     """Lay out the graph; `with_traffic` reserves room for rates on the arrows."""
-    texts = {key: printable(vertex.name, _LONGEST_LABEL) for key, vertex in graph.vertices.items()}
+    texts = {key: printable(vertex.name, _MAX_LABEL_CHARACTERS) for key, vertex in graph.vertices.items()}
     has_topics = any(vertex.kind == "topic" for vertex in graph.vertices.values())
     sizes = {key: _size(vertex, texts[key]) for key, vertex in graph.vertices.items()}
     groups = {key: vertex.group for key, vertex in graph.vertices.items()}
-    joined = _joined(graph.arrows) if not has_topics else dict.fromkeys(graph.arrows, "")
+    joined = _join_parallel(graph.arrows) if not has_topics else dict.fromkeys(graph.arrows, "")
     arrows = list(joined)
     label_width = CHARACTER_WIDTH * max((len(text) for text in joined.values()), default=0)
     gap = max(TRAFFIC_WIDTH, label_width) if with_traffic else 60 + label_width
     layout = layered_layout(sizes, [(arrow.start, arrow.end) for arrow in arrows], groups, gap=gap)
     return Scene(
-        [(vertex, _moved(layout.boxes[key]), texts[key]) for key, vertex in graph.vertices.items()],
+        [(vertex, _with_margin(layout.boxes[key]), texts[key]) for key, vertex in graph.vertices.items()],
         [
             (arrow, [(x + MARGIN, y + MARGIN) for x, y in route], joined[arrow])
             for arrow, route in zip(arrows, layout.routes, strict=True)
         ],
-        {printable(group, _LONGEST_LABEL): _moved(box) for group, box in layout.bands.items()},
+        {printable(group, _MAX_LABEL_CHARACTERS): _with_margin(box) for group, box in layout.bands.items()},
         layout.width + 2 * MARGIN,
         layout.height + 2 * MARGIN,
     )
@@ -67,7 +67,7 @@ def _size(vertex: Vertex, text: str) -> tuple[float, float]:
     return len(text) * CHARACTER_WIDTH + 20, TOPIC_HEIGHT
 
 
-def _joined(arrows: Sequence[Arrow]) -> dict[Arrow, str]:
+def _join_parallel(arrows: Sequence[Arrow]) -> dict[Arrow, str]:
     """Join the arrows of each pair of vertices into one, labelled with all topics."""
     pairs: dict[tuple[str, str], list[Arrow]] = {}
     for arrow in arrows:
@@ -75,9 +75,9 @@ def _joined(arrows: Sequence[Arrow]) -> dict[Arrow, str]:
     joined = {}
     for same in pairs.values():
         more = f" +{len(same) - 1}" if len(same) > 1 else ""
-        joined[same[0]] = printable(same[0].topic, _LONGEST_LABEL // 2) + more
+        joined[same[0]] = printable(same[0].topic, _MAX_LABEL_CHARACTERS // 2) + more
     return joined
 
 
-def _moved(box: Box) -> Box:
+def _with_margin(box: Box) -> Box:
     return Box(box.x + MARGIN, box.y + MARGIN, box.width, box.height)
