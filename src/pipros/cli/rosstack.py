@@ -91,7 +91,7 @@ def _folder(query: PackageQuery) -> list[str]:
 def _contents(query: PackageQuery) -> list[str]:
     """Return the packages of a stack: itself, or none for a metapackage.
 
-    An unknown stack is reported but is no failure, as in Noetic.
+    As in Noetic, an unknown stack only causes an error message.
     """
     try:
         name = query.name

@@ -125,7 +125,7 @@ def _run(rostest: Rostest, package: str, name: str, base: Path | None) -> int:
 
 
 def _run_as_text(rostest: Rostest) -> int:
-    """Run tests that print their own report, so that only their ability to run is known."""
+    """Run the tests, which print their own reports; only whether they could run is known."""
     result = unittest.TextTestRunner(verbosity=2).run(rostest.suite())
     print("\nWARNING: overall test result is not accurate when --text is enabled")
     return 0 if result.wasSuccessful() else COULD_NOT_RUN

@@ -1,4 +1,4 @@
-"""`rosbag`: recorded messages in files."""
+"""`rosbag`: records, plays and processes bag files."""
 
 from __future__ import annotations
 

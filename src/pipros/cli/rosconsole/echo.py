@@ -15,12 +15,13 @@ from pipros.graph.loggers import LEVELS
 from pipros.names import parse_arguments
 from pipros.printable import listed, printable_lines
 
+# Level numbers of rosgraph_msgs/Log, and the colours of Noetic.
 _NUMBERS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
 _COLOURS = {"DEBUG": 92, "INFO": 97, "WARN": 93, "ERROR": 91, "FATAL": 95}
 _NAMES = {number: name for name, number in _NUMBERS.items()}
 _INDENT = " " * 10
 _LOG_TYPES = ("rosgraph_msgs/Log", "roslib/Log")
-"""The numbers of rosgraph_msgs/Log, and the colours that Noetic gives them."""
+"""Message types that `echo` accepts."""
 
 
 def echo(argv: Sequence[str]) -> int:
