@@ -128,4 +128,4 @@ def test_another_user_cannot_have_a_roslaunch_child_start_programs(ros: RosSyste
 
     assert order(STRANGER).startswith("refused ")
     assert launch(parent, ("ours", "sleeper"))[0] == 1  # so the other one was not the first
-    assert "has launched its nodes already" in order(0)
+    assert "has already launched its nodes" in order(0)

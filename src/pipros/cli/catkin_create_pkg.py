@@ -1,4 +1,4 @@
-"""`catkin_create_pkg`: catkin_pkg's own command, for Noetic unless `ROS_DISTRO` says otherwise."""
+"""`catkin_create_pkg`: runs catkin_pkg's own command, for Noetic unless `ROS_DISTRO` says otherwise."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pipros.launch.roscore import ROS_DISTRO
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Creates the package in the current folder; mistakes in the arguments end with code 2, others with 1."""
+    """Create the package in the current folder. Return 2 for invalid arguments, 1 for other errors."""
     os.environ.setdefault("ROS_DISTRO", ROS_DISTRO)
     try:
         create_package(list(sys.argv[1:] if argv is None else argv))

@@ -1,4 +1,4 @@
-"""`catkin_find`: finds files and folders of packages in the workspaces that are set up."""
+"""`catkin_find`: finds files and folders of packages in the active workspaces."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _FOLDERS = {
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Prints the paths found, and returns the exit code: 1 for an error, 0 even if nothing is found."""
+    """Print the paths found. Return 1 on errors, 0 even if nothing is found."""
     from pipros.workspace.find_files import WrongFolders, find_files
     from pipros.workspace.index import SHARED_PACKAGES
     from pipros.workspace.overlays import BuiltWorkspace, built_workspaces
@@ -45,7 +45,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for folder, text in _FOLDERS.items():
         group.add_argument(f"--{folder}", dest="folders", action="append_const", const=folder, help=text)
     options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
-    # The packages that come with pipros are the lowest workspace, as /opt/ros/noetic is in Noetic.
+    # The packages bundled with pipros are the lowest workspace, like /opt/ros/noetic in Noetic.
     workspaces = [*built_workspaces(), BuiltWorkspace(SHARED_PACKAGES.parent)]
     try:
         found = find_files(

@@ -1,4 +1,4 @@
-"""`catkin_init_workspace`: prepares a source folder so that genuine catkin can build it, too."""
+"""`catkin_init_workspace`: prepares a source folder so that genuine catkin can build it too."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ include(${TOPLEVEL})
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Initialises the folder given, by default the current one; returns the exit code."""
+    """Initialise the given folder, by default the current one; return the exit code."""
     parser = ArgumentParser(
         prog="catkin_init_workspace",
         description="Initializes a catkin workspace by creating a top-level CMakeLists.txt.",
@@ -44,7 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def initialise(source: Path) -> str:
-    """Writes the top-level `CMakeLists.txt` of a source folder; returns a line that says what was done."""
+    """Write the top-level `CMakeLists.txt` of a source folder; return a line that describes what was done."""
     file = source / "CMakeLists.txt"
     toplevel = find_toplevel()
     if toplevel is not None:

@@ -1,4 +1,4 @@
-"""`catkin_make`: builds a workspace, without CMake wherever no compiler is needed."""
+"""`catkin_make`: builds a workspace, without CMake if no compiler is needed."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _SCRIPT_RUNNER = [sys.executable, "-m", "pipros.testing.script_runner"]
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Builds and returns the exit code: 1 when any package failed."""
+    """Build and return the exit code: 1 if any package failed."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     options, definitions, for_make = _parse(arguments)
     targets = list(for_make.targets)
@@ -55,7 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             marker.write_text(_MARKER_TEXT)
         if options.force_cmake or for_make.is_forced:
             shutil.rmtree(layout.build / "pipros", ignore_errors=True)
-        result = build(layout, _build_options(options, definitions, for_make), _say)
+        result = build(layout, _build_options(options, definitions, for_make), _print_line)
     except (PiprosError, OSError) as error:
         print(f"{_RED}{error}{_PLAIN}", file=sys.stderr)
         return 1
@@ -66,14 +66,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     if tests and code == 0:
         from pipros.workspace.run_tests import run_tests
 
-        run_tests(result.projects, layout, tests, _say, _leave_error, _SCRIPT_RUNNER)
+        run_tests(result.projects, layout, tests, _print_line, _write_error_result, _SCRIPT_RUNNER)
     return code
 
 
 def _check_targets(
     targets: list[str], result: BuildResult, layout: Layout, definitions: Mapping[str, str]
 ) -> int:
-    """Makes targets that only genuine catkin knows; returns 1 after an error that it has printed."""
+    """Run make targets that only genuine catkin knows; return 1 if an error was printed."""
     known = set(target_names(result.projects))
     if definitions.get("CATKIN_ENABLE_TESTING", "ON").upper() in ("0", "OFF", "NO", "FALSE"):
         known -= {"run_tests", "tests"}
@@ -97,15 +97,15 @@ def _check_targets(
 
 
 def _clean_results(targets: list[str], layout: Layout) -> None:
-    """Removes test results if a target asks for it."""
+    """Remove test results if a target requires it."""
     for target in targets:
         if target == "clean_test_results" or target.startswith("clean_test_results_"):
             name = target.removeprefix("clean_test_results").removeprefix("_")
             shutil.rmtree(layout.build / "test_results" / name, ignore_errors=True)
 
 
-def _leave_error(file: Path, test: str, problem: str) -> None:
-    """A result file for a test that could not be run."""
+def _write_error_result(file: Path, test: str, problem: str) -> None:
+    """Write a result file for a test that could not be run."""
     from pipros.testing.results import Case, Outcome, Suite
     from pipros.testing.xunit import format_suite
 
@@ -114,22 +114,22 @@ def _leave_error(file: Path, test: str, problem: str) -> None:
 
 
 def _parse(arguments: list[str]) -> tuple[Namespace, dict[str, str], MakeArguments]:
-    """The options, the `-D` settings, and the arguments for make."""
+    """Return the options, the `-D` settings, and the arguments for make."""
     parser = ArgumentParser(
         prog="catkin_make",
         description="Creates the catkin workspace layout and builds it. Packages without compiled code are "
-        "built by pipros itself; others by genuine catkin and CMake, when these are installed.",
+        "built by pipros itself; others by genuine catkin and CMake, if these are installed.",
     )
     add = parser.add_argument
     add("-C", "--directory", default=os.curdir, help="The base path of the workspace (default '.')")
     add("--source", help="The path to the source space (default 'workspace_base/src')")
     add("--build", help="The path to the build space (default 'workspace_base/build')")
-    add("--use-ninja", action="store_true", help="Accepted for Noetic's sake; make is used")
-    add("--use-nmake", action="store_true", help="Accepted for Noetic's sake; make is used")
-    add("--use-gmake", action="store_true", help="Accepted for Noetic's sake; make is used")
-    add("--force-cmake", action="store_true", help="Build everything again, even what has not changed")
+    add("--use-ninja", action="store_true", help="Accepted for compatibility with Noetic; make is used")
+    add("--use-nmake", action="store_true", help="Accepted for compatibility with Noetic; make is used")
+    add("--use-gmake", action="store_true", help="Accepted for compatibility with Noetic; make is used")
+    add("--force-cmake", action="store_true", help="Rebuild everything, even if unchanged")
     add("--no-color", action="store_true", help="Disables colored output")
-    add("--pkg", nargs="+", metavar="PKG", default=[], help="Build specific packages and what they need")
+    add("--pkg", nargs="+", metavar="PKG", default=[], help="Build specific packages and their dependencies")
     add(
         "--only-pkg-with-deps",
         nargs="+",
@@ -144,8 +144,8 @@ def _parse(arguments: list[str]) -> tuple[Namespace, dict[str, str], MakeArgumen
         help="Arguments which are passed to CMake, such as -DNAME=VALUE",
     )
     add("--make-args", nargs="*", default=[], help="Arguments which are passed to make")
-    add("--override-build-tool-check", action="store_true", help="Accepted for Noetic's sake")
-    # argparse treats every word with a leading dash as an option, also after --cmake-args.
+    add("--override-build-tool-check", action="store_true", help="Accepted for compatibility with Noetic")
+    # argparse treats every word with a leading dash as an option, even after --cmake-args.
     settings = [word for word in arguments if word.startswith("-D") and len(word) > 2]
     words = [word for word in arguments if word not in settings]
     given = words.index("--make-args") if "--make-args" in words else len(words)
@@ -175,10 +175,10 @@ def _layout(options: Namespace, definitions: dict[str, str]) -> Layout:
 
 
 def _check(layout: Layout) -> None:
-    """Checks that a folder is one that can be built. The errors begin as Noetic's do.
+    """Check that the folders can be built. The errors begin like Noetic's.
 
     Raises:
-        WorkspaceError: it is not.
+        WorkspaceError: a folder does not exist, or is not a workspace.
     """
     if not layout.base.is_dir():
         raise WorkspaceError(f'The specified base path "{layout.base}" does not exist')
@@ -215,7 +215,7 @@ def _is_test(target: str) -> bool:
 
 
 def _in_one_line(error: str) -> str:
-    """The place of an error and the first line of its reason; CMake's form has them on two lines."""
+    """Join the place of an error and the first line of its reason; CMake prints them on two lines."""
     first, *rest = error.splitlines()
     return f"{first} {rest[0].strip()}" if first.endswith(":") and rest else first
 
@@ -237,7 +237,7 @@ def _report(result: BuildResult, *, has_more_to_do: bool) -> int:
 
 
 def _clean(layout: Layout) -> int:
-    """As `make clean`: removes everything that a build made."""
+    """Remove everything that a build created, like `make clean`."""
     for folder in (
         layout.build / "pipros",
         layout.devel / "bin",
@@ -249,7 +249,7 @@ def _clean(layout: Layout) -> int:
     return 0
 
 
-def _say(line: str) -> None:
+def _print_line(line: str) -> None:
     print(line, flush=True)
 
 

@@ -28,7 +28,7 @@ _RULE = "~" * 47
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Builds and returns the exit code: 1 when a package failed."""
+    """Build and return the exit code: 1 if a package failed."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     options = _parse(arguments)
     try:
@@ -48,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         for package in packages:
             print(f"~~  - {package.name}{' (metapackage)' if package.is_metapackage else ''}")
         print(_RULE, flush=True)
-        result = build_isolated(layout, packages, chosen, _build_options(options), _say, os.environ)
+        result = build_isolated(layout, packages, chosen, _build_options(options), _print_line, os.environ)
     except (PiprosError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
@@ -68,7 +68,7 @@ def _parse(arguments: Sequence[str]) -> Namespace:
     parser = ArgumentParser(
         prog="catkin_make_isolated",
         description="Builds each catkin package of a workspace in isolation, but still in topological order. "
-        "If a package needs CMake, genuine catkin builds it, when it is installed.",
+        "If a package needs CMake, genuine catkin builds it, if installed.",
     )
     add = parser.add_argument
     add(
@@ -92,9 +92,11 @@ def _parse(arguments: Sequence[str]) -> Namespace:
     add("--merge", action="store_true", help="Build each catkin package into a common devel space.")
     add("--install-space", help="Sets the target install space (default 'workspace_base/install_isolated')")
     for tool in ("ninja", "nmake", "gmake"):
-        add(f"--use-{tool}", action="store_true", help="Accepted for Noetic's sake; make is used")
+        add(f"--use-{tool}", action="store_true", help="Accepted for compatibility with Noetic; make is used")
     add("--install", action="store_true", help="Causes each catkin package to be installed.")
-    add("--force-cmake", action="store_true", help="Accepted for Noetic's sake; CMake always runs")
+    add(
+        "--force-cmake", action="store_true", help="Accepted for compatibility with Noetic; CMake always runs"
+    )
     add("--no-color", action="store_true", help="Disables colored output")
     choice = parser.add_mutually_exclusive_group()
     choice.add_argument(
@@ -119,7 +121,7 @@ def _parse(arguments: Sequence[str]) -> Namespace:
             default=[],
             help="All arguments that follow; -DNAME=VALUE of --cmake-args counts",
         )
-    add("--override-build-tool-check", action="store_true", help="Accepted for Noetic's sake")
+    add("--override-build-tool-check", action="store_true", help="Accepted for compatibility with Noetic")
     own, collected = _split(arguments)
     options = parser.parse_args(own)
     options.cmake_args = collected["--cmake-args"]
@@ -130,7 +132,7 @@ def _parse(arguments: Sequence[str]) -> Namespace:
 
 
 def _split(arguments: Sequence[str]) -> tuple[list[str], dict[str, list[str]]]:
-    """The arguments for the command itself, and those that follow each of the collecting options."""
+    """Return the command's own arguments, and those that follow each of the collecting options."""
     own: list[str] = []
     collected: dict[str, list[str]] = {option: [] for option in _COLLECTING}
     current = own
@@ -174,10 +176,10 @@ def _spaces(layout: Layout) -> list[str]:
 def _choose(
     packages: Sequence[SourcePackage], options: Namespace
 ) -> tuple[list[SourcePackage], list[SourcePackage]]:
-    """The packages to go through, and those of them to build.
+    """Return the packages to traverse, and the subset to build.
 
     Raises:
-        WorkspaceError: a name is not that of a package.
+        WorkspaceError: a name is not the name of a package.
     """
     names = [package.name for package in packages]
     named = [*options.pkg, *options.only_pkg_with_deps, *filter(None, [options.from_pkg])]
@@ -211,7 +213,7 @@ def _build_options(options: Namespace) -> IsolatedOptions:
     )
 
 
-def _say(line: str) -> None:
+def _print_line(line: str) -> None:
     print(line, flush=True)
 
 

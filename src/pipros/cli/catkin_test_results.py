@@ -1,4 +1,4 @@
-"""`catkin_test_results`: sums up the result files of tests."""
+"""`catkin_test_results`: summarizes the result files of tests."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _RULE = "-" * 49
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Prints the files with failures and the sums; returns 1 when there are failures."""
+    """Print the files with failures and the totals; return 1 if there are failures."""
     parser = ArgumentParser(
         prog="catkin_test_results",
         description="Outputs a summary of the test results. If there are any test errors or failures the "

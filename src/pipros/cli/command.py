@@ -1,6 +1,6 @@
-"""The common part of all commands: options as ROS prints them, one line per error, no traceback at the end.
+"""Shared behaviour of all commands: options in the style of ROS, one line per error, no traceback.
 
-Most of the time of a command is interpreter start-up, so this module imports nothing that only some
+Most of the run time of a command is interpreter start-up, so this module imports nothing that only some
 commands need.
 """
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     from optparse import OptionParser
 
 USAGE_ERROR = 64
-"""EX_USAGE of sysexits.h: what ROS commands return for a missing or unknown subcommand."""
+"""EX_USAGE of sysexits.h: exit code of ROS commands for a missing or unknown subcommand."""
 
 Subcommand = Callable[[Sequence[str]], int]
 
 
 class CommandError(PiprosError):
-    """The command cannot do what was asked. The text is printed after `ERROR: `."""
+    """The command cannot do what was requested. The text is printed after `ERROR: `."""
 
 
 class MasterUnreachable(CommandError):
@@ -39,15 +39,15 @@ class MasterUnreachable(CommandError):
 
 
 def option_parser(command: str, usage: str, description: str | None = None) -> OptionParser:
-    """A parser with usage texts as in Noetic: `Usage: rostopic list [/namespace]`. Errors exit with 2."""
-    # What it lacks, it takes from an OptionParser.
+    """Return a parser with Noetic's usage texts: `Usage: rostopic list [/namespace]`. Errors exit with 2."""
+    # Attributes that it lacks are taken from an OptionParser.
     return _DeferredParser(command, f"usage: {command} {usage}", description)  # type: ignore[return-value]
 
 
 class _DeferredParser:
-    """An `OptionParser` that is made for the first command line with an option, help text or error.
+    """An `OptionParser` created on demand, for command lines with an option, help text or error.
 
-    To import optparse takes longer than to ask the master, and most command lines have no option.
+    Importing optparse takes longer than a call to the master, and most command lines have no option.
     """
 
     _WITHOUT_VALUE = ("callback", "help", "version")
@@ -94,12 +94,12 @@ class _DeferredParser:
 
 
 def add_flag(parser: OptionParser, *names: str, help: str, dest: str | None = None) -> None:  # noqa: A002
-    """Adds an option without a value: False unless it is given."""
+    """Add an option without a value: False unless given."""
     parser.add_option(*names, dest=dest, default=False, action="store_true", help=help)
 
 
 def single_argument(parser: OptionParser, arguments: Sequence[str], *, missing: str, several: str) -> str:
-    """The one argument of a command line; without it, or with more, exits with the text given for that."""
+    """Return the only argument of a command line; otherwise exit with the text `missing` or `several`."""
     if not arguments:
         parser.error(missing)
     if len(arguments) > 1:
@@ -108,7 +108,7 @@ def single_argument(parser: OptionParser, arguments: Sequence[str], *, missing: 
 
 
 def only_argument(tool: str, usage: str, argv: Sequence[str], *, missing: str, several: str) -> str:
-    """As `single_argument`, of a subcommand without options; remappings are left out."""
+    """Return the only argument of a subcommand without options, like `single_argument`; ignore remappings."""
     from pipros.basics.names import parse_arguments
 
     parser = option_parser(tool, usage)
@@ -117,7 +117,7 @@ def only_argument(tool: str, usage: str, argv: Sequence[str], *, missing: str, s
 
 
 def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str, code: int) -> int:
-    """Runs the subcommand that the first argument names; prints the overview when it names none.
+    """Run the subcommand named by the first argument; without one, print the overview.
 
     The subcommands are `module:function`, so that only the chosen one is imported.
     """
@@ -130,10 +130,10 @@ def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str,
 
 
 def run(body: Callable[[], int], *, error_code: int = 1) -> int:
-    """Runs a command and returns its exit code.
+    """Run a command and return its exit code.
 
-    An error is printed on standard error and returns `error_code`. Ctrl-C returns 0 without a
-    traceback, as Noetic's commands do, and so does a pipe whose reader closed it (`| head`).
+    An error is printed on standard error and returns `error_code`. Ctrl-C returns 0 without a traceback,
+    like Noetic's commands, and so does a pipe whose reader closed it (`| head`).
     """
     try:
         code = body()
@@ -150,7 +150,7 @@ def run(body: Callable[[], int], *, error_code: int = 1) -> int:
 
 
 def _headline(error: PiprosError) -> str:
-    """The error as scripts know it; on a terminal followed by what to try."""
+    """Return the error's text, which scripts may parse; on a terminal, followed by the reason."""
     if isinstance(error, Unreachable) and error.peer.startswith("master "):
         error = MasterUnreachable(str(error))
     if isinstance(error, MasterUnreachable) and error.reason and sys.stderr.isatty():
@@ -164,7 +164,7 @@ def _end_quietly() -> int:
 
 
 def _flush() -> None:
-    """Writes buffered output; drops it if the reader is gone, so that Python reports nothing at exit."""
+    """Write buffered output; drop it if the reader has exited, so that Python reports nothing at exit."""
     try:
         sys.stdout.flush()
     except BrokenPipeError:

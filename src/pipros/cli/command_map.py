@@ -1,4 +1,4 @@
-"""All commands, by what a person wants to do."""
+"""Lists all commands by purpose."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ COMMANDS: dict[str, dict[str, str]] = {
         "roscore": "start a master, the parameter server and /rosout",
         "rosmaster": "start a master alone",
         "rosrun": "run one program of a package",
-        "roslaunch": "run all that a launch file names, with parameters and remappings",
+        "roslaunch": "run the nodes of a launch file, with parameters and remappings",
         "roslaunch-check": "check launch files without starting anything",
         "roslaunch-deps": "list the packages that launch files need",
         "roslaunch-logs": "print the folder with the logs of the running system",
         "roslaunch-complete": "print the arguments that a launch file takes",
     },
-    "Look at a running system, and talk to it": {
+    "Inspect and control a running system": {
         "rostopic": "list, print, measure and publish topics",
         "rosnode": "list, describe, ping and end nodes",
         "rosservice": "list, describe and call services",
         "rosparam": "list, read, set, save and load parameters",
-        "rosconsole": "print what nodes log, and set their levels",
-        "rosgraph": "print who sends to whom, whenever that changes",
+        "rosconsole": "print log messages, and set logger levels",
+        "rosgraph": "print which nodes send to which, after each change",
     },
     "See a running system in a browser": {
         "rqt_graph": "the graph, live, or as a picture",
         "rqt_topic": "topics with rates and their newest messages",
-        "rqt_plot": "numbers in messages as curves",
-        "rqt_console": "what nodes log, with filters",
+        "rqt_plot": "numeric fields as curves",
+        "rqt_console": "log messages, with filters",
         "rqt_logger_level": "the levels of loggers",
-        "rqt_top": "processor and memory of nodes",
+        "rqt_top": "CPU and memory usage of nodes",
         "rqt_image_view": "images",
         "rqt_tf_tree": "coordinate frames",
         "rqt_robot_monitor": "diagnostics",
@@ -45,7 +45,7 @@ COMMANDS: dict[str, dict[str, str]] = {
     "Find out what is wrong": {
         "pipros doctor": "check the environment, every node, topic and service, and say what to do",
         "roswtf": "the checks of Noetic, in its words",
-        "rosclean": "tell how much room log files take, and delete them",
+        "rosclean": "report the size of log files, and delete them",
     },
     "Record and play": {
         "rosbag": "record, play, describe, repair and filter bag files",
@@ -59,30 +59,30 @@ COMMANDS: dict[str, dict[str, str]] = {
     },
     "Make packages and workspaces": {
         "catkin_create_pkg": "make a package",
-        "catkin_init_workspace": "make the CMakeLists.txt of a workspace",
+        "catkin_init_workspace": "create the CMakeLists.txt of a workspace",
         "catkin_make": "build a workspace, install it, run its tests",
-        "catkin_make_isolated": "build each package of a workspace by itself",
+        "catkin_make_isolated": "build each package of a workspace in isolation",
         "catkin_find": "find files of packages in built workspaces",
         "catkin_topological_order": "list packages in the order of their dependencies",
         "pipros env": "print what the setup files of a workspace would set",
     },
     "Find packages": {
-        "rospack": "find packages, and which need which",
-        "rosstack": "find stacks, and which need which",
+        "rospack": "find packages and their dependencies",
+        "rosstack": "find stacks and their dependencies",
         "rosversion": "print the version of a package, or of the distribution",
         "pipros version": "print the versions of pipros and of Python",
     },
     "Test": {
-        "rostest": "run the tests of a launch file, each with a master of its own",
-        "rosunit": "run one test program without ROS around it",
-        "catkin_test_results": "sum up the results of tests",
+        "rostest": "run the tests of a launch file, each with its own master",
+        "rosunit": "run one test program without a ROS system",
+        "catkin_test_results": "summarize test results",
     },
 }
-"""Heading, then command and purpose. Only what is installed is printed."""
+"""Heading, then command and purpose. Only installed commands are printed."""
 
 
 def installed_commands() -> set[str]:
-    """The commands that the distribution brings along."""
+    """Return the commands that the distribution installs."""
     try:
         points = importlib.metadata.distribution("pipros").entry_points
     except importlib.metadata.PackageNotFoundError:  # run from a source tree
@@ -91,9 +91,9 @@ def installed_commands() -> set[str]:
 
 
 def command_map(subcommands: Iterable[str]) -> str:
-    """The map as text: commands under headings, those that are not listed here under the last one.
+    """Return the map as text: commands under headings, unlisted ones under the last heading.
 
-    `subcommands` are those of `pipros` itself.
+    `subcommands` are the subcommands of `pipros`.
     """
     installed = installed_commands() | {f"pipros {name}" for name in subcommands}
     width = max(len(name) for name in installed)

@@ -1,4 +1,4 @@
-"""`pipros doctor`: why nodes do not talk to each other, and what to do about it."""
+"""`pipros doctor`: diagnoses why nodes cannot communicate, and recommends what to do."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ _COLOURS = {"error": 31, "warning": 33}
 def main(argv: Sequence[str] | None = None) -> int:
     parser = ArgumentParser(
         prog="pipros doctor",
-        description="Examine the setup of this machine and the running system: every registered node, topic "
-        "and service is asked. For each thing that is wrong it says what to do. Ends with 1 when it found "
-        "an error.",
+        description="Check the setup of this machine and the running system: every registered node, topic "
+        "and service is queried. Each problem is printed with its solution. Exits with 1 if an error was "
+        "found.",
     )
-    parser.add_argument("--offline", action="store_true", help="examine the setup of this machine only")
+    parser.add_argument("--offline", action="store_true", help="check the setup of this machine only")
     parser.add_argument(
         "--both-ways",
         action="store_true",
-        help="find out for every subscriber whether it reaches this machine: each subscribed topic is "
-        "advertised for some seconds, and nothing is published (default: only for those that lack a "
+        help="check for every subscriber whether it can connect to this machine: each subscribed topic is "
+        "advertised for some seconds, and nothing is published (default: only for subscribers without a "
         "connection)",
     )
     parser.add_argument(
@@ -40,24 +40,24 @@ def main(argv: Sequence[str] | None = None) -> int:
         type=float,
         default=3.0,
         metavar="SECONDS",
-        help="how long a node may take to answer (default: %(default)s)",
+        help="time limit for the answer of a node in seconds (default: %(default)s)",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument(
         "--self-test",
         action="store_true",
-        help="run a master, a talker and a listener for a second and examine those",
+        help="run a master, a talker and a listener for a second and check those",
     )
     options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
     if not 0 < options.timeout < float("inf"):
         parser.error(f"--timeout must be a positive number of seconds, got {options.timeout}")
     if options.self_test:
-        return run(lambda: _test_itself(as_json=options.json))
+        return run(lambda: _run_self_test(as_json=options.json))
 
     def body() -> int:
         from pipros.health.examine import examine
 
-        with passing_note("Asking every node, topic and service..."):
+        with passing_note("Querying every node, topic and service..."):
             examination = examine(
                 is_offline=options.offline, both_ways=options.both_ways, timeout_s=options.timeout
             )
@@ -71,7 +71,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     return run(body)
 
 
-def _test_itself(*, as_json: bool) -> int:
+def _run_self_test(*, as_json: bool) -> int:
     from pipros.health.self_test import run_self_test
 
     with passing_note("Running a master, a talker and a listener..."):
@@ -90,8 +90,8 @@ def _test_itself(*, as_json: bool) -> int:
         if not outcome.findings:
             print(
                 f"A master, a talker and a listener ran in this process: {outcome.heard} messages were "
-                f"heard, the first after {outcome.first_message_s * 1000:.0f} ms. Nothing is wrong with "
-                "them."
+                f"received, the first after {outcome.first_message_s * 1000:.0f} ms. No problems "
+                "were found."
             )
     return 1 if outcome.findings else 0
 
@@ -111,7 +111,7 @@ def _print_findings(findings: Iterable[Finding]) -> None:
 def _summary(examination: Examination) -> str:
     kinds = [finding.severity.value for finding in examination.findings]
     if kinds:
-        counted = (_counted(kinds.count(kind), kind) for kind in ("error", "warning") if kind in kinds)
+        counted = (_plural(kinds.count(kind), kind) for kind in ("error", "warning") if kind in kinds)
         verdict = f"Found {' and '.join(counted)}."
     else:
         verdict = "Nothing is wrong."
@@ -122,15 +122,15 @@ def _scope(examination: Examination) -> str:
     system = examination.system
     if system is None:
         return "the setup of this machine"
-    nodes, topics = _counted(len(system.nodes), "node"), _counted(len(system.state.topics()), "topic")
-    connections = _counted(len(system.pairs()), "connection")
+    nodes, topics = _plural(len(system.nodes), "node"), _plural(len(system.state.topics()), "topic")
+    connections = _plural(len(system.pairs()), "connection")
     return (
         f"the setup of this machine, the master at {examination.master_uri}, {nodes}, {topics} with "
-        f"{connections}, {_counted(len(system.services), 'service')}"
+        f"{connections}, {_plural(len(system.services), 'service')}"
     )
 
 
-def _counted(count: int, noun: str) -> str:
+def _plural(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 

@@ -1,4 +1,4 @@
-"""The arguments of `catkin_make` that are meant for make: targets, variables and options."""
+"""Arguments of `catkin_make` for make: targets, variables and options."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 _WITH_NUMBER = {"-j": "-j", "--jobs": "-j", "-l": "-l", "--load-average": "-l"}
-_WITHOUT_MEANING = frozenset(
+_IGNORED = frozenset(
     ("-k", "--keep-going", "-s", "--silent", "--quiet", "-i", "--ignore-errors", "-w", "--print-directory",
      "--no-print-directory", "-O", "--output-sync", "--trace", "-r", "-R")
 )  # fmt: skip
@@ -15,11 +15,11 @@ _FORCING = ("-B", "--always-make")
 
 @dataclass(frozen=True, slots=True)
 class MakeArguments:
-    """The arguments for make.
+    """Arguments for make.
 
     Attributes:
-        jobs: options for the number of jobs, in their short form.
-        is_forced: whether to build everything again.
+        jobs: options for the number of jobs, in short form.
+        is_forced: whether to rebuild everything.
         unknown: unknown options.
     """
 
@@ -38,7 +38,7 @@ class MakeArguments:
 
 
 def read_make_arguments(words: Sequence[str]) -> MakeArguments:
-    """Sorts the arguments. Variables (`VERBOSE=1`) are ignored: nothing is compiled."""
+    """Classify the arguments. Variables (`VERBOSE=1`) are ignored, since nothing is compiled."""
     found = MakeArguments()
     rest = list(words)
     while rest:
@@ -53,7 +53,7 @@ def read_make_arguments(words: Sequence[str]) -> MakeArguments:
         elif word in _FORCING:
             found += MakeArguments(is_forced=True)
         elif word.startswith("-"):
-            found += MakeArguments() if name in _WITHOUT_MEANING else MakeArguments(unknown=(word,))
+            found += MakeArguments() if name in _IGNORED else MakeArguments(unknown=(word,))
         elif not sign:
             found += MakeArguments(targets=(word,))
     return found

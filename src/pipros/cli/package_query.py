@@ -1,4 +1,4 @@
-"""What `rospack` and `rosstack` share: arguments, read without `optparse`, and answers about packages."""
+"""Shared parts of `rospack` and `rosstack`: argument parsing without `optparse`, and package queries."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from pipros.workspace.index import PackageIndex
 def split_arguments(
     arguments: Sequence[str], value_options: Collection[str], flags: Collection[str]
 ) -> tuple[list[str], dict[str, str], str]:
-    """Words, options, and the error in them, which is empty if there is none.
+    """Return words, options, and the error in them, which is empty if there is none.
 
     Args:
-        arguments: of the command line.
-        value_options: options with a value, which follows `=` or is the next argument.
-        flags: options without one. `-h` and `--help` are words unless they are flags.
+        arguments: arguments of the command line.
+        value_options: options whose value follows `=` or is the next argument.
+        flags: options without a value. `-h` and `--help` are words unless they are flags.
     """
     words: list[str] = []
     options: dict[str, str] = {}
@@ -50,21 +50,21 @@ TOO_MANY_WORDS = (
 
 
 def complain(tool: str, text: str, options: Mapping[str, str]) -> int:
-    """Prints the error, unless `-q` is given. Returns the exit code."""
+    """Print the error, unless `-q` is given; return the exit code."""
     if "-q" not in options:
         print(f"[{tool}] Error: {text}", file=sys.stderr)
     return 1
 
 
 class QueryFailed(PiprosError):
-    """A command cannot be carried out; the text is printed after `[rospack] Error: `."""
+    """A command cannot be executed; the text is printed after `[rospack] Error: `."""
 
 
 class PackageQuery:
     """The arguments of one command, with the package index and the dependency graph.
 
     Attributes:
-        words: the arguments that are not options; the first names a package.
+        words: arguments that are not options; the first is a package name.
     """
 
     def __init__(
@@ -76,12 +76,12 @@ class PackageQuery:
         unknown: str = "package '{}' not found",
         kinds: Sequence[str] = PACKAGES,
     ) -> None:
-        """Reads nothing yet.
+        """Read nothing yet.
 
         Args:
-            words, options: as `split_arguments` returns them.
+            words, options: results of `split_arguments`.
             noun: what errors call a package.
-            unknown: the error for an unknown package, with `{}` for its name.
+            unknown: error for an unknown package, with `{}` for its name.
             kinds: what counts as a package, see `PackageIndex`.
         """
         self.words = words
@@ -93,7 +93,7 @@ class PackageQuery:
 
     @property
     def name(self) -> str:
-        """The package named, or the one whose folder is the current folder."""
+        """The named package, or the one whose folder is the current folder."""
         name = self.words[0] if self.words else ""
         if not name:
             current = self.index.containing(Path.cwd())
@@ -105,14 +105,14 @@ class PackageQuery:
         return name
 
     def option(self, name: str, complaint: str) -> str:
-        """The value of an option; `complaint` is Noetic's error when it is missing."""
+        """Return the value of an option; `complaint` is Noetic's error if it is missing."""
         value = self.options.get(name, "")
         if not value:
             raise QueryFailed(complaint)
         return value
 
     def indented_dependencies(self) -> list[str]:
-        """`depends-indent`: all dependencies as a tree, as often as they occur in it."""
+        """Return all dependencies as a tree, with repetitions (`depends-indent`)."""
         lines: list[str] = []
 
         def add(name: str, depth: int, path: tuple[str, ...]) -> None:
@@ -127,7 +127,7 @@ class PackageQuery:
         return lines
 
     def dependency_chains(self) -> list[str]:
-        """`depends-why`: every path of dependencies to the package of the option `--target`."""
+        """Return every dependency path to the package of the option `--target` (`depends-why`)."""
         name, target = self.name, self.option("--target", f"no {self._noun} or target given")
         if self.index.get(target) is None:
             raise QueryFailed(f"{self._noun} '{target}' not found")
@@ -137,7 +137,7 @@ class PackageQuery:
         ]
 
     def crawl_times(self) -> list[str]:
-        """`profile`: the folders that take longest to search."""
+        """Return the folders that take longest to search (`profile`)."""
         from pipros.workspace.crawl_times import crawl_times
 
         length = self.options.get("--length", "20")

@@ -1,4 +1,4 @@
-"""What all commands of the page share: their options, and the server that runs until Ctrl-C."""
+"""Shared parts of all page commands: their options, and the server that runs until Ctrl-C."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from pipros.cli.command import CommandError, add_flag, option_parser
 
 
 def page_parser(name: str, usage: str) -> OptionParser:
-    """The options that all commands of the page have."""
+    """Return a parser with the options shared by all page commands."""
     parser = option_parser(name, usage)
     parser.add_option("--bind", metavar="HOST[:PORT]", default="127.0.0.1", help="where to listen (loopback)")
     parser.add_option("--cert", metavar="FILE", help="a certificate: serve the page with TLS")
-    parser.add_option("--key", metavar="FILE", help="its private key, when it is not in the same file")
+    parser.add_option("--key", metavar="FILE", help="its private key, if not in the same file")
     add_flag(parser, "--control", help="let the page change the system")
     add_flag(parser, "--no-browser", help="print the address only")
     return parser
 
 
 def without_remappings(argv: Sequence[str]) -> list[str]:
-    """The arguments without `__name:=x` and the like, which roslaunch adds to a `<node>`."""
+    """Drop remappings such as `__name:=x`, which roslaunch adds for a `<node>`."""
     return [word for word in argv if not is_legal_remapping(word)]
 
 
 def show(tool: str, tab: str, options: Any) -> int:
-    """Serves the page, opened at a tab, until Ctrl-C."""
+    """Serve the page, opened at a tab, until Ctrl-C."""
     from pipros.web.serve_page import PageOptions, serve_page
 
     host, port = _bind_address(options.bind)
@@ -46,7 +46,7 @@ def show(tool: str, tab: str, options: Any) -> int:
 
 
 def _bind_address(text: str) -> tuple[str, int]:
-    """Host and port of `HOST`, `HOST:PORT` and `[IPV6]:PORT`."""
+    """Parse `HOST`, `HOST:PORT` or `[IPV6]:PORT`."""
     host, colon, port = text.rpartition(":")
     if not colon or (":" in host and not host.startswith("[")) or text.endswith("]"):
         return text, 0

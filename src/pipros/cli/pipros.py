@@ -1,4 +1,4 @@
-"""`pipros`: what Noetic has no command for, and the map of all commands."""
+"""`pipros`: commands that Noetic lacks, and the map of all commands."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Commands:
 \tpipros doctor\tfind out why nodes do not talk to each other, and what to do about it
 \tpipros graph\tshow the running system in a browser (rqt_graph)
 \tpipros env\tprint what the setup files of a workspace would set
-\tpipros version\tprint the versions of pipros, of Python, and of the ROS that it is
+\tpipros version\tprint the versions of pipros, Python and ROS
 \tpipros stubs\twrite type stubs for the messages of packages, for editors
 
 Type pipros <command> -h for more detailed usage, pipros --help for a map of all commands of ROS

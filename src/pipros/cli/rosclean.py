@@ -1,4 +1,4 @@
-"""`rosclean`: how much space the log files take, and how to get some of it back."""
+"""`rosclean`: reports the size of log files, and deletes them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MEGABYTE = 1024 * 1024
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs a subcommand and returns its exit code."""
+    """Run a subcommand and return its exit code."""
     parser = ArgumentParser(prog="rosclean")
     subcommands = parser.add_subparsers(dest="command", required=True, metavar="{check,purge}")
     subcommands.add_parser("check", help="Check usage of log files")
@@ -71,7 +71,7 @@ def _purge(folder: Path, label: str, limit_mb: int | None, *, is_confirmed: bool
 
 
 def _delete_oldest(logs: Path, limit: int) -> None:
-    """Deletes entries, the oldest first, until the folder is small enough."""
+    """Delete entries, oldest first, until the folder is small enough."""
     size = size_of(logs)
     for entry in oldest_first(logs):
         if size <= limit:

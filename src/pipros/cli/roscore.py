@@ -1,4 +1,4 @@
-"""`roscore`: a master, a parameter server and the `/rosout` node, in one process."""
+"""`roscore`: runs a master, a parameter server and the `/rosout` node in one process."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pipros.launch.session import LaunchSession
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs until Ctrl-C; returns the exit code."""
+    """Run until Ctrl-C; return the exit code."""
     parser = OptionParser(
         usage="usage: %prog [options]",
         prog="roscore",

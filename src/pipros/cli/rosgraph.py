@@ -1,4 +1,4 @@
-"""`rosgraph`: prints which nodes send to which, and again whenever that changes, until Ctrl-C."""
+"""`rosgraph`: prints which nodes send to which, and again after each change, until Ctrl-C."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _follow() -> int:
 
 
 def describe(state: SystemState) -> str:
-    """Each node with its inbound and outbound peers, as registered at the master; then the services."""
+    """List each node with its inbound and outbound peers, as registered at the master; then the services."""
     inbound: dict[str, set[str]] = {node: set() for node in state.nodes()}
     outbound: dict[str, set[str]] = {node: set() for node in state.nodes()}
     for topic, publishers in state.publishers.items():

@@ -1,4 +1,4 @@
-"""`roslaunch`: starts what launch files describe, or prints information about them."""
+"""`roslaunch`: starts the nodes of launch files, or prints information about the files."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command and returns its exit code."""
+    """Run the command and return its exit code."""
     parser = make_parser()
     options, words = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
     arguments, words = split_arguments(words)
@@ -56,7 +56,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def run(make_session: Callable[[], Launching], console: Console, options: Values) -> int:
-    """Starts a session, waits for its end, and cleans up in any case."""
+    """Start a session, wait for its end, and always clean up."""
     if options.wait:
         with suppress(KeyboardInterrupt):
             _wait_for_master(console)
@@ -101,14 +101,14 @@ def _write_pid(file: Path) -> None:
 
 
 def _pid_file_of_core(port: int | None) -> Path:
-    """The file in which scripts find the pid of the master: `~/.ros/roscore-11311.pid`."""
+    """Return the file in which scripts find the pid of the master: `~/.ros/roscore-11311.pid`."""
     from pipros.basics.env import DEFAULT_MASTER_PORT, Environment
 
     return Environment.from_os().ros_home / f"roscore-{port or DEFAULT_MASTER_PORT}.pid"
 
 
 def report(console: Console, error: Exception) -> int:
-    """Prints an error as Noetic's roslaunch does; returns its exit code."""
+    """Print an error like Noetic's roslaunch; return its exit code."""
     from pipros.launch.model import LaunchError
 
     kind = "RLException" if isinstance(error, LaunchError) else type(error).__name__
@@ -122,9 +122,9 @@ def report(console: Console, error: Exception) -> int:
 
 
 def _handle_signals(session: Callable[[], Launching | None]) -> Callable[[], None]:
-    """Lets SIGINT, SIGTERM and SIGHUP stop the session. Returns a function that restores the old handlers.
+    """Make SIGINT, SIGTERM and SIGHUP stop the session. Return a function that restores the old handlers.
 
-    Before the session exists they raise KeyboardInterrupt.
+    Before the session exists, they raise KeyboardInterrupt.
     """
     requested = False
 
@@ -162,7 +162,7 @@ def _child(options: Values, console: Console) -> Child:
 
 
 def _wait_for_master(console: Console) -> None:
-    """Returns when a master answers."""
+    """Block until a master answers."""
     import time
 
     from pipros.basics.env import Environment
@@ -185,9 +185,15 @@ def _wait_for_master(console: Console) -> None:
 
 
 def _inspection(options: Values, files: Sequence[str]) -> Inspection | None:
-    """The function that prints information instead of starting nodes. Noetic's order of options decides."""
-    asked = (options.node_args, options.node_list, options.find_node, options.dump_params, options.file_list)
-    if not any((*asked, options.ros_args, options.dry_run)):
+    """Return the function that prints information instead of starting nodes, by Noetic's precedence."""
+    requested = (
+        options.node_args,
+        options.node_list,
+        options.find_node,
+        options.dump_params,
+        options.file_list,
+    )
+    if not any((*requested, options.ros_args, options.dry_run)):
         return None
     from functools import partial
 

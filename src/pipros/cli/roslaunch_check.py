@@ -1,4 +1,4 @@
-"""`roslaunch-check`: looks for mistakes in one launch file or all of a folder, and writes a result file."""
+"""`roslaunch-check`: checks one launch file, or all of a folder, and writes a result file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _CLASS_NAME = "roslaunch.RoslaunchCheck"
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Returns 0 without mistakes; else 1, with all of them on stderr."""
+    """Return 0 without mistakes; else print all of them to stderr and return 1."""
     parser = OptionParser(
         usage="usage: %prog [options] <file|directory> [env=value...]", prog="roslaunch-check"
     )

@@ -1,4 +1,4 @@
-"""`roslaunch-complete`: the arguments that a launch file takes, for shells that complete command lines."""
+"""`roslaunch-complete`: prints the arguments of a launch file, for completion in shells."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.cli.streams import command
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Prints the names on one line and returns 0. A file that cannot be read is 1, without a word."""
+    """Print the names on one line and return 0. Return 1 silently if the file cannot be read."""
     words = list(sys.argv[1:] if argv is None else argv)
     from pipros.launch.find_launch_files import resolve_files
     from pipros.launch.load_context import LoadContext
@@ -20,7 +20,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     index = PackageIndex.from_environment()
     try:
-        files = resolve_files(words[:2], index)[:1]  # what follows may be incomplete as yet
+        files = resolve_files(words[:2], index)[:1]  # later words may be incomplete
         launch = load(files, {}, context=LoadContext.of_process(index), unset_as="", arguments_only=True)
     except PiprosError:
         return 1

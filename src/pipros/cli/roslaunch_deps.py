@@ -1,4 +1,4 @@
-"""`roslaunch-deps`: the packages that launch files need, and those that the manifest does not declare."""
+"""`roslaunch-deps`: prints the packages that launch files need, and those missing in the manifest."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The options of `roslaunch` that print information about launch files: `--nodes`, `--dry-run`, …."""
+"""Options of `roslaunch` that print information about launch files: `--nodes`, `--dry-run`, …"""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from pipros.launch.xml import DEFUNCT_MASTER, load
 from pipros.workspace.index import PackageIndex
 
 Inspection = Callable[[Launch, PackageIndex], int]
-"""Prints something about a launch; returns the exit code."""
+"""Prints information about a launch; returns the exit code."""
 
 
 def inspect(show: Inspection, files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex) -> int:
-    """Loads launch files, and has `show` print something about them. Returns the exit code.
+    """Load launch files, print information about them with `show`, and return the exit code.
 
-    As in Noetic, `--dump-params` of a broken file ends with 0, and `--ros-args` reads only `<arg>` elements.
+    As in Noetic, `--dump-params` of a broken file exits with 0, and `--ros-args` reads only `<arg>` elements.
     """
     texts = [sys.stdin.read()] if STDIN in files else []
     arguments_only = show is print_arguments
@@ -49,26 +49,26 @@ def inspect(show: Inspection, files: Sequence[str], arguments: Mapping[str, str]
 
 
 def print_nodes(launch: Launch, _index: PackageIndex) -> int:
-    """`--nodes`: the full names in the order of the files, those of tests after them."""
+    """Print the full names of nodes in file order, then those of tests (`--nodes`)."""
     for name in node_names(launch):
         print(name)
     return 0
 
 
 def print_files(launch: Launch, _index: PackageIndex) -> int:
-    """`--files`: the files and all that they include."""
+    """Print the files, including all included ones (`--files`)."""
     print("\n".join(os.path.abspath(file) for file in launch.files))
     return 0
 
 
 def print_params(launch: Launch, _index: PackageIndex) -> int:
-    """`--dump-params`: YAML of full names and values."""
+    """Print full names and values of parameters as YAML (`--dump-params`)."""
     print(params_text(launch.params))
     return 0
 
 
 def print_file_of_node(name: str, launch: Launch, _index: PackageIndex) -> int:
-    """`--find-node`: the file that contains a node."""
+    """Print the file that contains a node (`--find-node`)."""
     name = full_node_name(name)
     node = launch.node(name)
     if node is None or node.place is None:
@@ -83,7 +83,7 @@ def print_file_of_node(name: str, launch: Launch, _index: PackageIndex) -> int:
 
 
 def print_node_args(name: str, files: Sequence[str], launch: Launch, index: PackageIndex) -> int:
-    """`--args`: the variables and the command line of a node, to be pasted into a shell."""
+    """Print the variables and command line of a node, ready to paste into a shell (`--args`)."""
     name = full_node_name(name)
     node = launch.node(name)
     if node is None:
@@ -105,13 +105,13 @@ def print_node_args(name: str, files: Sequence[str], launch: Launch, index: Pack
 
 
 def print_arguments(launch: Launch, _index: PackageIndex) -> int:
-    """`--ros-args`: the required and optional arguments of the files."""
+    """Print the required and optional arguments of the files (`--ros-args`)."""
     print(arguments_text(launch.arguments))
     return 0
 
 
 def print_plan(launch: Launch, index: PackageIndex) -> int:
-    """`--dry-run`: everything that would be done, in order."""
+    """Print everything that would be done, in order (`--dry-run`)."""
     for warning in launch.warnings:
         print(f"# WARNING: {warning}")
     for command in launch.commands:

@@ -16,7 +16,7 @@ NO_MASTER = 2
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Prints the folder; returns 2 when no master answers."""
+    """Print the folder; return 2 if no master answers."""
     _ = argv
     environment = Environment.from_os()
     client = MasterClient(environment.master_uri, "/roslaunch", timeout_s=5.0)

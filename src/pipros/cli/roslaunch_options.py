@@ -1,4 +1,4 @@
-"""The options of roslaunch and roscore, and the session options that they stand for."""
+"""Options of roslaunch and roscore, and their conversion to session options."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ USAGE = (
 
 
 def make_parser() -> OptionParser:
-    """All options that genuine `roslaunch --help` lists, and those that only pipros has."""
+    """Return a parser with all options of genuine `roslaunch --help`, and those specific to pipros."""
     parser = OptionParser(usage=USAGE, prog="roslaunch")
     add, flag = parser.add_option, partial(add_flag, parser)
     files = "Print list files loaded by launch file, including launch file itself"
@@ -55,7 +55,7 @@ def make_parser() -> OptionParser:
 
 
 def add_core_options(parser: OptionParser) -> None:
-    """The options that roslaunch and roscore share."""
+    """Add the options shared by roslaunch and roscore."""
     add = parser.add_option
     add(
         "-p",
@@ -106,7 +106,7 @@ def add_core_options(parser: OptionParser) -> None:
 
 
 def check_child_options(parser: OptionParser, options: Values, words: Sequence[str]) -> None:
-    """Exits when an option that `--child` needs is missing, or a file is given."""
+    """Exit if an option required by `--child` is missing, or a file is given."""
     if not options.server_uri:
         parser.error("--child option requires --server_uri to be set as well")
     if not options.run_id:
@@ -116,7 +116,7 @@ def check_child_options(parser: OptionParser, options: Values, words: Sequence[s
 
 
 def session_options(options: Values) -> SessionOptions:
-    """The options of a session, from the command line of roslaunch or roscore.
+    """Convert the command-line options of roslaunch or roscore to session options.
 
     Raises:
         LaunchError: the port is not between 0 and 65535, or a timeout is not positive.
@@ -145,7 +145,7 @@ def session_options(options: Values) -> SessionOptions:
 
 
 def run_options(options: Values) -> RunOptions:
-    """How nodes are run, from the command line.
+    """Convert the command-line options to options for running nodes.
 
     Raises:
         LaunchError: a timeout is not positive.
@@ -167,7 +167,7 @@ def run_options(options: Values) -> RunOptions:
 
 
 def _store(options: Values) -> Path | None:
-    """The file in which `roscore --resume` stores parameters and registrations: one for each port."""
+    """Return the file in which `roscore --resume` stores parameters and registrations, one per port."""
     if not getattr(options, "resume", False):
         return None
     from pipros.basics.env import DEFAULT_MASTER_PORT, Environment

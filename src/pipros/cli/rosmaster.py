@@ -1,4 +1,4 @@
-"""`rosmaster`: the master alone. Users start `roscore`; scripts and roslaunch start this."""
+"""`rosmaster`: runs only the master. Users start `roscore`; scripts and roslaunch start this."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ WARNING ACHTUNG WARNING ACHTUNG WARNING
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs until Ctrl-C or SIGTERM; returns the exit code."""
+    """Run until Ctrl-C or SIGTERM; return the exit code."""
     parsed = names.parse_arguments(sys.argv[1:] if argv is None else argv)
     parser = _parser()
     options, words = parser.parse_args(list(parsed.rest))
@@ -99,13 +99,13 @@ def _parser() -> OptionParser:
     parser.add_option(
         "--resume",
         metavar="FILE",
-        help="keep parameters and registrations in FILE, and begin with what is there",
+        help="keep parameters and registrations in FILE, and start with its contents",
     )
     parser.add_option(
         "--statistics",
         action="store_true",
         default=False,
-        help="print what the master at ROS_MASTER_URI has done so far, and end",
+        help="print the statistics of the master at ROS_MASTER_URI, and exit",
     )
     return parser
 

@@ -1,4 +1,4 @@
-"""`rosmsg-proto`: an empty message as YAML, as shells complete it after `rostopic pub /topic type`."""
+"""`rosmsg-proto`: prints an empty message as YAML, for shells that complete `rostopic pub /topic type`."""
 
 from __future__ import annotations
 
@@ -71,10 +71,10 @@ class UnknownType(PiprosError):
 
 
 def example(kind: str, name: str) -> Message:
-    """An empty message, or an empty request of a service; a name without a package is looked for in all.
+    """Return an empty message or service request; search all packages if the name has none.
 
     Raises:
-        UnknownType: no package has it.
+        UnknownType: no package defines it.
     """
     interfaces, noun = (MESSAGES, "message") if kind == "msg" else (SERVICES, "service")
     found = interfaces.types_named(name)

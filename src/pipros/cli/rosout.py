@@ -1,4 +1,4 @@
-"""`rosrun rosout rosout`: the `/rosout` node as a separate process, for masters that run without it."""
+"""`rosrun rosout rosout`: the `/rosout` node as a separate process, for masters without one."""
 
 from __future__ import annotations
 

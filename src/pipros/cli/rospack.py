@@ -54,7 +54,7 @@ _FLAGS = ("-q", "--deps-only", "--zombie-only")
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs one command and returns its exit code."""
+    """Run one command and return its exit code."""
     words, options, problem = split_arguments(sys.argv[1:] if argv is None else argv, _VALUE_OPTIONS, _FLAGS)
     if problem:
         return complain("rospack", problem, options)
@@ -169,13 +169,13 @@ def _nothing(query: PackageQuery) -> list[str]:
 
 
 def _flags(option: str, prefix: str = "") -> Callable[[PackageQuery], list[str]]:
-    """A command that prints the flags of pkg-config, each without its prefix."""
+    """Return a command that prints the flags of pkg-config, each without its prefix."""
 
     def ask(query: PackageQuery) -> list[str]:
         name = query.name
         if "--deps-only" in query.options:
             query.graph.all(name)
-            return [""]  # the flags of pkg-config include those of the dependencies
+            return [""]  # the flags of pkg-config already include those of the dependencies
         from pipros.workspace.pkg_config import flags
 
         return [" ".join(flags(name, option, prefix))]

@@ -1,4 +1,4 @@
-"""`rosrun`: finds a program by package and name, and replaces itself by it."""
+"""`rosrun`: finds a program by package and name, and replaces its own process by it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Usage: rosrun [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
   an executable named EXECUTABLE in the PACKAGE tree.
   If it finds it, it will run it with ARGS."""
 
-# The exit codes of Noetic's rosrun; the last two are a shell's for programs that cannot be run.
+# Exit codes of Noetic's rosrun; the last two are a shell's for programs that cannot be run.
 UNKNOWN_PACKAGE = 2
 NOT_FOUND = 3
 CANNOT_RUN = 126
@@ -28,7 +28,7 @@ NO_SUCH_COMMAND = 127
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Returns an exit code only when no program can be run; otherwise the program replaces this process."""
+    """Return an exit code only if no program can be run; otherwise the program replaces this process."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     prefix, debug = "", False
     while arguments and arguments[0] in ("--prefix", "--debug", "-d", "-h", "--help"):
@@ -50,8 +50,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     index = PackageIndex.from_environment()
     package = index.get(package_name)
     if package is None:
-        _complain_about_package(index, package_name)
-        _say_what_is_compiled(package_name, name, rest)
+        _report_missing_package(index, package_name)
+        _print_compiled_hint(package_name, name, rest)
         return UNKNOWN_PACKAGE
     found = find_executables(package, name)
     if debug:
@@ -61,8 +61,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         if found.runnable:
             return NO_SUCH_COMMAND
         programs = list_executables(package)
-        _complain_about_name(package, name, found, programs)
-        _say_what_is_compiled(package_name, name, rest, programs)
+        _report_missing_program(package, name, found, programs)
+        _print_compiled_hint(package_name, name, rest, programs)
         return NOT_FOUND
     try:
         command = command_of(program, rest, prefix)
@@ -75,7 +75,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _choose(found: Executables) -> Path | None:
-    """The program to run; asks the user when there are several."""
+    """Return the program to run; if there are several, ask the user."""
     if len(found.runnable) <= 1 or found.relay:
         return found.runnable[0] if found.runnable else None
     print("[rosrun] You have chosen a non-unique executable, please pick one of the following:")
@@ -90,7 +90,7 @@ def _choose(found: Executables) -> Path | None:
 
 
 def _run(program: Path, command: list[str]) -> int:
-    # The interpreter's own error about a script with a wrong first line does not help.
+    # The operating system's error about a script with a bad shebang is unhelpful.
     reason = why_not_startable(program) if command[0] == str(program) else None
     if reason is not None:
         print(f"[rosrun] {reason}", file=sys.stderr)
@@ -104,13 +104,13 @@ def _run(program: Path, command: list[str]) -> int:
             import subprocess
 
             return subprocess.run(command, env=environment, check=False).returncode  # noqa: S603
-        _become(command, environment)
+        _replace_process(command, environment)
     except OSError as error:
         print(f"[rosrun] {command[0]}: {error.strerror}", file=sys.stderr)
         return NO_SUCH_COMMAND if isinstance(error, FileNotFoundError) else CANNOT_RUN
 
 
-def _become(command: list[str], environment: dict[str, str]) -> NoReturn:
+def _replace_process(command: list[str], environment: dict[str, str]) -> NoReturn:
     os.execvpe(command[0], command, environment)  # noqa: S606
 
 
@@ -124,17 +124,17 @@ def _print_search(found: Executables, name: str) -> None:
         print(f"[rosrun] Assuming {found.relay} is a devel-space relay for {found.runnable[1]}")
 
 
-def _complain_about_package(index: PackageIndex, name: str) -> None:
+def _report_missing_package(index: PackageIndex, name: str) -> None:
     print(f"[rospack] Error: package '{name}' not found", file=sys.stderr)
     _suggest(name, [package.name for package in index])
     if index.advice:
         print(f"[rosrun] {index.advice}", file=sys.stderr)
 
 
-def _say_what_is_compiled(
+def _print_compiled_hint(
     package: str, program: str, arguments: list[str], programs: Sequence[str] = ()
 ) -> None:
-    """Says of a well-known package in C++ where to run it. On stderr, so that stdout equals Noetic's."""
+    """Print where to run a well-known C++ package. Uses stderr, so that stdout equals Noetic's."""
     from pipros.workspace.compiled_packages import why_not_here
 
     reason = why_not_here(package, program, arguments, programs)
@@ -142,7 +142,7 @@ def _say_what_is_compiled(
         print(f"[rosrun] {reason}", file=sys.stderr)
 
 
-def _complain_about_name(package: Package, name: str, found: Executables, programs: list[str]) -> None:
+def _report_missing_program(package: Package, name: str, found: Executables, programs: list[str]) -> None:
     if "/" in name:
         print(f"[rosrun] Couldn't find executable named {package.path / name}")
     else:
@@ -156,7 +156,7 @@ def _complain_about_name(package: Package, name: str, found: Executables, progra
 
 
 def _suggest(name: str, known: list[str]) -> None:
-    """Suggests names close to a mistyped one. On stderr, so that stdout equals Noetic's."""
+    """Suggest names close to a mistyped one. Uses stderr, so that stdout equals Noetic's."""
     from difflib import get_close_matches
 
     near = get_close_matches(name, known, n=3, cutoff=0.7)

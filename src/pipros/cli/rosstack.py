@@ -1,4 +1,4 @@
-"""`rosstack`: where stacks are, and which need which. Since catkin, a package is a stack of itself."""
+"""`rosstack`: finds stacks and their dependencies. Since catkin, each package is its own stack."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _UNKNOWN = {
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs one command and returns its exit code."""
+    """Run one command and return its exit code."""
     words, options, problem = split_arguments(sys.argv[1:] if argv is None else argv, _VALUE_OPTIONS, _FLAGS)
     if problem:
         return complain("rosstack", problem, options)
@@ -55,25 +55,25 @@ def main(argv: Sequence[str] | None = None) -> int:
         else:
             complain("rosstack", "no command given.  Try 'rosstack help'", options)
         return 0
-    asked = words.pop(0)
-    if asked == "help":
+    command = words.pop(0)
+    if command == "help":
         print(HELP)
         return 0
-    if asked.startswith("deps"):
-        asked = asked.replace("deps", "depends")
-    answer = _COMMANDS.get(asked)
+    if command.startswith("deps"):
+        command = command.replace("deps", "depends")
+    answer = _COMMANDS.get(command)
     if answer is None:
-        return complain("rosstack", f"command {asked} not implemented", options)
+        return complain("rosstack", f"command {command} not implemented", options)
     if len(words) > 1:
         return complain("rosstack", TOO_MANY_WORDS, options)
     query = PackageQuery(
         words,
         options,
-        noun="package" if asked.startswith("contains") else "stack",
-        unknown=_UNKNOWN.get(asked, "stack '{}' not found"),
+        noun="package" if command.startswith("contains") else "stack",
+        unknown=_UNKNOWN.get(command, "stack '{}' not found"),
         kinds=STACKS,
     )
-    if words and asked in ("list", "list-names", "profile"):
+    if words and command in ("list", "list-names", "profile"):
         return complain("rosstack", "invalid option(s) given", options)
     try:
         lines = answer(query)
@@ -89,7 +89,10 @@ def _folder(query: PackageQuery) -> list[str]:
 
 
 def _contents(query: PackageQuery) -> list[str]:
-    """The packages of a stack: itself; none of a metapackage. Noetic does not fail for an unknown stack."""
+    """Return the packages of a stack: itself, or none for a metapackage.
+
+    As in Noetic, an unknown stack only causes an error message.
+    """
     try:
         name = query.name
     except QueryFailed as error:

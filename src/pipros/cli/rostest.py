@@ -33,7 +33,7 @@ from pipros.workspace.index import Package, PackageIndex
 COULD_NOT_RUN = 1
 CASES_FAILED = 2
 INTERRUPTED = 130
-"""128 + SIGINT, as shells count."""
+"""128 + SIGINT, the exit code that shells report."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ class Options:
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Returns 0 when all passed, 1 when a test could not run, 2 when cases of a test failed."""
+    """Return 0 if all tests passed, 1 if a test could not run, 2 if test cases failed."""
     accept_ctrl_c()
     arguments, words = split_arguments(sys.argv[1:] if argv is None else argv)
     parser = _parser()
@@ -98,7 +98,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             name = options.results_filename or rostest_name(package.path, file)
             code = _run(rostest, package.name, name.removesuffix(".xml"), base)
     except KeyboardInterrupt:
-        # A second Ctrl-C must not keep the nodes from being ended; the launcher itself escalates.
+        # A second Ctrl-C must not prevent the nodes from being ended; the launcher itself escalates.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         rostest.tear_down()
         print("rostest was interrupted: no results", file=sys.stderr)
@@ -125,14 +125,14 @@ def _run(rostest: Rostest, package: str, name: str, base: Path | None) -> int:
 
 
 def _run_as_text(rostest: Rostest) -> int:
-    """Test programs print their own report, so only whether they could be run is known."""
+    """Run the tests, which print their own reports; only whether they could run is known."""
     result = unittest.TextTestRunner(verbosity=2).run(rostest.suite())
     print("\nWARNING: overall test result is not accurate when --text is enabled")
     return 0 if result.wasSuccessful() else COULD_NOT_RUN
 
 
 def _open_log(environment: Environment) -> tuple[Console, Path]:
-    """The console of all fixtures, with the log file of this process; prints the path of that file."""
+    """Return the console of all fixtures and the log file of this process; print the file's path."""
     folder = LogFolder(environment.log_dir.absolute())
     log = folder.file_of_launcher("rostest")
     console = Console(has_title=False)
@@ -149,7 +149,7 @@ def _open_log(environment: Environment) -> tuple[Console, Path]:
 
 
 def _package_of(file: Path, options: Options, index: PackageIndex) -> Package:
-    """The package of the results: the one given by an option, else the one that contains the file."""
+    """Return the package of the results: the one given by options, else the one that contains the file."""
     found = index.containing(file)
     folder = Path(options.package_folder).absolute() if options.package_folder else None
     if options.package and (folder or found):
@@ -157,7 +157,7 @@ def _package_of(file: Path, options: Options, index: PackageIndex) -> Package:
     if found is None:
         raise NotFound(
             f"[{file}] is not inside a ROS package, so its results have no name. "
-            "Give one with --package=NAME --pkgdir=FOLDER"
+            "Set one with --package=NAME --pkgdir=FOLDER"
         )
     return Package(found.name, folder or found.path)
 

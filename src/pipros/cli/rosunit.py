@@ -18,7 +18,7 @@ from pipros.testing.script_runner import make_xml_runner
 from pipros.testing.summary import runner_summary
 from pipros.workspace.index import PackageIndex
 
-# unittest leaves the frames of modules with this variable out of its reports.
+# unittest omits the stack frames of modules with this variable from its reports.
 __unittest = True
 
 COULD_NOT_RUN = 1
@@ -27,7 +27,7 @@ CASES_FAILED = 2
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Returns 0 when all passed, 1 when the test could not run, 2 when cases of it failed."""
+    """Return 0 if all tests passed, 1 if the program could not run, 2 if test cases failed."""
     accept_ctrl_c()
     parser = OptionParser(usage="usage: %prog [options] <file> [test args...]", prog="rosunit")
     parser.add_option(
@@ -42,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_option("--name", metavar="TEST_NAME", dest="test_name", help="Test name")
     parser.add_option("--package", metavar="PACKAGE_NAME", dest="pkg", help="Package name (optional)")
-    # Everything after the file is for the test program, options included.
+    # All words after the file are for the test program, including options.
     parser.disable_interspersed_args()
     options, words = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
     if not words:

@@ -13,7 +13,7 @@ from pipros.packages.crawl import STACKS
 from pipros.workspace.index import Package, PackageIndex
 
 DISTRO = "noetic"
-"""The distribution that pipros follows; `ROS_DISTRO` overrides the name."""
+"""Distribution that pipros follows; `ROS_DISTRO` overrides the name."""
 
 UNKNOWN_VERSION = "<unversioned>"
 
@@ -22,7 +22,7 @@ UNKNOWN_VERSION = "<unversioned>"
 def main(argv: Sequence[str] | None = None) -> int:
     parser = ArgumentParser(
         prog="rosversion",
-        usage="rosversion [-h] [-s] [-d] [-a] [package]",  # Python 3.14 would write it otherwise
+        usage="rosversion [-h] [-s] [-d] [-a] [package]",  # Python 3.14 would format it differently
         formatter_class=RawDescriptionHelpFormatter,
         description="rosversion -d: Output the version of the given package\n"
         "rosversion package: Output the ROS distribution name",
@@ -30,10 +30,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "-s", "--skip-newline", action="store_true", help="Skip trailing newline", dest="skip_newline"
     )
-    asked = parser.add_mutually_exclusive_group(required=True)
-    asked.add_argument("package", nargs="?", help="The ROS package name (e.g. 'roscpp')")
-    asked.add_argument("-d", "--distro", action="store_true", help="Output the ROS distribution name")
-    asked.add_argument(
+    choice = parser.add_mutually_exclusive_group(required=True)
+    choice.add_argument("package", nargs="?", help="The ROS package name (e.g. 'roscpp')")
+    choice.add_argument("-d", "--distro", action="store_true", help="Output the ROS distribution name")
+    choice.add_argument(
         "-a", "--all", action="store_true", help="Show all ROS package names and their versions"
     )
     options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
@@ -60,7 +60,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def version_of(package: Package) -> str:
-    """The version in the package's manifest.
+    """Return the version in the package's manifest.
 
     Raises:
         XmlError: the manifest is malformed.

@@ -1,4 +1,4 @@
-"""`roswtf`: the checks of Noetic, in its words. `pipros doctor` finds more, and says what to do."""
+"""`roswtf`: runs the checks of Noetic, in its words. `pipros doctor` finds more, and says what to do."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _RULE = "=" * 80
 
 @command
 def main(argv: Sequence[str] | None = None, start_node: Callable[[], None] | None = None) -> int:
-    """Print what is wrong. The exit code is 0 whatever was found, as Noetic's.
+    """Print all problems. Return 0 regardless of the findings, like Noetic's.
 
     Args:
         start_node: called before online checks of plugins, which may need a node of their client library.
@@ -55,11 +55,11 @@ def _check(
     static: list[Check] = []
     online: list[Check] = []
     if not options.has_no_plugins:
-        static, online = load_plugins(say=print, complain=_complain)
+        static, online = load_plugins(say=print, complain=_print_error)
     try:
         ctx = _context(files, arguments)
     except WtfException as error:
-        _complain(str(error))
+        _print_error(str(error))
         return 0
     if options.all_packages and ctx.index is not None:
         print("roswtf will run against all packages")
@@ -83,7 +83,7 @@ def _check(
 
 
 def _context(files: Sequence[str], arguments: Mapping[str, str]) -> WtfContext:
-    """The launch files, else the package around the current folder, else the environment alone."""
+    """Return the context of the launch files, the current folder's package, or the environment alone."""
     from pipros.health.wtf.context import WtfContext
 
     if files:
@@ -113,7 +113,7 @@ def _check_online(ctx: WtfContext, plugins: Sequence[Check], start_node: Callabl
 
     print("Beginning tests of your ROS graph. These may take a while...")
     print("analyzing graph...", flush=True)
-    graph.load_online(ctx, _complain)
+    graph.load_online(ctx, _print_error)
     print("... done analyzing graph\nrunning graph rules...", flush=True)
     graph.wtf_check_graph(ctx)
     print("... done running graph rules")
@@ -127,8 +127,8 @@ def _run_plugins(plugins: Sequence[Check], ctx: WtfContext) -> None:
     for check in plugins:
         try:
             check(ctx)
-        except Exception as error:  # whatever the plugin's own code raises
-            _complain(f"ERROR: plugin [{getattr(check, '__module__', check)}] failed: {error}")
+        except Exception as error:  # anything that the plugin's code raises
+            _print_error(f"ERROR: plugin [{getattr(check, '__module__', check)}] failed: {error}")
 
 
 def _has_master(uri: str) -> bool:
@@ -143,7 +143,7 @@ def _has_master(uri: str) -> bool:
     return True
 
 
-def _complain(text: str) -> None:
+def _print_error(text: str) -> None:
     print(printable_lines(text), file=sys.stderr, flush=True)
 
 

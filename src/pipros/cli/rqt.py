@@ -1,4 +1,4 @@
-"""The family of `rqt_graph`: each command opens the page at its tab."""
+"""Commands of the `rqt_graph` family: each opens the page at its tab."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Main = Callable[[Sequence[str] | None], int]
 
 
 def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1) -> Main:
-    """A command that opens a tab; `argument` names what it takes, in its usage, `most` how many of it."""
+    """Return a command that opens a tab; it takes up to `most` arguments, called `argument` in its usage."""
     limit = most if argument else 0
 
     def body(argv: Sequence[str]) -> int:
@@ -36,7 +36,7 @@ def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1) -> M
 
 
 def _resolved(graph: GraphClient, word: str) -> str:
-    """A topic, node or field by its global name; the index and further fields of a field stay as they are."""
+    """Resolve a topic, node or field to its global name; keep the index and nested fields."""
     end = min((at for at in map(word.find, ":[") if at >= 0), default=len(word))
     return graph.resolve(word[:end]) + word[end:]
 

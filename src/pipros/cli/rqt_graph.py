@@ -1,4 +1,4 @@
-"""`rqt_graph`: the graph as a live page in a browser, or as a picture."""
+"""`rqt_graph`: shows the graph as a live page in a browser, or writes it as a picture."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _main(argv: Sequence[str]) -> int:
     parser = page_parser("rqt_graph", "[options]")
-    add_flag(parser, "--dot", help="print the graph for Graphviz and end")
-    parser.add_option("--svg", metavar="FILE", help="write the graph as SVG and end")
-    parser.add_option("--png", metavar="FILE", help="write the graph as PNG and end (needs Pillow)")
+    add_flag(parser, "--dot", help="print the graph for Graphviz and exit")
+    parser.add_option("--svg", metavar="FILE", help="write the graph as SVG and exit")
+    parser.add_option("--png", metavar="FILE", help="write the graph as PNG and exit (needs Pillow)")
     parser.add_option(
         "--mode",
         default="active",
         help="nodes: nodes only; active (default): nodes and topics that are connected; all: all topics",
     )
-    add_flag(parser, "--all", help="hide nothing, such as /rosout and the nodes of tools")
+    add_flag(parser, "--all", help="hide nothing, not even /rosout and the nodes of tools")
     options, arguments = parser.parse_args(without_remappings(argv))
     if arguments:
         parser.error(f"unexpected argument: {arguments[0]}")

@@ -1,4 +1,4 @@
-"""`pipros env`: what the setup files of a workspace would set, without sourcing them."""
+"""`pipros env`: prints what the setup files of a workspace would set, without sourcing them."""
 
 from __future__ import annotations
 
@@ -18,20 +18,16 @@ SHELLS = ("sh", "fish", "powershell")
 def main(argv: Sequence[str] | None = None) -> int:
     parser = ArgumentParser(
         prog="pipros env",
-        description="Print what setup.bash of a workspace would set, as commands of a shell: "
-        'eval "$(pipros env ~/catkin_ws)" does what sourcing the file does. Without a workspace it is the '
-        "environment of pipros alone.",
+        description="Print what setup.bash of a workspace would set, as shell commands: "
+        'eval "$(pipros env ~/catkin_ws)" has the effect of sourcing the file. Without a workspace it '
+        "prints the environment of pipros alone.",
     )
     parser.add_argument(
         "workspace", nargs="?", help="a workspace, or its devel or install folder (default: none)"
     )
     parser.add_argument("--shell", choices=SHELLS, default="sh", help="the shell (default: %(default)s)")
-    parser.add_argument(
-        "--extend", action="store_true", help="keep the workspaces that are set up already, below this one"
-    )
-    parser.add_argument(
-        "--json", action="store_true", help="print one JSON object of the variables that change"
-    )
+    parser.add_argument("--extend", action="store_true", help="keep the active workspaces, below this one")
+    parser.add_argument("--json", action="store_true", help="print the changed variables as one JSON object")
     options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
 
     def body() -> int:
@@ -50,10 +46,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def built_space(folder: Path) -> Path:
-    """The devel or install space that a folder is, or has.
+    """Return the devel or install space at a folder, or inside it.
 
     Raises:
-        CommandError: nothing was built there.
+        CommandError: the folder has not been built.
     """
     from pipros.workspace.overlays import MARKER
 

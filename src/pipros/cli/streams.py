@@ -1,4 +1,4 @@
-"""The decorator of every command: usable standard streams, and a Ctrl-C that is never lost."""
+"""The decorator of every command: usable standard streams, and reliable Ctrl-C."""
 
 from __future__ import annotations
 
@@ -15,33 +15,33 @@ from typing import Any, ParamSpec
 from pipros.basics import interrupts
 
 OUTPUT_FAILED = 120
-"""Python's exit code when it cannot write what a program printed, hence that of Noetic's commands."""
+"""Python's exit code for failed writes to standard output, and hence that of Noetic's commands."""
 
 _Arguments = ParamSpec("_Arguments")
 
 
 class OutputFailed(OSError):
-    """Standard output cannot be written: its disk is full, for example."""
+    """Standard output cannot be written, for example because its disk is full."""
 
 
 def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
-    """Makes `main` a command that can be started with any standard streams and interrupted at any moment.
+    """Make `main` a command that works with any standard streams and can be interrupted at any moment.
 
     - Ctrl-C ends it at any moment (`pipros.basics.interrupts`).
     - A closed stream (`>&-`) is `/dev/null` for the command and its children, as for Noetic's commands.
-      No file or socket that is opened later can take its number.
+      No file or socket opened later can take its number.
     - Output that cannot be written ends the command with one line on standard error and code 120.
-    - A pipe whose reader closed it (`| head`) ends it silently, with code 0.
-    - A character that the encoding of the terminal lacks is written as `\\xe9`.
+    - A pipe whose reader closed it (`| head`) ends the command silently, with code 0.
+    - A character missing in the terminal's encoding is written as `\\xe9`.
 
-    Output is flushed when the command returns. Streams that replaced the process's own, as in tests, are
-    not changed.
+    Output is flushed when the command returns. Streams that replaced those of the process, as in tests, are
+    left unchanged.
     """
 
     @wraps(main)
     def guarded(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> int:
         interrupts.install()
-        atexit.register(gc.freeze)  # Python need not look for cycles in all that the process is about to drop
+        atexit.register(gc.freeze)  # at exit, Python need not search for cycles in memory about to be freed
         _open_closed_streams()
         before = sys.stdout
         sys.stdout, sys.stderr = _reporting_output(sys.stdout), _lenient(sys.stderr)
@@ -65,7 +65,7 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
 
 
 def discard_output() -> None:
-    """Sends buffered and further output to the null device."""
+    """Send buffered and further output to the null device."""
     with contextlib.suppress(OSError, ValueError):
         null = os.open(os.devnull, os.O_WRONLY)
         os.dup2(null, sys.stdout.fileno())
@@ -74,7 +74,7 @@ def discard_output() -> None:
 
 
 class _ReportingFile(io.FileIO):
-    """The file of standard output. Its errors are `OutputFailed`, to tell them from other OSErrors."""
+    """The file of standard output. Its errors are `OutputFailed`, to distinguish them from other OSErrors."""
 
     def write(self, data: Any, /) -> int:
         try:

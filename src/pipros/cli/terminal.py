@@ -1,6 +1,6 @@
 """Output on a terminal: colours, aligned columns, and blocks of lines that are rewritten in place.
 
-A pipe or a file gets none of these, so that scripts read exactly what Noetic prints.
+Pipes and files get none of these, so that scripts read exactly what Noetic prints.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-TYPE_CHECKING = False  # true for type checkers; commands that do not need `typing` start faster
+TYPE_CHECKING = False  # True for type checkers; commands that do not need `typing` start faster
 if TYPE_CHECKING:
     from typing import IO
 
@@ -19,22 +19,21 @@ DIM = "2"
 
 
 def is_terminal(stream: IO[str] | None = None) -> bool:
-    """True when a stream, by default standard output, is a terminal that understands escape sequences."""
+    """Return whether a stream, by default standard output, is a terminal that supports escape sequences."""
     stream = sys.stdout if stream is None else stream
     return stream.isatty() and os.environ.get("TERM", "dumb") != "dumb"
 
 
 def has_colours(stream: IO[str] | None = None) -> bool:
-    """True on a terminal, unless `NO_COLOR` is set (https://no-color.org)."""
+    """Return True on a terminal, unless `NO_COLOR` is set (https://no-color.org)."""
     return is_terminal(stream) and not os.environ.get("NO_COLOR")
 
 
 def aligned(rows: Sequence[Sequence[str]], colours: Sequence[str] = ()) -> list[str]:
-    """Rows of cells as lines with aligned columns.
+    """Format rows of cells as lines with aligned columns.
 
     Args:
-        colours: the colour of each column, as in an escape sequence; empty for none. Without `has_colours`
-            they are ignored.
+        colours: escape-sequence colour of each column; empty for none. Ignored unless `has_colours`.
 
     >>> aligned([["/scan", "a/Scan"], ["/tf", "b/TF"]])
     ['/scan a/Scan', '/tf   b/TF']
@@ -57,16 +56,16 @@ def aligned(rows: Sequence[Sequence[str]], colours: Sequence[str] = ()) -> list[
 
 
 def table(rows: Sequence[Sequence[str]], colours: Sequence[str]) -> list[str]:
-    """Rows of cells as lines: aligned and coloured on a terminal, separated by one space elsewhere."""
+    """Format rows as lines: aligned and coloured on a terminal, separated by one space elsewhere."""
     return aligned(rows, colours) if is_terminal() else [" ".join(row) for row in rows]
 
 
 def paragraph(text: str, *, indent: int, taken: int = 0) -> str:
-    """A text broken between words to the width of the terminal; elsewhere it stays one line.
+    """Wrap a text at word boundaries to the width of the terminal; elsewhere keep it on one line.
 
     Args:
-        indent: the columns before each further line.
-        taken: the columns before the first line.
+        indent: columns before each further line.
+        taken: columns already used in the first line.
     """
     if not is_terminal():
         return text
@@ -87,7 +86,7 @@ def paragraph(text: str, *, indent: int, taken: int = 0) -> str:
 
 @contextmanager
 def passing_note(text: str) -> Iterator[None]:
-    """Shows a line on the terminal of standard error while the body runs; afterwards it is gone."""
+    """Show a line on the terminal of standard error while the body runs, then erase it."""
     if not is_terminal(sys.stderr):
         yield
         return
@@ -99,25 +98,24 @@ def passing_note(text: str) -> Iterator[None]:
 
 
 class LiveBlock:
-    """Prints blocks of lines. On a terminal, each block replaces the one before; elsewhere they follow."""
+    """Prints blocks of lines. On a terminal, each block replaces the previous one; elsewhere it follows."""
 
     def __init__(self) -> None:
-        self._is_live = is_terminal()
+        self._is_terminal = is_terminal()
         self._height = 0
 
     def show(self, text: str) -> None:
-        """Prints a block."""
         up = f"\x1b[{self._height}A\x1b[J" if self._height else ""
         print(up + text, flush=True)
-        self._height = self._height_of(text) if self._is_live else 0
+        self._height = self._height_of(text) if self._is_terminal else 0
 
     def say(self, text: str) -> None:
-        """Prints a line that stays; the next block comes below it."""
+        """Print a permanent line; the next block appears below it."""
         print(text, flush=True)
         self._height = 0
 
     def _height_of(self, text: str) -> int:
-        """The screen lines of a block; 0 when it does not fit, so that its beginning cannot be reached."""
+        """Return the screen lines of a block; 0 if it is too tall for its beginning to be reached."""
         import shutil
 
         columns, lines = shutil.get_terminal_size()

@@ -1,4 +1,4 @@
-"""`pipros version`: what to name in a report of a bug."""
+"""`pipros version`: prints the versions to include in a bug report."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipros.cli.streams import command
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     parser = ArgumentParser(
-        prog="pipros version", description="Print the versions of pipros, Python and the ROS that it is."
+        prog="pipros version", description="Print the versions of pipros, Python and ROS."
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
@@ -31,7 +31,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def versions_of_process() -> dict[str, str]:
-    """Name to version or place, in the order in which a person wants them."""
+    """Return versions and places by name, in the order of printing."""
     from pipros.cli.rosversion import DISTRO
 
     return {

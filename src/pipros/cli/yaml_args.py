@@ -1,4 +1,4 @@
-"""YAML values on command lines and in pipes."""
+"""Parses YAML values from command lines and pipes."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ SEPARATOR = "---"
 
 
 def value_of(word: str) -> Any:
-    """The value of a word of a command line. An empty word is the empty string, not null.
+    """Parse a word of a command line. An empty word is the empty string, not null.
 
     Raises:
-        YamlError: it is not valid YAML.
+        YamlError: the word is not valid YAML.
     """
     return load(word, "argument", angles=False) if word else ""
 
 
 def documents_of(lines: Iterable[str], file: str = "standard input") -> Iterator[Any]:
-    """The documents in the lines, each as soon as its separator arrives; empty ones are skipped.
+    """Yield the documents in the lines, each as soon as its separator arrives; empty ones are skipped.
 
-    So a pipe may stay open: `rostopic echo /a | rostopic pub /b std_msgs/String`.
+    A pipe may therefore stay open: `rostopic echo /a | rostopic pub /b std_msgs/String`.
 
     Raises:
-        YamlError: one of them is not valid YAML.
+        YamlError: a document is not valid YAML.
     """
     pending: list[str] = []
     for line in lines:

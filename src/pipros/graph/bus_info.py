@@ -1,6 +1,6 @@
-"""The answers of a node to `getBusInfo` and `getBusStats`: its connections, and what went over them. Pure.
+"""Parses a node's results of `getBusInfo` and `getBusStats`: its connections and their traffic. No I/O.
 
-Source: http://wiki.ros.org/ROS/Slave_API; where it leaves something open, what nodes answer.
+Source: http://wiki.ros.org/ROS/Slave_API and, where that is silent, the actual results of nodes.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ from pipros.basics.printable import printable
 
 
 class BusConnection(NamedTuple):
-    """A connection as one of its ends describes it.
+    """A connection as described by one of its ends.
 
     Attributes:
-        peer: the other end: the name of a node, or the URI of its API.
-        direction: `i`, `o` or `b` (both), for messages that come in or go out.
+        peer: name or API URI of the node at the other end.
+        direction: `i` (inbound), `o` (outbound) or `b` (both).
         topic: the topic or service.
-        id: what the node calls the connection in `getBusStats`.
+        id: identifier of the connection in `getBusStats`.
         transport: `TCPROS` or `UDPROS`.
-        is_established: False while the node still tries to connect.
-        remark: a text about the sockets; empty from clients that send none.
+        is_established: False while the node is still trying to connect.
+        remark: description of the sockets; empty from clients that send none.
     """
 
     peer: str
@@ -34,17 +34,17 @@ class BusConnection(NamedTuple):
 
 
 class SentCount(NamedTuple):
-    """What a node says to have sent over a connection so far."""
+    """Messages and bytes that a node reports to have sent over a connection so far."""
 
     messages: float
     bytes: float
 
 
 def rows_of(answer: Any, method: str) -> list[Any]:
-    """The rows of the answer `[1, text, rows]` to `method`, not yet read.
+    """Return the unparsed rows of `[1, text, rows]`, the result of `method`.
 
     Raises:
-        ValueError: the answer is of another form, or an error.
+        ValueError: the result has another form, or is an error.
     """
     if not isinstance(answer, list) or len(answer) != 3 or answer[0] != 1 or not isinstance(answer[2], list):
         raise ValueError(f"{method} must answer [1, text, list], got {printable(answer, 80)}")
@@ -52,10 +52,10 @@ def rows_of(answer: Any, method: str) -> list[Any]:
 
 
 def statistics_of(answer: Any) -> list[Any]:
-    """The rows of an answer to `getBusStats`. roscpp answers with them alone, without code and text.
+    """Return the rows of a `getBusStats` result. roscpp returns them alone, without code and text.
 
     Raises:
-        ValueError: the answer is of another form, or an error.
+        ValueError: the result has another form, or is an error.
     """
     if isinstance(answer, list) and answer and all(isinstance(rows, list) for rows in answer):
         return answer
@@ -63,9 +63,9 @@ def statistics_of(answer: Any) -> list[Any]:
 
 
 def read_row(row: object) -> BusConnection | None:
-    """The connection of one row `[id, peer, direction, transport, topic[, is established[, remark]]]`.
+    """Parse one row `[id, peer, direction, transport, topic[, is established[, remark]]]`.
 
-    None if the row is malformed.
+    Return None if the row is malformed.
     """
     if not isinstance(row, list) or len(row) < 5 or not all(isinstance(row[at], str) for at in (1, 2, 4)):
         return None
@@ -75,7 +75,7 @@ def read_row(row: object) -> BusConnection | None:
 
 
 def established(rows: object) -> Iterator[BusConnection]:
-    """The established connections of the rows of `getBusInfo`. Malformed rows are left out."""
+    """Yield the established connections in the rows of `getBusInfo`. Malformed rows are skipped."""
     for row in rows if isinstance(rows, list) else ():
         connection = read_row(row)
         if connection is not None and connection.is_established:
@@ -83,10 +83,10 @@ def established(rows: object) -> Iterator[BusConnection]:
 
 
 def sent_counts(rows: Sequence[Any]) -> Iterator[tuple[str, SentCount]]:
-    """What the rows of `getBusStats` say of each outgoing connection, by its id. Malformed rows are left out.
+    """Yield id and traffic of each outgoing connection in `getBusStats` rows. Malformed rows are skipped.
 
     The rows are `[publishers, subscribers, services]`; a publisher is
-    `[topic, bytes, [[id, bytes, messages, connected], …]]`, and of roscpp
+    `[topic, bytes, [[id, bytes, messages, connected], …]]`, or from roscpp
     `[topic, [[id, bytes, bytes of messages, messages, 0], …]]`.
     """
     for row in rows[0] if rows and isinstance(rows[0], list) else ():
@@ -100,5 +100,5 @@ def sent_counts(rows: Sequence[Any]) -> Iterator[tuple[str, SentCount]]:
 
 
 def _is_count(value: object) -> bool:
-    """False for infinity and NaN, which JSON lacks, and for what no counter of 63 bits reaches."""
+    """Return False for infinity and NaN, which JSON lacks, and for values beyond a 63-bit counter."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and 0 <= value < 2**63

@@ -1,4 +1,4 @@
-"""Unregisters nodes that do not answer from the master, after asking the user."""
+"""Unregisters unresponsive nodes from the master, after confirmation by the user."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ def clean_up(
     ask: Callable[[str, str], object] = ask_pid,
     remove: Callable[[MasterClient, str], object] = unregister,
 ) -> None:
-    """Pings every node, asks the user, and unregisters those that did not answer.
+    """Ping every node, ask the user, and unregister the nodes that did not answer.
 
     Args:
-        answers: the lines that the user types, by default standard input.
-        ask: pings the node at a URI, in the name of a caller.
+        answers: lines typed by the user; by default standard input.
+        ask: pings the node at a URI on behalf of a caller.
         remove: unregisters a node.
     """
     _, unreachable = ping_all(master, complain=complain, ask=ask)
@@ -42,7 +42,7 @@ def clean_up(
         return
     say(bullets("Unable to contact the following nodes:", unreachable))
     say(WARNING)
-    if not _agrees(sys.stdin if answers is None else answers):
+    if not _is_confirmed(sys.stdin if answers is None else answers):
         say("aborting")
         return
     for node in unreachable:
@@ -51,8 +51,8 @@ def clean_up(
     say("done")
 
 
-def _agrees(answers: Iterable[str]) -> bool:
-    """True when the user types y, False for n and at the end of the input."""
+def _is_confirmed(answers: Iterable[str]) -> bool:
+    """Return True if the user types y; False for n and at the end of the input."""
     for line in answers:
         answer = line.strip()
         if answer in ("y", "n"):

@@ -1,4 +1,4 @@
-"""The connection of a tool to a running system: environment, master client, resolution of names."""
+"""A tool's access to a running system: environment, master client and name resolution."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ if TYPE_CHECKING:
 
 
 class GraphClient:
-    """The environment, the master client and the name resolution of a tool.
+    """Environment, master client and name resolution of a tool.
 
-    A context manager that closes the connections to the master.
+    A context manager that closes the connections to the master on exit.
     """
 
     def __init__(
         self, tool: str, environment: Environment | None = None, *, timeout_s: float | None = None
     ) -> None:
-        """Nothing is connected yet.
+        """Connect to nothing yet.
 
         Args:
-            tool: the name below which private names are resolved: `rostopic`.
-            timeout_s: how long one call of the master may take; None is without limit.
+            tool: namespace for private names, such as `rostopic`.
+            timeout_s: time limit of one call to the master; None for no limit.
         """
         self._environment = environment
         self.master_uri = environment.master_uri if environment else master_uri_of(os.environ)
@@ -46,12 +46,12 @@ class GraphClient:
         return self._environment
 
     def resolve(self, name: str) -> str:
-        """The global name of an argument."""
+        """Resolve a name from the command line to its global name."""
         return names.resolve(name, self._node_name)
 
     @property
     def master(self) -> MasterClient:
-        """A client of the master. Nothing is connected until its first call.
+        """A client of the master, which connects on its first call.
 
         Raises:
             InvalidEnvironment: ROS_MASTER_URI is malformed.

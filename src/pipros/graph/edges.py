@@ -1,4 +1,4 @@
-"""Edges of a graph, and sets of them. Named as in `rosgraph.impl.graph`, which rqt_graph reads."""
+"""Edges of a graph, and sets of them. Names follow `rosgraph.impl.graph`, which rqt_graph uses."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import ClassVar
 
 
 class Edge:
-    """From one node or topic to another.
+    """An edge from one node or topic to another.
 
     Attributes:
-        key, rkey: the keys of an `EdgeList`: start or end, with the label.
+        key, rkey: keys in an `EdgeList`: start or end, with the label.
     """
 
     __slots__ = ("end", "key", "label", "rkey", "start")
@@ -31,7 +31,7 @@ class Edge:
 
 
 def edge_args(start: str, dest: str, direction: str, label: str) -> list[tuple[str, str, str]]:
-    """The arguments for the edges of a connection: `o`utbound, `i`nbound or `b`oth, as seen from `start`."""
+    """Return the edge arguments of a connection that `start` sees as `o`utbound, `i`nbound or `b`oth."""
     edges = []
     if direction in ("o", "b"):
         edges.append((start, dest, label))
@@ -41,7 +41,7 @@ def edge_args(start: str, dest: str, direction: str, label: str) -> list[tuple[s
 
 
 class EdgeList:
-    """A set of edges, indexed by their start and by their end."""
+    """A set of edges, indexed by start and end."""
 
     def __init__(self) -> None:
         self.edges_by_start: dict[str, list[Edge]] = {}
@@ -56,7 +56,7 @@ class EdgeList:
     __contains__ = has
 
     def add(self, edge: Edge) -> bool:
-        """True when it is new."""
+        """Add an edge. Return True if it is new."""
         if edge in self:
             return False
         self.edges_by_start.setdefault(edge.key, []).append(edge)
@@ -64,12 +64,12 @@ class EdgeList:
         return True
 
     def add_edges(self, start: str, dest: str, direction: str, label: str = "") -> bool:
-        """True when one of them is new."""
+        """Add the edges of a connection. Return True if any of them is new."""
         added = [self.add(Edge(*arguments)) for arguments in edge_args(start, dest, direction, label)]
         return any(added)
 
     def delete(self, edge: Edge) -> None:
-        """Does nothing when it is not there."""
+        """Delete an edge, if present."""
         for edges, key in ((self.edges_by_start, edge.key), (self.edges_by_end, edge.rkey)):
             left = [other for other in edges.get(key, ()) if other != edge]
             if left:
@@ -78,7 +78,7 @@ class EdgeList:
                 edges.pop(key, None)
 
     def delete_all(self, node: str) -> None:
-        """Deletes all edges that begin or end at a node."""
+        """Delete all edges that begin or end at a node."""
         for edge in self:
             if node in (edge.start, edge.end):
                 self.delete(edge)

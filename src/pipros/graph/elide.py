@@ -1,4 +1,4 @@
-"""Messages without their arrays or strings: what `--noarr` and `--nostr` show instead."""
+"""Replaces arrays or strings in messages by their size, for `--noarr` and `--nostr`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pipros.msg.base import Message
 
 
 class Elision:
-    """Replaces arrays and strings by their size. Messages inside arrays are not changed."""
+    """Replaces arrays and strings by their size. Messages inside arrays are left unchanged."""
 
     def __init__(self, *, no_arrays: bool, no_texts: bool) -> None:
         self._no_arrays = no_arrays
@@ -17,7 +17,7 @@ class Elision:
         self._classes: dict[type[Message], type[Message]] = {}
 
     def of(self, part: Part) -> Any:
-        """The value of the part, or the text that is shown instead."""
+        """Return the value of the part, or the replacement text."""
         value, type_name = part.value, part.type_name or ""
         if type_name.endswith("]") and self._no_arrays:
             return f"<array type: {type_name.partition('[')[0]}, length: {len(value)}>"
@@ -31,7 +31,7 @@ class Elision:
         return short
 
     def _class_for(self, original: type[Message]) -> type[Message]:
-        """A class with the same fields, in which replaced ones are strings."""
+        """Return a class with the same fields, in which the replaced ones are strings."""
         if original not in self._classes:
             self._classes[original] = type(
                 original.__name__,

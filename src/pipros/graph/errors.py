@@ -1,4 +1,4 @@
-"""The errors of `pipros.graph`, and their translation to the exceptions of ROS modules."""
+"""Errors of `pipros.graph`, and their translation to the exceptions of ROS modules."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from collections.abc import Callable, Iterator
 from pipros.basics.errors import PiprosError, Unreachable
 
 NO_MASTER = "Unable to communicate with master!"
-"""The text of Noetic's tools when the master does not answer."""
+"""Text printed by Noetic's tools if the master does not answer."""
 
 
 class GraphError(PiprosError):
-    """The running system does not have what was requested. The text says what is missing and where."""
+    """The requested object does not exist in the running system. The text names it and the place."""
 
 
 @contextlib.contextmanager
 def translated(unreachable: Callable[[str], Exception], failed: Callable[[str], Exception]) -> Iterator[None]:
-    """Replaces the errors of `pipros.graph` by the exceptions that a ROS module promises.
+    """Translate errors of `pipros.graph` to the exceptions that a ROS module documents.
 
     Args:
-        unreachable: makes the exception for a master that does not answer.
-        failed: makes the exception for a `GraphError`.
+        unreachable: creates the exception for an unreachable master.
+        failed: creates the exception for a `GraphError`.
     """
     try:
         yield

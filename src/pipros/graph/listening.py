@@ -1,4 +1,4 @@
-"""Subscriptions of a tool: waiting for topics, receiving messages, ending with the tool."""
+"""Subscriptions of a tool: waits for topics and receives messages until the tool ends."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pipros.basics.printable import Say
 
 POLL_PERIOD_S = 0.1
-"""How often the master is asked again for a topic that is not yet known."""
+"""Interval for polling the master for a topic that is not yet known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,12 +44,12 @@ def wait_for_topic(
     is_over: Callable[[], bool] = _never,
     pause: Callable[[float], object] = time.sleep,
 ) -> TopicPart:
-    """The topic and field of `name`, as soon as the master knows the topic.
+    """Return the topic and field of `name` as soon as the master knows the topic.
 
-    Blocks until then; Ctrl-C ends it. `warn` is called once when it has to wait.
+    Block until then, or until Ctrl-C. `warn` is called once if waiting is necessary.
 
     Raises:
-        Interrupted: `is_over` returned true meanwhile.
+        Interrupted: `is_over` returned true in the meantime.
     """
     has_warned = False
     while not is_over():
@@ -86,27 +86,27 @@ class Listening:
     def subscribe(
         self, topic: str, callback: Callable[[RawMessage], object], *, tcp_nodelay: bool = False
     ) -> None:
-        """Calls `callback` with each message, undecoded. An exception in it ends the wait."""
+        """Call `callback` with each undecoded message. An exception in it ends the wait."""
 
         def guarded(message: RawMessage) -> None:
             if self._is_over.is_set():
                 return
             try:
                 callback(message)
-            except BaseException as error:  # it is raised again by `wait`
+            except BaseException as error:  # `wait` raises it again
                 self._error = error
                 self._is_over.set()
 
         self._node.subscribe(topic, RawMessage, guarded, tcp_nodelay=tcp_nodelay)
 
     def finish(self) -> None:
-        """Ends the wait. No callback is called after that."""
+        """End the wait. No callback is called afterwards."""
         self._is_over.set()
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Waits until the tool is to end; False after `timeout_s`.
+        """Wait until the tool should end; return False after `timeout_s`.
 
-        Raises the exception of a callback, if there was one.
+        Reraise the exception of a callback, if there was one.
         """
         is_over = self._is_over.wait(timeout_s)
         if self._error is not None:

@@ -1,8 +1,8 @@
-"""The graph of nodes, topics and actual connections.
+"""The live graph of nodes, topics and actual connections.
 
-The master knows the nodes and their registrations; each node knows its connections (`getBusInfo`).
-The name of a topic has a space in front, so that it differs from a node of the
-same name. Classes and attributes have their names of `rosgraph.impl.graph`, which rqt_graph reads.
+The master knows the nodes and their registrations; each node knows its connections (`getBusInfo`). The name
+of a topic gets a leading space to distinguish it from a node of the same name. Classes and attributes are
+named as in `rosgraph.impl.graph`, which rqt_graph uses.
 """
 
 from __future__ import annotations
@@ -22,31 +22,31 @@ from pipros.net.rpc_client import RpcClient
 
 CALLER_ID = "/rosviz"
 ANSWER_DEADLINE_S = 3.0
-"""How long a node may take to answer."""
+"""Timeout for the answer of a node."""
 
 logger = logging.getLogger("rosgraph.graph")
 
 
 class GraphMaster(Protocol):
-    """The calls to the master; `pipros.net.master_client.MasterClient` has them."""
+    """Calls to the master, implemented by `pipros.net.master_client.MasterClient`."""
 
     def get_system_state(self) -> Sequence[Sequence[Sequence[Any]]]: ...
     def lookup_node(self, node: str) -> str: ...
 
 
 def ask_bus_info(api: str) -> Any:
-    """The answer of the node at this URI to `getBusInfo`. Raises as `RpcClient.call`."""
+    """Call `getBusInfo` of the node at this URI. Raise the same errors as `RpcClient.call`."""
     with RpcClient(api, timeout_s=ANSWER_DEADLINE_S) as client:
         return client.call("getBusInfo", CALLER_ID)
 
 
 def topic_node(topic: str) -> str:
-    """The name of a topic as a node of the graph."""
+    """Return the vertex name of a topic."""
     return " " + topic
 
 
 def node_topic(node: str) -> str:
-    """The topic of such a name."""
+    """Return the topic of a vertex name."""
     return node[1:]
 
 
@@ -54,7 +54,7 @@ class BadNode:
     """A node that did not report its connections.
 
     Attributes:
-        type: DEAD when no connection to it is possible, WONKY when its answer is malformed.
+        type: DEAD if it cannot be reached, WONKY if its answer is malformed.
         reason: the error.
     """
 
@@ -68,14 +68,14 @@ class BadNode:
 
 
 class LiveGraph:
-    """The graph at the last `update`.
+    """The graph as of the last `update`.
 
     Attributes:
         nn_nodes, nn_edges: nodes, and connections from node to node, labelled with the topic.
-        nt_nodes, nt_edges, nt_all_edges: topics; connections between nodes and topics; all that are possible
-            by the registrations.
-        srvs: the names of the services.
-        bad_nodes: name to `BadNode` of those that did not report their connections.
+        nt_nodes, nt_edges, nt_all_edges: topics; connections between nodes and topics; all connections that
+            the registrations allow.
+        srvs: names of the services.
+        bad_nodes: `BadNode` by name of the nodes that did not report their connections.
     """
 
     def __init__(
@@ -87,11 +87,11 @@ class LiveGraph:
         ask: Callable[[str], Any] = ask_bus_info,
         now_s: Callable[[], float] = time.time,
     ) -> None:
-        """The graph in these namespaces. No node is asked yet.
+        """Create the graph of these namespaces without querying anything yet.
 
         Args:
-            ask: returns the answer of the node at a URI to `getBusInfo`.
-            now_s: the clock for the age of answers.
+            ask: calls `getBusInfo` of the node at a URI.
+            now_s: clock for the age of answers.
         """
         self.node_ns = node_ns or "/"
         self.topic_ns = topic_ns or "/"
@@ -110,40 +110,40 @@ class LiveGraph:
         self.last_master_refresh = 0.0
         self.last_node_refresh: dict[str, float] = {}
         self._master = master
-        self._ask = ask
+        self._query = ask
         self._now_s = now_s
 
     def set_master_stale(self, stale_secs: float) -> None:
-        """How many seconds an answer of the master is used."""
+        """Set for how many seconds an answer of the master is used."""
         self.master_stale = stale_secs
 
     def set_node_stale(self, stale_secs: float) -> None:
-        """How many seconds an answer of a node is used."""
+        """Set for how many seconds an answer of a node is used."""
         self.node_stale = stale_secs
 
     def update(self) -> bool:
-        """Asks the master and nodes, bad ones too, whose answers are stale. True when something changed."""
+        """Query the master and the nodes whose answers are stale, bad ones too. Return True on any change."""
         changed = False
         if self._now_s() - self.last_master_refresh > self.master_stale:
-            changed = self._ask_master()
+            changed = self._query_master()
         for node in sorted(self.nn_nodes):
             if self._now_s() - self.last_node_refresh.get(node, 0.0) > self.node_stale:
-                changed |= self._ask_node(node)
+                changed |= self._query_node(node)
         return changed
 
     def bad_update(self) -> bool:
-        """Asks the bad nodes again. True when something changed."""
+        """Query the bad nodes again. Return True if anything changed."""
         with self.bad_nodes_lock:
             bad = sorted(self.bad_nodes)
-        changed = [self._ask_node(node) for node in bad]
+        changed = [self._query_node(node) for node in bad]
         return any(changed)
 
-    def _ask_master(self) -> bool:
+    def _query_master(self) -> bool:
         self.last_master_refresh = self._now_s()
         try:
             state = SystemState.from_state(self._master.get_system_state())
         except PiprosError as error:
-            logger.error("cannot ask the master: %s", error)
+            logger.error("cannot query the master: %s", error)
             return False
         nodes: set[str] = set()
         topics: set[str] = set()
@@ -177,13 +177,13 @@ class LiveGraph:
         with self.bad_nodes_lock:
             self.bad_nodes.pop(node, None)
 
-    def _ask_node(self, node: str) -> bool:
+    def _query_node(self, node: str) -> bool:
         self.last_node_refresh[node] = self._now_s()
         try:
             connections = self._bus_info(node)
         except (PiprosError, ValueError) as error:
             is_dead = isinstance(error, OSError)
-            logger.warning("cannot ask node [%s] about its connections: %s", node, error)
+            logger.warning("cannot query the connections of node [%s]: %s", node, error)
             with self.bad_nodes_lock:
                 self.bad_nodes[node] = BadNode(node, BadNode.DEAD if is_dead else BadNode.WONKY, error)
             return False
@@ -203,12 +203,17 @@ class LiveGraph:
         return changed
 
     def _bus_info(self, node: str) -> list[BusConnection]:
-        """The connections of a node. Raises `PiprosError`, or ValueError for a malformed answer or row."""
+        """Return the connections of a node.
+
+        Raises:
+            PiprosError: the node cannot be reached.
+            ValueError: the answer or a row is malformed.
+        """
         connections = []
-        for row in rows_of(self._ask(self._api_of(node)), f"getBusInfo of {node}"):
+        for row in rows_of(self._query(self._api_of(node)), f"getBusInfo of {node}"):
             connection = read_row(row)
             if connection is None:
-                raise ValueError(f"getBusInfo of {node} must give rows of 5 values, got {printable(row)}")
+                raise ValueError(f"getBusInfo of {node} must return rows of 5 values, got {printable(row)}")
             connections.append(connection)
         return connections
 
@@ -219,7 +224,7 @@ class LiveGraph:
         return api
 
     def _name_of(self, peer: str) -> str | None:
-        """The node at the other end of a connection, which is given by its name or its URI."""
+        """Return the node at the other end of a connection, given by name or URI."""
         if not peer.startswith(("http://", "rosrpc://")):
             return peer
         if peer not in self.uri_node_map:

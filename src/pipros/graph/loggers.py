@@ -1,4 +1,4 @@
-"""The loggers of other nodes, and their levels, by the services that every node has."""
+"""Reads and sets logger levels of other nodes, through the services that every node offers."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 LEVELS = ("debug", "info", "warn", "error", "fatal")
 
 CALL_LIMIT_S = 10.0
-"""How long a node may take to answer; one that hangs must not hang the command as well."""
+"""Timeout for the answer of a node, so that a hanging node does not block the command."""
 
 
 def levels_of(master: MasterClient, node: str) -> dict[str, str]:
-    """The level of each logger of a node, as it writes them: rospy in capitals, roscpp not.
+    """Return the level of each logger of a node, spelled as by the node: upper case only from rospy.
 
     Raises:
         GraphError: no node of that name answers.
@@ -27,10 +27,10 @@ def levels_of(master: MasterClient, node: str) -> dict[str, str]:
 
 
 def set_level(master: MasterClient, node: str, logger: str, level: str) -> None:
-    """Sets the level of one logger of a node, if it is another one now.
+    """Set the level of one logger of a node, unless it is set already.
 
     Raises:
-        GraphError: no node of that name answers, or it does not have the logger.
+        GraphError: no node of that name answers, or it lacks the logger.
     """
     levels = levels_of(master, node)
     if logger not in levels:
@@ -40,7 +40,7 @@ def set_level(master: MasterClient, node: str, logger: str, level: str) -> None:
 
 
 def nodes_with_loggers(master: MasterClient) -> list[str]:
-    """The nodes whose levels can be set, sorted."""
+    """Return the nodes whose levels can be set, sorted."""
     from pipros.graph.services import nodes_by_service
 
     suffix = "/set_logger_level"

@@ -1,4 +1,4 @@
-"""Rates, bandwidths and delays as `rostopic hz`, `bw` and `delay` print them."""
+"""Formats rates, bandwidths and delays as `rostopic hz`, `bw` and `delay` print them."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 NO_NEW_MESSAGES = "no new messages"
 
 BANDWIDTH_WINDOW = 100
-"""The default window of `bw`, in messages."""
+"""Default window of `bw`, in messages."""
 
 
 class Rates:
-    """The rates of several topics. Thread-safe."""
+    """Rates of several topics. Thread-safe."""
 
     def __init__(self, topics: Sequence[str], window: int = DEFAULT_WINDOW, *, say: Say) -> None:
-        """`say` gets a line when time goes back."""
+        """Create empty windows; `say` gets a line when time jumps back."""
         self._say = say
         self._topics = tuple(topics)
         self._rates = {topic: RateWindow(window) for topic in topics}
@@ -37,7 +37,7 @@ class Rates:
             return any(rate.has_new for rate in self._rates.values())
 
     def report(self) -> str:
-        """The lines that are printed once a second."""
+        """Return the lines printed once a second."""
         with self._lock:
             new = {topic: rate.figures() for topic, rate in self._rates.items() if rate.has_new}
         figures = {topic: found for topic, found in new.items() if found is not None}
@@ -49,7 +49,7 @@ class Rates:
 
 
 def rate_text(figures: Figures) -> str:
-    """The figures of a single topic."""
+    """Format the rate of a single topic."""
     return (
         f"average rate: {_rate(figures):.3f}\n"
         f"\tmin: {figures.minimum:.3f}s max: {figures.maximum:.3f}s"
@@ -58,7 +58,7 @@ def rate_text(figures: Figures) -> str:
 
 
 def rate_table(figures: Mapping[str, Figures]) -> str:
-    """The figures of several topics as a table, four digits each."""
+    """Format the rates of several topics as a table, with four digits each."""
     rows = []
     for topic, found in figures.items():
         numbers = (_rate(found), found.minimum, found.maximum, found.deviation)
@@ -67,7 +67,7 @@ def rate_table(figures: Mapping[str, Figures]) -> str:
 
 
 def bandwidth_table(figures: Mapping[str, tuple[float, Figures]]) -> str:
-    """The bandwidths of several topics, with the sizes of their messages, as a table."""
+    """Format the bandwidths and message sizes of several topics as a table."""
     rows = []
     for topic, (bytes_per_s, sizes) in figures.items():
         of_sizes = map(as_bytes, (sizes.mean, sizes.minimum, sizes.maximum))
@@ -103,7 +103,7 @@ def delay_text(figures: Figures) -> str:
 
 
 def as_bytes(size: float) -> str:
-    """A size as ROS prints it.
+    """Format a size in bytes as ROS prints it.
 
     >>> as_bytes(9), as_bytes(3004), as_bytes(120_004)
     ('9.00B', '3.00KB', '0.12MB')

@@ -1,4 +1,4 @@
-"""`--filter`: selects messages by an expression, which can only read them."""
+"""`--filter`: selects messages by an expression that can only read them."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
 
 
 class MessageFilter:
-    """Evaluates an expression over `m`, the message, and `topic`, the name of its topic.
+    """Evaluates an expression over `m`, the message, and `topic`, its topic name.
 
-    A message for which the expression fails is not selected; each reason goes to `complain` once. So
-    an expression may use a field that only some messages have.
+    A message for which the expression fails is not selected, and each distinct reason is passed to `complain`
+    once. An expression may therefore use a field that only some messages have.
     """
 
     def __init__(self, expression: str, *, complain: Say = to_stderr) -> None:
         self._expression = expression
-        self._complain = complain
+        self._report = complain
         self._reasons: set[str] = set()
 
     def __call__(self, message: Any, topic: str) -> bool:
@@ -38,7 +38,7 @@ class MessageFilter:
         except ExpressionError as error:
             if str(error) not in self._reasons:
                 self._reasons.add(str(error))
-                self._complain(f"ERROR: {error}")
+                self._report(f"ERROR: {error}")
             return False
 
 

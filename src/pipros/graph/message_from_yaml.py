@@ -1,4 +1,4 @@
-"""Messages from YAML values, as `rostopic pub` takes them."""
+"""Creates messages from YAML values in the syntax of `rostopic pub`."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from pipros.msg.time import NS_PER_S, Time
 
 
 def message_from_yaml(message_class: type[Message], value: Any, now_ns: int) -> Message:
-    """A message with the fields of a dictionary, or of a list in their order; None leaves the defaults.
+    """Create a message from a dictionary, or from a list in field order; None keeps the defaults.
 
-    As values, `now` is the time, and `auto` a header with that time.
+    The value `now` stands for the current time, `auto` for a header with that time.
 
     Raises:
-        GraphError: too many or too few values, an unknown field, or one of the wrong type.
+        GraphError: there are too many or too few values, or a field is unknown or has the wrong type.
     """
     message = message_class()
     now = Time(*divmod(now_ns, NS_PER_S))

@@ -1,4 +1,4 @@
-"""Parts of messages, given by a path after a topic: `/header/stamp`, `/ranges[1:3]`, `/status[:]/name`."""
+"""Parts of messages, addressed by a path after a topic: `/stamp`, `/ranges[1:3]`, `/status[:]/name`."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Step:
     """One field of a path, with its index.
 
     Attributes:
-        text: both as written: `ranges[0]`.
-        name: the field.
-        index: an element or a slice of the array, None for all of it.
+        text: field and index as written: `ranges[0]`.
+        name: name of the field.
+        index: element or slice of the array; None for the whole field.
     """
 
     text: str
@@ -39,7 +39,7 @@ class Part:
 
     Attributes:
         value: a message, a time, a plain value, or a list of those.
-        type_name: its ROS type: `float32[]`, `std_msgs/Header`; None when it is not known.
+        type_name: ROS type, such as `float32[]` or `std_msgs/Header`; None if unknown.
     """
 
     value: Any
@@ -47,10 +47,10 @@ class Part:
 
 
 def parse_path(text: str) -> list[Step]:
-    """The steps of a path such as `/header/stamp` or `/ranges[0]`.
+    """Parse a path such as `/header/stamp` or `/ranges[0]` into steps.
 
     Raises:
-        InvalidIndex: malformed brackets.
+        InvalidIndex: the brackets are malformed.
     """
     return [_parse_step(word) for word in text.split("/") if word]
 
@@ -86,18 +86,18 @@ def _integer(text: str, complaint: str) -> int:
 
 
 def describe_path(path: Sequence[Step]) -> str:
-    """The path as it was written after a topic."""
+    """Return the path as written after a topic."""
     return "".join(f"/{step.text}" for step in path)
 
 
 def extract(message: Message, path: Sequence[Step]) -> Part:
-    """The part of the message at the end of the path; after a slice, the list of that part of each element.
+    """Return the part of the message at the end of the path; after a slice, the list of these parts.
 
     An element of a slice that lacks the part counts as None.
 
     Raises:
-        NotFound: a field that the message does not have.
-        IndexError: an index beyond the end of an array.
+        NotFound: the message lacks a field.
+        IndexError: an index is beyond the end of an array.
     """
     return _extract(Part(message, message._type), path)
 
@@ -141,7 +141,7 @@ def _element_type(type_name: str | None) -> str | None:
 
 
 def has_field(message_class: type[Message], path: Sequence[Step]) -> bool:
-    """True when messages of the class have the field at the end of the path, given arrays long enough."""
+    """Return whether messages of the class have the field, provided that their arrays are long enough."""
     type_name = message_class._type
     for step in path:
         fields = field_types(type_name, message_class)
@@ -154,7 +154,7 @@ def has_field(message_class: type[Message], path: Sequence[Step]) -> bool:
 
 
 def field_types(type_name: str, top: type[Message] | None = None) -> dict[str, str]:
-    """The types of a type's fields by name; empty for types without fields, such as arrays and numbers."""
+    """Return the types of a type's fields by name; empty for types without fields, such as arrays."""
     if type_name in ("time", "duration"):
         return {"secs": "int32", "nsecs": "int32"}
     if top is not None and type_name == top._type:

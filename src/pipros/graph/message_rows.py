@@ -1,4 +1,4 @@
-"""Messages as rows of a table: `rostopic echo -p`, for plotting and spreadsheets."""
+"""Formats messages as rows of a table: `rostopic echo -p`, for plotting and spreadsheets."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from pipros.msg.base import Message
 from pipros.msg.time import Time, TVal
 
 FieldFilter = Callable[[Any], list[str]]
-"""The names of the fields of a message that are shown."""
+"""Returns the names of the fields of a message to show."""
 
 
 def field_filter(*, no_arrays: bool, no_texts: bool) -> FieldFilter:
-    """Lists the fields of a message without its arrays, or without its strings and arrays of strings."""
+    """Return a filter that drops arrays, or strings and arrays of strings."""
 
     def shown(message: Any) -> list[str]:
         kinds = zip(message.__slots__, message._slot_types, strict=True)
@@ -29,18 +29,18 @@ def field_filter(*, no_arrays: bool, no_texts: bool) -> FieldFilter:
 
 
 class MessageRows:
-    """Flattens values to columns, one for each element of an array."""
+    """Flattens values to columns, one per array element."""
 
     def __init__(self, shown: FieldFilter | None = None) -> None:
-        """`shown` chooses the fields of each message; other values are always shown."""
+        """Store the filter; `shown` selects the fields of each message, other values are always shown."""
         self._shown = shown
 
     def heading(self, part: Part) -> str:
-        """`%time,field.data`: the names of the columns."""
+        """Return the names of the columns: `%time,field.data`."""
         return "%time," + ",".join(name for name, _ in self._columns("field", part, 0))
 
     def row(self, part: Part, time_ns: int, offset_ns: int = 0) -> str:
-        """The values. Times are in nanoseconds; `offset_ns` is subtracted from points in time."""
+        """Return the values. Times are in nanoseconds; `offset_ns` is subtracted from points in time."""
         columns = self._columns("field", part, offset_ns)
         return f"{time_ns - offset_ns}," + ",".join(text for _, text in columns)
 
@@ -64,7 +64,7 @@ class MessageRows:
 
 
 def _cell(text: str) -> str:
-    """A string as one cell, in quotes when it could be read as something else."""
+    """Return a string as one cell, quoted if it could be misread."""
     text = listed(text)
     return '"' + text.replace('"', '""') + '"' if "," in text or text.startswith('"') else text
 

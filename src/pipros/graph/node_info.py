@@ -1,4 +1,4 @@
-"""The text of `rosnode info`: the registrations of a node, and the connections that it reports."""
+"""Text of `rosnode info`: the registrations of a node, and the connections it reports."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 RULE = "-" * 80
 ANSWER_DEADLINE_S = 10.0
-"""How long a node may take to answer, so that one that hangs does not hang the command."""
+"""Timeout for the answer of a node, so that a hanging node does not block the command."""
 
 _SOCKET = re.compile(r"on port (?P<port>\d+) to \[(?P<peer>.+:\d+) on socket (?P<socket>\d+)\]")
 _DIRECTIONS = {"i": "inbound", "o": "outbound"}
@@ -30,7 +30,7 @@ _DIRECTIONS = {"i": "inbound", "o": "outbound"}
 def report_node(
     master: MasterClient, node: str, *, quiet: bool = False, say: Say = to_stdout, complain: Say = to_stderr
 ) -> None:
-    """Prints the registrations of a node, then its connections, which need an answer of the node.
+    """Print the registrations of a node, then its connections, which the node itself reports.
 
     Raises:
         GraphError: the node does not answer.
@@ -48,9 +48,9 @@ def report_node(
 
 
 def describe_registrations(master: MasterClient, node: str) -> str:
-    """The registrations of a node."""
+    """Describe the registrations of a node."""
     state = SystemState.from_state(master.get_system_state())
-    # Noetic uses the types of published topics, so a topic without a publisher has an unknown type.
+    # Noetic takes the types of published topics, so a topic without a publisher has an unknown type.
     types: Mapping[str, str] = dict(master.get_published_topics())
     lines = [f"Node [{node}]"]
     for heading, topics in (("Publications", state.publishers), ("Subscriptions", state.subscribers)):
@@ -67,16 +67,16 @@ def _section(heading: str, entries: Sequence[str]) -> list[str]:
 
 
 def describe_connections(master: MasterClient, api: str) -> str:
-    """The process and the connections that a node reports.
+    """Describe the process and the connections that a node reports.
 
     Raises:
-        GraphError: it does not answer.
+        GraphError: the node does not answer.
     """
     try:
         with RpcClient(api, timeout_s=ANSWER_DEADLINE_S) as node:
             pid = _value(node.call("getPid", master.caller_id))
             connections = _value(node.call("getBusInfo", master.caller_id))
-    except (Unreachable, ValueError, TypeError):  # or the answer is not [code, text, value]
+    except (Unreachable, ValueError, TypeError):  # or the result is not [code, text, value]
         raise GraphError(f"Communication with node[{listed(api)}] failed!") from None
     lines = [f"Pid: {listed(pid)}"]
     if connections and isinstance(connections, list):
@@ -107,7 +107,7 @@ def _describe_connection(connection: BusConnection, peers: _Peers) -> list[str]:
 
 
 class _Peers:
-    """Finds the names of the nodes at the other ends of connections, with few calls to the master."""
+    """Maps URIs of connections to names of nodes, with few calls to the master."""
 
     def __init__(self, master: MasterClient) -> None:
         self._master = master
@@ -115,7 +115,7 @@ class _Peers:
         self._apis: dict[str, str] = {}
 
     def describe(self, destination: str, topic: str) -> str:
-        """The destination; the URI of one of the topic's publishers has the node's name in front."""
+        """Return the destination; prepend the node's name to the URI of a publisher of the topic."""
         if not destination.startswith("http://"):
             return destination
         for node in self._publishers.get(topic, ()):

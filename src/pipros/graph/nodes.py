@@ -1,4 +1,4 @@
-"""The nodes of a running system: listing, machines, ending and unregistering them."""
+"""Nodes of a running system: lists, machines, shutdown and unregistration."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from pipros.net.rpc_client import RpcClient
 UNKNOWN_API = "unknown address"
 
 SHUTDOWN_DEADLINE_S = 5.0
-"""How long a node may take to answer a shutdown request."""
+"""Timeout for the answer to a shutdown request."""
 
 
 def node_names(master: MasterClient, ns: str = "/") -> list[str]:
-    """The nodes in a namespace, sorted."""
+    """Return the nodes in a namespace, sorted."""
     state = SystemState.from_state(master.get_system_state())
     return [node for node in state.nodes() if is_below(node, ns)]
 
 
 def api_of(master: MasterClient, node: str) -> str:
-    """The URI of a node's slave API, `unknown address` when the master does not know the node."""
+    """Return the URI of a node's slave API; `unknown address` if the master does not know the node."""
     try:
         return master.lookup_node(node)
     except Refused:
@@ -33,7 +33,7 @@ def api_of(master: MasterClient, node: str) -> str:
 
 
 def listing(master: MasterClient, ns: str, *, uris: bool = False, both: bool = False) -> list[str]:
-    """A line for each node in a namespace: its name, its URI, or both."""
+    """Return a line for each node in a namespace: its name, its URI, or both."""
     nodes = node_names(master, ns)
     if both:
         return [f"{listed(api_of(master, node))} \t{listed(node)}" for node in nodes]
@@ -41,15 +41,15 @@ def listing(master: MasterClient, ns: str, *, uris: bool = False, both: bool = F
 
 
 def machines(master: MasterClient) -> list[str]:
-    """The hosts of all nodes, as the nodes registered them, sorted."""
+    """Return the host names that nodes registered, sorted."""
     return sorted(set(_hosts(master).values()))
 
 
 def nodes_on(master: MasterClient, machine: str) -> list[str]:
-    """The nodes on a machine, also those registered with another name or address of it.
+    """Return the nodes on a machine, including those registered under another name or address of it.
 
     Raises:
-        GraphError: the machine's name has no address.
+        GraphError: the machine's name does not resolve to an address.
     """
     addresses = _addresses(machine)
     if not addresses:
@@ -58,7 +58,7 @@ def nodes_on(master: MasterClient, machine: str) -> list[str]:
 
 
 def _hosts(master: MasterClient) -> dict[str, str]:
-    """The host of each node whose address is known, by node, sorted."""
+    """Map each node whose address is known to its host, sorted by node."""
     from pipros.net.address import split_uri
 
     hosts = {}
@@ -80,9 +80,9 @@ def _addresses(host: str) -> set[object]:
 
 
 def kill(master: MasterClient, nodes: Sequence[str]) -> tuple[list[str], dict[str, str]]:
-    """Asks nodes to shut down. Returns those that do, and for each other one the reason.
+    """Request nodes to shut down. Return those that accepted, and the reason of each failure.
 
-    A node that does not answer counts as ended.
+    A node that does not answer counts as shut down.
     """
     killed, failed = [], {}
     for node in nodes:
@@ -105,7 +105,7 @@ def kill(master: MasterClient, nodes: Sequence[str]) -> tuple[list[str], dict[st
 
 
 def unregister(master: MasterClient, node: str) -> None:
-    """Removes all registrations of a node, with calls in its name."""
+    """Remove all registrations of a node, with calls in its name."""
     state = SystemState.from_state(master.get_system_state())
     try:
         api = master.lookup_node(node)

@@ -1,4 +1,4 @@
-"""Observes a running system at a bounded rate, so that it is not disturbed.
+"""Observes a running system at a bounded rate, so as not to disturb it.
 
 The master knows the registrations. Each node knows its connections (`getBusInfo`) and their traffic
 (`getBusStats`); rates are computed from the difference of two answers.
@@ -24,7 +24,7 @@ Ask = Callable[[str], tuple[Any, Any]]
 
 
 class ObservedMaster(Protocol):
-    """The calls of the master; `pipros.net.master_client.MasterClient` has them."""
+    """Calls to the master, implemented by `pipros.net.master_client.MasterClient`."""
 
     caller_id: str
 
@@ -34,19 +34,19 @@ class ObservedMaster(Protocol):
 
 
 CALLS_A_LOOK = 60
-"""How many nodes are called in one look; the others wait for the next."""
+"""Maximum number of nodes called per `look`; the others wait for the next."""
 ASKED_AT_ONCE = 6
 ANSWER_DEADLINE_S = 1.5
 NODE_INTERVAL_S = 1.0
-"""How long the answer of a node is used."""
+"""Time for which the answer of a node is used."""
 RATE_ANSWERS = 6
-"""The number of answers of a node over which a rate is computed."""
+"""Number of answers of a node over which a rate is computed."""
 SLOWEST_RETRY_S = 8.0
-"""The pause before a node that did not answer is called again."""
+"""Maximum pause before calling an unresponsive node again; the pause doubles with each failure."""
 
 
 class Traffic(NamedTuple):
-    """The traffic of a connection: messages and bytes per second."""
+    """Traffic of a connection in messages and bytes per second."""
 
     rate: float
     bandwidth: float
@@ -54,11 +54,11 @@ class Traffic(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class NodeState:
-    """What is known of a node.
+    """State of a node.
 
     Attributes:
-        uri: of its slave API; empty while it is unknown.
-        error: why it did not answer the last time; empty if it did.
+        uri: URI of its slave API; empty while unknown.
+        error: reason of the last failure to answer; empty if it answered.
     """
 
     uri: str = ""
@@ -70,11 +70,11 @@ class Observation:
     """The running system at one moment.
 
     Attributes:
-        state: what the master knows.
-        types: the type of each topic.
-        nodes: each registered node.
-        connections: with their traffic, None until it was measured.
-        error: why the master did not answer; everything else is then unchanged.
+        state: registrations known to the master.
+        types: type of each topic.
+        nodes: state of each registered node.
+        connections: connections with their traffic; None until measured.
+        error: reason why the master did not answer; all other attributes are then unchanged.
     """
 
     state: SystemState = field(default_factory=lambda: SystemState({}, {}, {}))
@@ -91,11 +91,11 @@ class Observation:
 
 @dataclass(slots=True)
 class _Node:
-    """What the observer keeps about a node."""
+    """Internal state of a node."""
 
     uri: str = ""
     error: str = ""
-    asked_s: float = float("-inf")
+    called_s: float = float("-inf")
     failures: int = 0
     links: Sequence[BusConnection] = ()
     counts: deque[tuple[float, Mapping[str, SentCount]]] = field(
@@ -103,7 +103,7 @@ class _Node:
     )
 
     def traffic(self, link: str) -> Traffic | None:
-        """The average traffic of a connection since the oldest answer that contains it."""
+        """Return the average traffic of a connection since the oldest answer that contains it."""
         known = [(moment_s, counts[link]) for moment_s, counts in self.counts if link in counts]
         if len(known) < 2:
             return None
@@ -115,29 +115,32 @@ class _Node:
 
     def is_due(self, now_s: float) -> bool:
         wait = min(NODE_INTERVAL_S * 2**self.failures, SLOWEST_RETRY_S) if self.failures else NODE_INTERVAL_S
-        return now_s - self.asked_s >= wait
+        return now_s - self.called_s >= wait
 
 
 class SystemObserver:
-    """Observes a running system. Call `look` repeatedly, from one thread."""
+    """Observes a running system. Call `look` repeatedly, always from the same thread."""
 
     def __init__(
         self, master: ObservedMaster, *, ask: Ask | None = None, now_s: Callable[[], float] = time.monotonic
     ) -> None:
-        """Calls nothing yet.
+        """Call nothing yet.
 
         Args:
-            ask: returns the answers of the node at a URI to `getBusInfo` and `getBusStats`.
-            now_s: the clock of rates and retries.
+            ask: returns the results of `getBusInfo` and `getBusStats` of the node at a URI.
+            now_s: clock for rates and retries.
         """
         self._master = master
-        self._ask_node = ask or self._ask_by_rpc
+        self._query_node = ask or self._query_by_rpc
         self._now_s = now_s
         self._nodes: dict[str, _Node] = {}
         self._last = Observation()
 
     def look(self) -> Observation:
-        """Calls the master, and the nodes whose answers are old. Does not raise for an unreachable master."""
+        """Query the master, and the nodes whose answers are stale.
+
+        Block until they answer or a deadline expires. Does not raise for an unreachable master.
+        """
         try:
             state = SystemState.from_state(self._master.get_system_state())
             types = {topic: kind for topic, kind in self._master.get_topic_types()}  # noqa: C416
@@ -147,9 +150,9 @@ class SystemObserver:
         names = state.nodes()
         self._nodes = {name: self._nodes.get(name) or _Node() for name in names}
         now_s = self._now_s()
-        due = sorted((node.asked_s, name) for name, node in self._nodes.items() if node.is_due(now_s))
-        asked = [name for _, name in due[:CALLS_A_LOOK]]
-        in_parallel(asked, lambda name: self._ask(name, self._nodes[name]), at_once=ASKED_AT_ONCE)
+        due = sorted((node.called_s, name) for name, node in self._nodes.items() if node.is_due(now_s))
+        batch = [name for _, name in due[:CALLS_A_LOOK]]
+        in_parallel(batch, lambda name: self._query(name, self._nodes[name]), at_once=ASKED_AT_ONCE)
         self._last = Observation(
             state,
             types,
@@ -158,12 +161,12 @@ class SystemObserver:
         )
         return self._last
 
-    def _ask(self, name: str, node: _Node) -> None:
-        node.asked_s = now_s = self._now_s()
+    def _query(self, name: str, node: _Node) -> None:
+        node.called_s = now_s = self._now_s()
         try:
             if not node.uri or node.failures:
                 node.uri = self._master.lookup_node(name)
-            info, statistics = self._ask_node(node.uri)
+            info, statistics = self._query_node(node.uri)
             links = list(established(rows_of(info, "getBusInfo")))
             counts = dict(sent_counts(statistics_of(statistics)))
         except (PiprosError, ValueError, OSError) as error:
@@ -176,14 +179,14 @@ class SystemObserver:
         node.links = links
         node.counts.append((now_s, counts))
 
-    def _ask_by_rpc(self, uri: str) -> tuple[Any, Any]:
+    def _query_by_rpc(self, uri: str) -> tuple[Any, Any]:
         limit_bytes = process_limits().bus_answer_bytes
         with RpcClient(uri, timeout_s=ANSWER_DEADLINE_S, answer_limit_bytes=limit_bytes) as api:
             caller_id = self._master.caller_id
             return api.call("getBusInfo", caller_id), api.call("getBusStats", caller_id)
 
     def _connections(self, topics: Set[str]) -> dict[TopicConnection, Traffic | None]:
-        """The connections between registered nodes; for topics that the master knows, whatever nodes say."""
+        """Return the connections between registered nodes, restricted to topics that the master knows."""
         names = {node.uri.rstrip("/"): name for name, node in self._nodes.items() if node.uri}
         connections: dict[TopicConnection, Traffic | None] = {}
         for name, node in self._nodes.items():

@@ -1,4 +1,4 @@
-"""The default output of the functions of `pipros.graph`."""
+"""Default output functions of `pipros.graph`."""
 
 from __future__ import annotations
 
@@ -17,5 +17,5 @@ def to_stderr(text: str) -> None:
 
 
 def bullets(heading: str, entries: Iterable[str]) -> str:
-    """A heading and one line for each entry, as in ROS commands. Entries are made printable."""
+    """Format a heading and one line per entry, as ROS commands do. Entries are made printable."""
     return "\n".join([heading, *(f" * {listed(entry)}" for entry in entries)])

@@ -1,4 +1,4 @@
-"""Parameter files: YAML documents to parameters, without a master."""
+"""Parses parameter files (YAML documents) without a master."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from pipros.graph.errors import GraphError
 from pipros.safe.yaml import load, load_all
 
 NAMESPACE_KEY = "_ns"
-"""A key of a document: the namespace of its values, relative to the requested one."""
+"""Key of a document that holds the namespace of its values, relative to the requested one."""
 
 
 def read_file(file: str, ns: str) -> list[tuple[Any, str]]:
-    """The documents of a file, each with its namespace.
+    """Return the documents of a file, each with its namespace.
 
     Raises:
         GraphError: the file does not exist or cannot be read.
@@ -31,7 +31,7 @@ def read_file(file: str, ns: str) -> list[tuple[Any, str]]:
 
 
 def read_text(text: str | bytes, file: str, ns: str) -> list[tuple[Any, str]]:
-    """As `read_file`, for a text; `file` is its name in errors."""
+    """Parse a text like `read_file`; `file` is its name in errors."""
     documents = []
     for document in load_all(text, file):
         own_ns = document.pop(NAMESPACE_KEY, None) if isinstance(document, dict) else None
@@ -47,9 +47,9 @@ def _below(ns: str, name: str) -> str:
 
 
 def parse_value(text: str, name: str) -> Any:
-    """The value of a YAML text on the command line; an empty text is the empty string.
+    """Parse a YAML value from the command line; an empty text is the empty string.
 
     Raises:
-        YamlError: it is not valid YAML, or not plain data.
+        YamlError: the text is not valid YAML, or not plain data.
     """
     return load(text, f"the value of {name}") if text else ""

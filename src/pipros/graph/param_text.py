@@ -1,4 +1,4 @@
-"""Parameters as text, without a master. PyYAML is imported only for values that need it."""
+"""Formats parameters as text, without a master. PyYAML is imported only for values that need it."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from pipros.basics.printable import listed, printable_lines
 from pipros.graph.plain_yaml import NotPlain, plain_document
 
 END_OF_SCALAR = "...\n"
-"""The end of a YAML document that is a single plain scalar."""
+"""End of a YAML document that is a single plain scalar."""
 
 
 def as_document(value: Any) -> str:
-    """The value as a YAML document, in block style and with sorted keys."""
+    """Format the value as a YAML document, in block style and with sorted keys."""
     try:
         text = plain_document(value)
     except NotPlain:
@@ -25,13 +25,13 @@ def as_document(value: Any) -> str:
 
 
 def as_shown(value: Any) -> str:
-    """The document as Noetic prints it: a plain scalar alone, any other value with an empty line after it."""
+    """Format the value as Noetic prints it: plain scalars alone, others followed by an empty line."""
     text = as_document(value)
     return text.removesuffix(END_OF_SCALAR) if text.endswith(END_OF_SCALAR) else text + "\n"
 
 
 def as_pretty_text(tree: Mapping[str, Any], indent: str = "") -> str:
-    """A namespace in a form that is easy to read but is not YAML: strings have no quotes.
+    """Format a namespace for reading; not valid YAML, because strings have no quotes.
 
     Control characters other than line breaks and tabs are escaped.
     """

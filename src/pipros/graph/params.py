@@ -1,4 +1,4 @@
-"""Reading and writing parameters; missing parameters and invalid values raise `GraphError`."""
+"""Reads and writes parameters; missing parameters and invalid values raise `GraphError`."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from pipros.net.master_client import MasterClient
 
 
 class ParameterNotSet(GraphError):
-    """The parameter server does not have the parameter."""
+    """The parameter does not exist on the parameter server."""
 
 
 def leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """The single parameters in a value at `name`; dictionaries are namespaces.
+    """Yield the single parameters in a value at `name`; dictionaries are namespaces.
 
     >>> list(leaves("/wheels", {"left": 1, "rear": {"left": 2}}))
     [('/wheels/left', 1), ('/wheels/rear/left', 2)]
@@ -34,10 +34,10 @@ def leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
 
 
 def read(master: MasterClient, name: str) -> Any:
-    """The value, or the dictionary of a namespace; binary values are `bytes`.
+    """Return the value, or the dictionary of a namespace; binary values are `bytes`.
 
     Raises:
-        ParameterNotSet: it is not set.
+        ParameterNotSet: the parameter is not set.
     """
     try:
         return _plain(master.get_param(name))
@@ -46,7 +46,7 @@ def read(master: MasterClient, name: str) -> Any:
 
 
 def _plain(value: Any) -> Any:
-    """The value without the XML-RPC classes for binary data and dates."""
+    """Replace the XML-RPC classes for binary data and dates by plain values."""
     if isinstance(value, (bool, int, float, str)):
         return value
     if isinstance(value, dict):
@@ -61,12 +61,12 @@ def _plain(value: Any) -> Any:
 
 
 def write(master: MasterClient, name: str, value: Any) -> list[tuple[str, Any]]:
-    """Sets a parameter. The values of a dictionary are set one by one, so that other keys are kept.
+    """Set a parameter. The values of a dictionary are set one by one, which keeps other keys.
 
-    Returns the names and values that were set.
+    Return the names and values that were set.
 
     Raises:
-        GraphError: a name or value that the server cannot store.
+        GraphError: the server cannot store a name or value.
     """
     written = list(leaves(name, value))
     for leaf, part in written:
@@ -80,10 +80,10 @@ def write(master: MasterClient, name: str, value: Any) -> list[tuple[str, Any]]:
 
 
 def delete(master: MasterClient, name: str) -> None:
-    """Removes a parameter or a namespace; `/`, which the server does not delete, becomes empty.
+    """Delete a parameter or a namespace; `/`, which the server does not delete, is emptied.
 
     Raises:
-        ParameterNotSet: it is not set.
+        ParameterNotSet: the parameter is not set.
     """
     try:
         if name == "/":
@@ -95,5 +95,5 @@ def delete(master: MasterClient, name: str) -> None:
 
 
 def names_below(master: MasterClient, ns: str) -> list[str]:
-    """The names of all parameters in a namespace, sorted."""
+    """Return the names of all parameters in a namespace, sorted."""
     return sorted(name for name in master.get_param_names() if name != ns and is_below(name, ns))

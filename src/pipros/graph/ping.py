@@ -1,4 +1,4 @@
-"""Pinging nodes: whether they answer, and how fast."""
+"""Pings nodes: checks whether they answer, and how fast."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PERIOD_S = 1.0
 
 
 def ask_pid(api: str, caller_id: str) -> object:
-    """Calls `getPid` of the node at this URI. Raises as `RpcClient.call`."""
+    """Call `getPid` of the node at this URI. Raise the same errors as `RpcClient.call`."""
     with RpcClient(api, timeout_s=TIMEOUT_S) as client:
         return client.call("getPid", caller_id)
 
@@ -38,13 +38,13 @@ def ping(
     ask: Callable[[str, str], object] = ask_pid,
     clock: Callable[[], float] = time.perf_counter,
 ) -> bool:
-    """Pings a node once a second, `count` times, or without end when `count` is None or 0.
+    """Ping a node once a second, `count` times, or endlessly if `count` is None or 0.
 
-    Ctrl-C ends it. When a ping is not answered, returns False and passes the reason to `complain`.
+    Ctrl-C ends it. If a ping fails, return False and pass the reason to `complain`.
 
     Args:
-        ask: calls the node at a URI, in the name of a caller.
-        clock: measures the answers, in seconds.
+        ask: calls the node at a URI on behalf of a caller.
+        clock: measures the round trip, in seconds.
 
     Raises:
         Unreachable: the *master* does not answer.
@@ -68,10 +68,10 @@ def ping_all(
     complain: Say = to_stderr,
     ask: Callable[[str, str], object] = ask_pid,
 ) -> tuple[list[str], list[str]]:
-    """Pings every node once. Returns the nodes that answered, and those that did not.
+    """Ping every node once. Return the nodes that answered, and those that did not.
 
     Raises:
-        KeyboardInterrupt: Ctrl-C ends all pings, not only that of one node.
+        KeyboardInterrupt: Ctrl-C ends all pings, not just the current one.
         Unreachable: the *master* does not answer.
     """
     nodes = node_names(master)
@@ -102,22 +102,22 @@ class _Pings:
         self._master = master
         self._node = node
         self._say = say
-        self._complain = complain
+        self._report = complain
         self._ask = ask
         self._clock = clock
         self._api = ""
 
     def find(self) -> bool:
-        """Asks the master for the URI of the node; False when the node is unknown."""
+        """Look up the URI of the node; return False if the master does not know it."""
         try:
             self._api = self._master.lookup_node(self._node)
         except Refused:
-            self._complain(f"cannot ping [{listed(self._node)}]: unknown node")
+            self._report(f"cannot ping [{listed(self._node)}]: unknown node")
             return False
         return True
 
     def repeat(self, count: int | None, pause: Callable[[float], object]) -> bool:
-        """Pings until `count` pings are answered; False after one without an answer."""
+        """Ping until `count` pings were answered; return False after one without an answer."""
         if self._say:
             self._say(f"pinging {listed(self._node)} with a timeout of {TIMEOUT_S}s")
         is_first = True
@@ -130,14 +130,14 @@ class _Pings:
         return True
 
     def send(self) -> bool:
-        """Pings once; False without an answer."""
+        """Ping once; return False without an answer."""
         start = self._clock()
         try:
             self._ask(self._api, self._master.caller_id)
         except (Unreachable, ValueError) as error:
             return self._explain(error)
         except Fault:
-            pass  # it answers, although getPid failed
+            pass  # the node answers, although getPid failed
         duration_ms = (self._clock() - start) * 1000
         self.durations_ms.append(duration_ms)
         if self._say:
@@ -145,22 +145,22 @@ class _Pings:
         return True
 
     def _explain(self, error: Unreachable | ValueError) -> bool:
-        """Prints why the node did not answer. True when its URI changed: the next ping may succeed."""
+        """Print why the node did not answer. Return True if its URI changed and a retry may succeed."""
         cause = error.__context__
         if isinstance(cause, ConnectionRefusedError):
             old_api = self._api
             if self.find() and self._api != old_api:
                 moved = f"from [{listed(old_api)}] to [{listed(self._api)}]"
-                self._complain(f"node url has changed {moved}, retrying to ping")
+                self._report(f"node url has changed {moved}, retrying to ping")
                 return True
-            self._complain(f"ERROR: connection refused to [{listed(old_api)}]")
+            self._report(f"ERROR: connection refused to [{listed(old_api)}]")
         elif isinstance(cause, gaierror):
             host = self._api.partition("://")[2].rpartition(":")[0]
-            self._complain(f"ERROR: Unknown host [{listed(host)}] for node [{listed(self._node)}]")
+            self._report(f"ERROR: Unknown host [{listed(host)}] for node [{listed(self._node)}]")
         elif isinstance(cause, TimeoutError):
-            self._complain(f"connection to [{listed(self._node)}] timed out")
+            self._report(f"connection to [{listed(self._node)}] timed out")
         else:
-            self._complain(f"ERROR: communication with node [{listed(self._node)}] failed: {error}")
+            self._report(f"ERROR: communication with node [{listed(self._node)}] failed: {error}")
         return False
 
     def conclude(self) -> None:

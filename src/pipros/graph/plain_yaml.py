@@ -1,14 +1,14 @@
-"""Everyday values as YAML, written as PyYAML's `safe_dump` writes them but without importing it.
+"""Writes common values as YAML, exactly like PyYAML's `safe_dump` but without importing it.
 
-Most of the time of `rosparam get` would be that import. Whatever is not certain to come out the same, such as
-long texts that PyYAML wraps, or texts that look like other values, is left to PyYAML.
+That import would take most of the time of `rosparam get`. Any value whose output might differ, such as
+long texts that PyYAML wraps or texts that look like other values, is left to PyYAML.
 """
 
 from __future__ import annotations
 
 import re
 
-# Texts, which `re` compiles at the first use and keeps: for a number none is needed.
+# Strings, which `re` compiles on first use and caches: a number needs none of them.
 _WORD = r"[A-Za-z/_][A-Za-z0-9_./:+=@()<>-]*(?<!:)"
 _PLAIN = rf"{_WORD}(?: [A-Za-z0-9_/.]+)*"
 _LINE = r"[!-~]+(?: [!-~]+)*"
@@ -16,19 +16,19 @@ _RESERVED = frozenset(("y", "n", "yes", "no", "true", "false", "on", "off", "nul
 _WIDTH = 70
 """PyYAML breaks lines at blanks beyond 80 columns."""
 _KEY_CHARACTERS = 60
-_DEEPEST = 30
-"""Columns of indentation; PyYAML moves deeply nested text."""
+_MAX_INDENT = 30
+"""Maximum columns of indentation; PyYAML moves deeply nested text."""
 
 
 class NotPlain(Exception):
-    """The value has a part that only PyYAML can write."""
+    """A part of the value can only be written by PyYAML."""
 
 
 def plain_document(value: object) -> str:
-    """The text of `yaml.safe_dump(value)`, except for the `...` line after a plain scalar.
+    """Return the text of `yaml.safe_dump(value)`, except for the `...` line after a plain scalar.
 
     Raises:
-        NotPlain: PyYAML is needed.
+        NotPlain: the value requires PyYAML.
     """
     if isinstance(value, (dict, list)) and value:
         return "\n".join(_lines(value, 0, set())) + "\n"
@@ -36,8 +36,8 @@ def plain_document(value: object) -> str:
 
 
 def _lines(value: dict[object, object] | list[object], indent: int, seen: set[int]) -> list[str]:
-    """The lines of a dictionary or list that is not empty; `seen` has the ids of those before it."""
-    if id(value) in seen or indent > _DEEPEST:  # PyYAML writes an alias for what comes again
+    """Return the lines of a non-empty dictionary or list; `seen` has the ids of its parents."""
+    if id(value) in seen or indent > _MAX_INDENT:  # PyYAML writes an alias for a repeated object
         raise NotPlain
     seen.add(id(value))
     if isinstance(value, dict):
@@ -73,7 +73,7 @@ def _sequence(value: list[object], indent: int, seen: set[int]) -> list[str]:
 
 
 def _scalar(value: object, column: int, indent: int) -> str:
-    """A scalar or an empty container that begins in a column; its further lines have an indentation."""
+    """Return a scalar or empty container that starts at `column`; further lines are indented."""
     if value is None:
         return "null"
     if isinstance(value, bool):
@@ -114,7 +114,7 @@ def _text(text: str, column: int, indent: int) -> str:
 
 
 def _broken(lines: list[str], indent: str) -> str:
-    """Lines as a quoted scalar has them: each run of line breaks is one longer than it means."""
+    """Join the lines of a quoted scalar: each run of line breaks is written with one break more."""
     text, breaks = lines[0], 0
     for line in lines[1:]:
         breaks += 1

@@ -1,7 +1,7 @@
 """Decodes messages of any type.
 
 A command subscribes with the wildcard type, so it can receive any topic; the publisher's connection header
-says what came.
+names the actual type.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 
 class WrongDefinition(GraphError):
-    """A publisher has another definition of a type than this installation."""
+    """A publisher's definition of a type differs from the installed one."""
 
 
 def decode_as(raw: RawMessage, topic: str, message_class: type[Message]) -> Any:
-    """The message, decoded as one of a class: for those who read its fields.
+    """Decode the message as `message_class`, for callers that access its fields.
 
     Raises:
-        WrongDefinition: its publisher has another definition, whatever the name of the type.
+        WrongDefinition: the publisher's definition differs, whatever the name of the type.
         DeserializationError: the bytes do not fit the announced type.
     """
     header = raw.header
@@ -39,16 +39,16 @@ def decode_as(raw: RawMessage, topic: str, message_class: type[Message]) -> Any:
 
 
 class RawDecoder:
-    """Decodes by the installed class if the publisher has the same definition, else by the publisher's."""
+    """Decodes with the installed class if its definition equals the publisher's, else with the latter."""
 
     def __init__(self) -> None:
         self._classes = ClassFinder()
 
     def decode(self, raw: RawMessage) -> Any:
-        """The message.
+        """Decode a message.
 
         Raises:
-            GraphError: the publisher sent no definition of a type that is not installed.
+            GraphError: the type is not installed and the publisher sent no definition.
             DeserializationError: the bytes do not fit the announced type.
         """
         header = raw.header

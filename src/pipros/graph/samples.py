@@ -1,4 +1,4 @@
-"""Sliding windows of measurements: intervals between messages, delays, sizes. Pure."""
+"""Sliding windows of measurements: intervals between messages, delays, sizes. No I/O."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections import deque
 from dataclasses import dataclass
 
 DEFAULT_WINDOW = 50_000
-"""The default number of samples that are kept."""
+"""Default number of samples in a window."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,7 +16,7 @@ class Figures:
 
     Attributes:
         mean, minimum, maximum, deviation: in the unit of the samples.
-        count: the number of samples.
+        count: number of samples.
     """
 
     mean: float
@@ -39,7 +39,7 @@ class Samples:
         self._values.clear()
 
     def figures(self) -> Figures | None:
-        """The statistics, None without samples."""
+        """Return the statistics; None without samples."""
         values = list(self._values)
         if not values:
             return None
@@ -49,16 +49,16 @@ class Samples:
 
 
 class RateWindow:
-    """The rate of events, from their times."""
+    """The rate of events, computed from their times."""
 
     def __init__(self, window: int = DEFAULT_WINDOW) -> None:
-        """`window` counts events; there is one interval less."""
+        """Create an empty window of `window` events, which span one interval fewer."""
         self._intervals = Samples(window - 1)
         self._last: float | None = None
         self.has_new = False
 
     def add(self, moment_s: float) -> bool:
-        """Adds an event. When time went back, as in simulations, clears the window and returns False."""
+        """Add an event. If time went back, as in simulations, clear the window and return False."""
         last, self._last = self._last, moment_s
         if last is None:
             return True
@@ -70,7 +70,7 @@ class RateWindow:
         return True
 
     def figures(self) -> Figures | None:
-        """The statistics of the intervals in seconds; the count is that of the events."""
+        """Return the statistics of the intervals in seconds; `count` is the number of events."""
         self.has_new = False
         found = self._intervals.figures()
         if found is None:
@@ -79,7 +79,7 @@ class RateWindow:
 
 
 class BandwidthWindow:
-    """Bytes per second, from the sizes and arrival times of messages."""
+    """Bandwidth in bytes per second, computed from sizes and arrival times of messages."""
 
     def __init__(self, window: int = DEFAULT_WINDOW) -> None:
         self._sizes = Samples(window)
@@ -92,7 +92,7 @@ class BandwidthWindow:
         self._total.append(size)
 
     def figures(self, now_s: float) -> tuple[float, Figures] | None:
-        """Bytes per second until now, and the statistics of the sizes; None before the second message."""
+        """Return bytes per second until now, and statistics of the sizes; None before the second message."""
         found = self._sizes.figures()
         if found is None or found.count < 2 or now_s <= self._moments[0]:
             return None

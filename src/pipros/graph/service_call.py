@@ -20,7 +20,7 @@ POLL_PERIOD_S = 0.05
 def wait_for_service(
     master: MasterClient, service: str, *, pause: Callable[[float], object] = time.sleep
 ) -> None:
-    """Waits until the service is offered; Ctrl-C ends it."""
+    """Block until the service is available, or until Ctrl-C."""
     while uri_of(master, service) is None:
         pause(POLL_PERIOD_S)
 
@@ -36,13 +36,13 @@ class ServiceCaller:
         *,
         calls: OpenCalls | None = None,
     ) -> None:
-        """Ask the server for its type, unless the class is given.
+        """Look up the type at the server, unless the class is given.
 
         Args:
-            calls: interrupts this, and the calls to come.
+            calls: interrupts this lookup and later calls.
 
         Raises:
-            GraphError: the service is not offered, or its type is not installed.
+            GraphError: the service is not available, or its type is not installed.
         """
         from pipros.node.service_client import OpenCalls, ServiceClient
 
@@ -55,7 +55,7 @@ class ServiceCaller:
         return bool(self._class._request_class.__slots__)
 
     def request(self, values: Sequence[Any]) -> Any:
-        """The request with these values: one for each field, or one dictionary.
+        """Create the request from one value per field, or from one dictionary.
 
         Raises:
             GraphError: the values do not fit the fields.
@@ -78,7 +78,7 @@ class ServiceCaller:
             ) from None
         for name, kind in zip(request.__slots__, request._slot_types, strict=True):
             if kind == "bool" and isinstance(getattr(request, name), int):
-                setattr(request, name, bool(getattr(request, name)))  # Noetic takes any whole number
+                setattr(request, name, bool(getattr(request, name)))  # Noetic accepts any integer
         try:
             request._check_types()
         except SerializationError as error:
@@ -89,11 +89,11 @@ class ServiceCaller:
         return request
 
     def call(self, request: Any, timeout_s: float | None = None) -> Any:
-        """Returns the response.
+        """Call the service and return its response.
 
         Raises:
-            CallTimeout: there was none within `timeout_s`.
-            ServiceFailed: the server does not answer, or answered with an error.
+            CallTimeout: no response arrived within `timeout_s`.
+            ServiceFailed: the server does not answer, or reported an error.
         """
         return self._client.call(request, timeout_s)
 

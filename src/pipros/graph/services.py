@@ -1,4 +1,4 @@
-"""Information about services, from the master and from the servers."""
+"""Looks up services at the master and at their servers."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ PROBE_DEADLINE_S = 5.0
 
 
 def nodes_by_service(master: MasterClient) -> dict[str, str]:
-    """The node that offers each service, in the order of their registration."""
+    """Return the node that offers each service, in the order of registration."""
     services = SystemState.from_state(master.get_system_state()).services
     return {service: services[service][0] for service in services if services[service]}
 
 
 def uri_of(master: MasterClient, service: str) -> str | None:
-    """The `rosrpc://HOST:PORT` of a service, None when it is not offered."""
+    """Return the `rosrpc://HOST:PORT` of a service; None if it is not available."""
     try:
         return master.lookup_service(service)
     except Refused:
@@ -33,7 +33,7 @@ def uri_of(master: MasterClient, service: str) -> str | None:
 
 
 def header_of(master: MasterClient, service: str, calls: OpenCalls | None = None) -> Mapping[str, str] | None:
-    """The connection header that the server answers with: `type`, `md5sum`, …; None without a server.
+    """Return the connection header of the server: `type`, `md5sum`, …; None without a server.
 
     Raises:
         GraphError: the server does not answer.
@@ -43,13 +43,13 @@ def header_of(master: MasterClient, service: str, calls: OpenCalls | None = None
 
 
 def header_at(uri: str, service: str, caller_id: str, calls: OpenCalls | None = None) -> Mapping[str, str]:
-    """The connection header with which the server at a URI answers for a service.
+    """Return the connection header that the server at a URI sends for a service.
 
     Args:
-        calls: interrupts this.
+        calls: interrupts the lookup.
 
     Raises:
-        GraphError: the server does not answer, or the URI is not valid.
+        GraphError: the server does not answer, or the URI is invalid.
     """
     import time
 
@@ -70,19 +70,23 @@ def header_at(uri: str, service: str, caller_id: str, calls: OpenCalls | None = 
 
 
 def type_of(master: MasterClient, service: str, calls: OpenCalls | None = None) -> str | None:
-    """The type of a service, None when it is not offered. `GraphError` when the server does not answer."""
+    """Return the type of a service; None if it is not available.
+
+    Raises:
+        GraphError: the server does not answer.
+    """
     header = header_of(master, service, calls)
     return None if header is None else header.get("type")
 
 
 def service_class_of(master: MasterClient, service: str, calls: OpenCalls | None = None) -> ServiceClass:
-    """The class of a service; its type is that of the server.
+    """Return the class of a service; its type is that of the server.
 
     Args:
-        calls: interrupts this.
+        calls: interrupts the lookup.
 
     Raises:
-        GraphError: the service is not offered, or its type is not installed.
+        GraphError: the service is not available, or its type is not installed.
     """
     from pipros.msg import load_service_class
 
@@ -100,12 +104,12 @@ def service_class_of(master: MasterClient, service: str, calls: OpenCalls | None
 
 
 def argument_names(service_class: ServiceClass) -> str:
-    """The fields of the request, separated by spaces."""
+    """Return the names of the request's fields, separated by spaces."""
     return " ".join(service_class._request_class.__slots__)
 
 
 def services_of_type(master: MasterClient, type_name: str) -> list[str]:
-    """The services of a type, in the order of their registration; servers that do not answer are skipped."""
+    """Return the services of a type, in the order of registration; unresponsive servers are skipped."""
     found = []
     for service in nodes_by_service(master):
         try:

@@ -1,4 +1,4 @@
-"""Messages as YAML to be filled in: the completion of `rostopic pub /topic type` in shells."""
+"""Messages as YAML templates: the completion of `rostopic pub /topic type` in shells."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipros.msg.language.spec import FLOATS, INTEGERS
 from pipros.msg.time import TVal
 
 SMALL = 4
-"""From the first message with more fields or elements on, values without parts are written in one line."""
+"""From the first message with more fields or elements onwards, flat values are written on one line."""
 
 
 def skeleton(
@@ -23,13 +23,13 @@ def skeleton(
     *,
     fill_arrays: bool = True,
 ) -> str:
-    """The fields of a message as YAML.
+    """Format the fields of a message as YAML.
 
     Args:
-        message: what to show.
-        flow_style: with brackets always, never, or (None) for the parts of larger messages.
-        excluded: names of fields to leave out, on every level.
-        fill_arrays: show one element of arrays that would be empty.
+        message: the message to show.
+        flow_style: True for brackets everywhere, False for none, None for parts of larger messages only.
+        excluded: names of fields to leave out on every level.
+        fill_arrays: whether to show one element in arrays that would be empty.
     """
     fields = _Skeleton(frozenset(excluded), fill_arrays).fields(message)
 
@@ -41,7 +41,7 @@ def skeleton(
 
 
 class _Fields(dict[str, Any]):
-    """The fields of one message, in their order."""
+    """The fields of one message, in order."""
 
     @property
     def is_large(self) -> bool:
@@ -51,7 +51,7 @@ class _Fields(dict[str, Any]):
 
 
 class _Dumper(yaml.SafeDumper):
-    """Writes fields in their order, and small parts in one line from the first large message on."""
+    """Writes fields in order, and small parts in one line from the first large message on."""
 
     is_mixed = True
 
@@ -73,7 +73,7 @@ class _Skeleton:
         self._fill_arrays = fill_arrays
 
     def fields(self, value: Message | TVal) -> _Fields:
-        """The fields of a message or a time, with those of its parts."""
+        """Return the fields of a message or a time, with those of nested messages."""
         if isinstance(value, TVal):
             named = {"secs": ("int32", value.secs), "nsecs": ("int32", value.nsecs)}
         else:
@@ -92,7 +92,7 @@ class _Skeleton:
         return value
 
     def _element(self, kind: str) -> Any:
-        """The element that is shown for an empty array."""
+        """Return the element shown in an empty array."""
         if kind in INTEGERS or kind in FLOATS:
             return 0
         if kind in ("bool", "string"):

@@ -1,4 +1,4 @@
-"""The topics of a running system: types, types of fields (`/scan/ranges`), publishers, subscribers."""
+"""Topics of a running system: types, types of fields (`/scan/ranges`), publishers, subscribers."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from pipros.net.master_client import MasterClient
 
 
 def topic_type(master: MasterClient, name: str) -> tuple[str | None, str]:
-    """The type of the topic that `name` starts with, and that topic.
+    """Return the type of the topic at the start of `name`, and that topic.
 
-    `/scan/ranges` is the field `ranges` of `/scan`, unless there is a topic `/scan/ranges`.
-    Returns `(None, name)` when the topic is unknown or does not have a type yet.
+    `/scan/ranges` is the field `ranges` of `/scan`, unless a topic `/scan/ranges` exists.
+    Return `(None, name)` if the topic is unknown or does not have a type yet.
     """
     types = {topic: type_name for topic, type_name in master.get_topic_types() if type_name != "*"}
     topic = name
@@ -27,7 +27,7 @@ def topic_type(master: MasterClient, name: str) -> tuple[str | None, str]:
 
 
 def field_type(type_name: str, path: Sequence[str]) -> str:
-    """The type of a field of a message, nested fields included: `header/stamp` is `time`.
+    """Return the type of a field of a message, nested fields included: `header/stamp` is `time`.
 
     Raises:
         NotFound: the field or the message type does not exist.
@@ -43,12 +43,12 @@ def field_type(type_name: str, path: Sequence[str]) -> str:
 
 
 def topics_of_type(master: MasterClient, type_name: str) -> list[str]:
-    """The topics of a message type, in the order in which the master lists them."""
+    """Return the topics of a message type, in the order of the master's list."""
     return [topic for topic, found in master.get_topic_types() if found == type_name]
 
 
 def describe_topic(master: MasterClient, topic: str) -> str:
-    """The text of `rostopic info`.
+    """Return the text of `rostopic info`.
 
     Raises:
         GraphError: the topic has neither publishers nor subscribers.

@@ -1,4 +1,4 @@
-"""What a launcher says about a launch before it starts anything: warnings, details and the summary."""
+"""Messages that a launcher prints before it starts anything: warnings, details and the summary."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _VALUE_CHARACTERS = 20
 
 
 def announce_launch(console: Console, launch: Launch, *, local_only: bool) -> None:
-    """Prints the warnings of a launch, and what `-v` shows and the log file keeps of it."""
+    """Print the warnings of a launch; its details go to the log file, and with `-v` to the terminal."""
     for warning in launch.warnings:
         console.error(f"WARNING: {warning}")
     for file in launch.files:
@@ -31,7 +31,7 @@ def announce_launch(console: Console, launch: Launch, *, local_only: bool) -> No
 def warn_about_arguments(
     console: Console, launch: Launch, arguments: Iterable[str], files: Sequence[str]
 ) -> None:
-    """Warns about arguments of the command line that no file declares."""
+    """Warn about command-line arguments that no file declares."""
     declared = {argument.name for argument in launch.arguments}
     for name in arguments:
         if name not in declared and files:
@@ -39,7 +39,7 @@ def warn_about_arguments(
 
 
 def warn_about_machines(console: Console, launch: Launch, master_uri: str) -> None:
-    """Warns about what keeps nodes on other machines from working: a local master, passwords."""
+    """Warn if nodes on other machines cannot work: a master on loopback, or a password for ssh."""
     host, _ = split_master_uri(master_uri)
     if address.is_loopback(host):
         console.error(
@@ -49,8 +49,8 @@ def warn_about_machines(console: Console, launch: Launch, master_uri: str) -> No
     for machine in launch.machines.values():
         if machine.password:
             console.error(
-                f"WARNING: the password of machine [{machine.name}] is not used: ssh takes none from a "
-                "launch file. Let it log in by a key (ssh-copy-id) or an agent"
+                f"WARNING: the password of machine [{machine.name}] is ignored: ssh does not take one from a "
+                "launch file. Set up a key (ssh-copy-id) or an agent"
             )
 
 
@@ -63,11 +63,11 @@ def summary(
     cleared: Iterable[str] = (),
     has_machines: bool = False,
 ) -> str:
-    """The lists of parameters, machines and nodes, as Noetic prints them. A core lists no nodes.
+    """Return the lists of parameters, machines and nodes in Noetic's format. A core lists no nodes.
 
     Args:
-        cleared: namespaces of which the parameters are deleted first.
-        has_machines: whether the list of machines is there also when it is empty.
+        cleared: namespaces whose parameters are deleted first.
+        has_machines: whether to print the list of machines even if it is empty.
     """
     lines = ["", "SUMMARY", "========", ""]
     if is_core:
@@ -90,7 +90,7 @@ def summary(
 
 
 def _short(value: Any) -> str:
-    """A value on one line, cut after 20 characters; `<...>` when it is not printable ASCII."""
+    """Format a value on one line, cut to 20 characters; `<...>` if it is not printable ASCII."""
     text = (value.decode("latin-1") if isinstance(value, bytes) else str(value)).strip()
     if len(text) > _VALUE_CHARACTERS:
         text = text[: _VALUE_CHARACTERS - 3] + "..."

@@ -1,4 +1,4 @@
-"""The words of a roslaunch command line: `name:=value` for the launch files, and everything else."""
+"""Splits a roslaunch command line into `name:=value` arguments and all other words."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pipros.basics import names
 
 
 def split_arguments(words: Sequence[str]) -> tuple[dict[str, str], list[str]]:
-    """The `name:=value` words as a dictionary, and all other words. Values may be empty."""
+    """Return the `name:=value` words as a dictionary, and all other words. Values may be empty."""
     arguments: dict[str, str] = {}
     rest = []
     for word in words:

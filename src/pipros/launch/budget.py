@@ -1,4 +1,4 @@
-"""Bounds what one launch reads and makes: 3 kB can double a text, or include a file twice, 40 times over."""
+"""Limits what a launch reads and generates: 3 kB can double a text, or include a file twice, 40 times."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from pipros.basics.limits import Limits, limit_text, process_limits
 
 
 class OverBudget(PiprosError, ValueError):
-    """The files of a launch read or make more than the limits allow."""
+    """The files of a launch read or generate more than the limits allow."""
 
 
 @dataclass(slots=True)
 class Budget:
-    """What the files of one launch have read and made so far.
+    """Resources that the files of one launch have consumed so far.
 
     Attributes:
-        read_bytes: of all files and command outputs, and the characters that substitutions inserted.
-        includes: `<include>`s so far.
+        read_bytes: size of all files and command outputs, plus the characters inserted by substitutions.
+        includes: number of `<include>`s so far.
     """
 
     limits: Limits = field(default_factory=process_limits)
@@ -26,15 +26,15 @@ class Budget:
     includes: int = 0
 
     def add_bytes(self, count: int) -> None:
-        """Count bytes that were read, or characters that a substitution inserted.
+        """Count bytes read, or characters inserted by a substitution.
 
         Raises:
-            OverBudget: there are too many.
+            OverBudget: the total exceeds the limit `launch_bytes`.
         """
         self.read_bytes += count
         if self.read_bytes > self.limits.launch_bytes:
             raise OverBudget(
-                "the files of this launch, and what substitutions make of them, are too large: "
+                "the files of this launch and their substitutions are too large: "
                 + limit_text("launch_bytes", self.limits.launch_bytes)
             )
 
@@ -42,7 +42,7 @@ class Budget:
         """Count an `<include>`.
 
         Raises:
-            OverBudget: there are too many.
+            OverBudget: the total exceeds the limit `launch_includes`.
         """
         self.includes += 1
         if self.includes > self.limits.launch_includes:

@@ -1,4 +1,4 @@
-"""Builds a `Launch` from elements, and enforces the rules that hold between them."""
+"""Builds a `Launch` from elements and enforces the rules between them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipros.launch.model import (
 
 
 class LaunchBuilder:
-    """Collects the contents of all files; `finish` returns them as a value."""
+    """Collects the contents of all files; `finish` returns them as a `Launch`."""
 
     def __init__(self) -> None:
         self._files: list[str] = []
@@ -35,14 +35,14 @@ class LaunchBuilder:
             self._files.append(file)
 
     def add_include(self, file: str, included: str) -> None:
-        """Notes which file includes which."""
+        """Record that `file` includes `included`."""
         self._includes.append((file, included))
 
     def warn(self, *warnings: str) -> None:
         self._warnings.extend(warnings)
 
     def add_param(self, key: str, value: Any) -> None:
-        """Sets a parameter. A later one of the same name wins; one below a plain value causes a warning."""
+        """Set a parameter. The last one of a name wins; one below a non-dictionary value causes a warning."""
         parent = key.rpartition("/")[0]
         while parent:
             if parent in self._params and not isinstance(self._params[parent], dict):
@@ -59,7 +59,11 @@ class LaunchBuilder:
         self._commands.append(command)
 
     def add_node(self, node: Node) -> None:
-        """Raises LaunchError when another node has that name."""
+        """Add a node.
+
+        Raises:
+            LaunchError: another node has that name.
+        """
         first = self._nodes.get(node.full_name)
         if first is not None:
             places = [place for place in (node.place, first.place) if place]
@@ -75,7 +79,11 @@ class LaunchBuilder:
         self._tests.append(test)
 
     def add_machine(self, machine: Machine) -> None:
-        """Raises LaunchError when a different machine has that name."""
+        """Add a machine.
+
+        Raises:
+            LaunchError: a different machine has that name.
+        """
         if self._machines.setdefault(machine.name, machine) != machine:
             raise LaunchError(
                 f"Machine [{machine.name}] already added and does not match duplicate entry",
@@ -86,7 +94,7 @@ class LaunchBuilder:
         self._arguments.setdefault(argument.name, argument)
 
     def finish(self) -> Launch:
-        """The collected launch. Whether its machines are described is for `Launch.check_machines` to say."""
+        """Return the collected launch. `Launch.check_machines` checks that all its machines are defined."""
         return Launch(
             files=tuple(self._files),
             params=dict(self._params),

@@ -1,4 +1,4 @@
-"""Finds mistakes in a launch file without starting anything, and dependencies its package must declare."""
+"""Finds mistakes in a launch file, and undeclared dependencies of its package, without starting anything."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ UNSET = "an-argument-without-a-value"
 def mistakes(
     file: Path, index: PackageIndex, *, with_test_depends: bool = False, ignore_unset: bool = False
 ) -> list[str]:
-    """The mistakes in a launch file and the files that it includes.
+    """Return the mistakes in a launch file and in the files it includes.
 
     Args:
         with_test_depends: whether `test_depend` counts as a declaration.
-        ignore_unset: whether arguments may be without a value. Nodes whose package or type needs one are
+        ignore_unset: whether to accept arguments without a value. Nodes whose package or type needs one are
             left out.
     """
     try:
@@ -47,13 +47,13 @@ def mistakes(
 
 
 def known_nodes(launch: Launch) -> list[Node]:
-    """The nodes, with those of tests, whose package and type do not depend on an unset argument."""
+    """Return the nodes, with those of tests, whose package and type do not depend on an unset argument."""
     nodes = (*launch.nodes, *(test.node for test in launch.tests))
     return [node for node in nodes if UNSET not in node.package and UNSET not in node.type]
 
 
 def needed_packages(launch: Launch, index: PackageIndex) -> set[str]:
-    """The packages of nodes, tests, and included files."""
+    """Return the packages of nodes, tests and included files."""
     packages = {node.package for node in known_nodes(launch)}
     for file in launch.files:
         owner = index.containing(Path(file))
@@ -68,7 +68,7 @@ def _undeclared(launch: Launch, index: PackageIndex, kinds: tuple[str, ...]) -> 
         return
     declared = {owner.name, *read_manifest(owner.path).depends(*kinds)}
     for file in launch.files[1:]:
-        # A package declares what its own launch files need; packages that include them do not have to.
+        # A package declares the dependencies of its own launch files; packages that include them need not.
         included = index.containing(Path(file))
         if included is not None:
             declared |= set(read_manifest(included.path).depends())

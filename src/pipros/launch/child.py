@@ -2,7 +2,7 @@
 
 This is Noetic's protocol. The parent logs in by ssh and starts `roslaunch -c NAME -u URI --run_id ID`. The
 child opens an XML-RPC server and calls `register(NAME, its URI)` of the parent. Once its master runs, the
-parent calls `launch(XML)`; the answer names the nodes that were started. From then on the child calls
+parent calls `launch(XML)`; the answer names the started nodes. From then on the child calls
 `log(NAME, level, text)` and `process_died(process, exit code)`, until the parent calls `shutdown()` or ends,
 or all nodes have ended.
 """
@@ -38,14 +38,14 @@ from pipros.workspace.index import PackageIndex
 
 @dataclass(frozen=True, slots=True)
 class _Order:
-    """A call of `launch` for the main thread, and the future of its answer."""
+    """A call of `launch`, queued for the main thread, and the future of its answer."""
 
     xml: str
     answer: Future[list[Any]]
 
 
 class Child:
-    """`start`, `wait`, `stop`, in this order; `stop` always."""
+    """Call `start`, `wait` and `stop`, in this order; call `stop` even if `start` fails."""
 
     def __init__(
         self,
@@ -58,10 +58,10 @@ class Child:
         environment: Environment | None = None,
         index: PackageIndex | None = None,
     ) -> None:
-        """Nothing is started yet.
+        """Validate the parent's URI; connect and start nothing yet.
 
         Args:
-            name: the name that the parent has for this child.
+            name: the parent's name for this child.
 
         Raises:
             LaunchError: the parent's URI is invalid.
@@ -80,10 +80,10 @@ class Child:
         self._run: LaunchRun | None = None
 
     def start(self) -> None:
-        """Opens log file and server, and registers with the parent.
+        """Open the log file and the server, and register with the parent.
 
         Raises:
-            PiprosError, OSError: with nothing left running, once `stop` was called.
+            PiprosError, OSError: on failure; nothing is left running once `stop` was called.
         """
         if not is_run_id(self._run_id):
             problem = run_id_problem(self._run_id, "--run_id")
@@ -103,7 +103,7 @@ class Child:
         self._console.relay_to(self._link.log)
 
     def wait(self) -> None:
-        """Starts the nodes that the parent orders. Returns when all have ended, or it is time to stop."""
+        """Start the nodes that the parent requests. Return when all have ended or a stop is requested."""
         if self._log is None:
             raise RuntimeError("the child is not running; call start() first")
         while self._run is None and not self._is_stop_requested:
@@ -114,13 +114,13 @@ class Child:
             self._run.wait()
 
     def request_stop(self) -> None:
-        """Ends `wait`. May be called from a signal handler and from other threads, and again."""
+        """Make `wait` return. May be called repeatedly, from a signal handler or another thread."""
         self._is_stop_requested = True
         if self._run is not None:
             self._run.request_stop()
 
     def stop(self) -> None:
-        """Ends the nodes and reports that to the parent. Harmless when nothing was started."""
+        """End the nodes and report that to the parent. Harmless if nothing was started."""
         if self._run is not None:
             self._run.stop()
         if self._server is not None:
@@ -162,7 +162,7 @@ class Child:
 
     async def _answer_launch(self, xml: str) -> list[Any]:
         if self._is_ordered:
-            return [-1, "ERROR: this roslaunch child has launched its nodes already", [[], []]]
+            return [-1, "ERROR: this roslaunch child has already launched its nodes", [[], []]]
         self._is_ordered = True
         order = _Order(xml, Future())
         self._orders.put(order)
@@ -173,11 +173,11 @@ class Child:
         return [1, "success", 1]
 
     def _admits(self, caller: Caller) -> bool:
-        """Whether a caller may connect. `launch` runs programs as our user, so only few may call it.
+        """Return whether a caller may connect. `launch` runs programs as our user, so few callers may.
 
-        On this machine these are the user of the parent, our own user, and root. Where the system does not
-        tell the user of a connection, everybody on this machine may connect if the parent runs here, too.
-        From elsewhere, callers may connect from the addresses of the parent and of its ssh login.
+        On this machine only the parent's user, our own user and root may connect. If the system does not
+        report the user of a connection, every user of this machine may connect if the parent runs here too.
+        Other machines may connect from the addresses of the parent and of its ssh login.
         """
         parent = self._link.addresses
         if not caller.is_here:

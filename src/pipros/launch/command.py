@@ -1,4 +1,4 @@
-"""Makes the command that starts a node: arguments, environment, folder. Nothing is started here."""
+"""Builds the command that starts a node: arguments, environment, folder. Starts nothing itself."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class CannotLaunch(PiprosError):
     """A node has no program, or its arguments cannot be parsed. The other nodes still start.
 
     Attributes:
-        reason: why, without the node.
+        reason: the cause, without the node's name.
     """
 
     def __init__(self, reason: str, node: Node | None = None) -> None:
@@ -31,7 +31,7 @@ class CannotLaunch(PiprosError):
 
 
 class CannotStart(CannotLaunch):
-    """The operating system refuses to start the program of a node. That ends the launch."""
+    """The operating system refuses to start a node's program, which ends the launch."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,9 +40,9 @@ class Command:
 
     Attributes:
         argv: the program and its arguments.
-        environment: all variables.
+        environment: all environment variables.
         overlay: the variables that the launch file and the launcher set.
-        folder: its working folder.
+        folder: the working folder.
     """
 
     argv: tuple[str, ...]
@@ -55,7 +55,7 @@ FindExecutables = Callable[[Package, str], Executables]
 
 
 class CommandMaker:
-    """Makes commands of nodes, for one environment and one set of packages."""
+    """Builds the commands of nodes for one environment and one set of packages."""
 
     def __init__(
         self,
@@ -73,10 +73,10 @@ class CommandMaker:
     def for_launcher(
         cls, environment: Environment, index: PackageIndex, log: Path | None = None
     ) -> CommandMaker:
-        """Makes commands with the variables of this process, for its ROS_HOME.
+        """Create a maker that uses this process's environment and ROS_HOME.
 
         Args:
-            log: the log file of the launcher, which its nodes get as `ROS_LOG_FILENAME`, as in Noetic.
+            log: the launcher's log file, which its nodes get as `ROS_LOG_FILENAME`, as in Noetic.
         """
         variables = dict(os.environ)
         if log is not None:
@@ -85,7 +85,7 @@ class CommandMaker:
 
     @property
     def tag(self) -> str:
-        """The variable `NAME=value` that all commands of this launcher have, and no others: its log file."""
+        """The variable `NAME=value` common to all commands of this launcher and no others: its log file."""
         log = self._environment.get("ROS_LOG_FILENAME")
         return f"ROS_LOG_FILENAME={log}" if log else ""
 
@@ -98,12 +98,12 @@ class CommandMaker:
         machine: Machine | None = None,
         extra_arguments: Sequence[str] = (),
     ) -> Command:
-        """The command of a node: prefix, program, arguments, remappings, name and log file, in this order.
+        """Return a node's command: prefix, program, arguments, remappings, name and log file, in this order.
 
         Args:
             log_stem: the path of the node's log file without `.log`; empty for none.
-            machine: where to run it; None for this computer.
-            extra_arguments: words after the arguments of the node.
+            machine: the machine that runs it; None for this computer.
+            extra_arguments: words appended to the node's arguments.
 
         Raises:
             CannotLaunch: the package or the program does not exist, or a quote is not closed.
@@ -165,6 +165,6 @@ def _words(text: str, what: str, node: Node) -> list[str]:
 
 
 def _why_not_here(node: Node, package: Package | None = None) -> str | None:
-    """What to do about a node of a well-known package in C++, which may have been found."""
+    """Return advice if the node is from a well-known C++ package, whether or not the package was found."""
     programs = list_executables(package) if package else ()
     return why_not_here(node.package, node.type, _words(node.arguments, "arguments", node), programs)

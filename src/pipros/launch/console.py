@@ -1,6 +1,6 @@
-"""The output of roslaunch on the terminal, in Noetic's format, and the same lines in its log file.
+"""Prints the output of roslaunch on the terminal, in Noetic's format, and copies it to the log file.
 
-Standard output and standard error are looked up when a line is printed, so that rostest can capture them.
+Standard output and standard error are looked up for each line, so that rostest can capture them.
 Every line is flushed, because the output is often read through a pipe.
 """
 
@@ -22,9 +22,9 @@ _PLAIN = "\033[0m"
 
 
 class Console:
-    """Prints lines, in bold or in red, and the title of the window. May be used from any thread.
+    """Prints plain, bold and red lines, and sets the window title. Thread-safe.
 
-    Colours are always printed, as in Noetic, also when the output is not a terminal.
+    Colours are always printed, even if the output is not a terminal, as in Noetic.
     """
 
     def __init__(self, *, has_title: bool = True, is_verbose: bool = False) -> None:
@@ -35,15 +35,15 @@ class Console:
         self._lock = threading.Lock()
 
     def open_log(self, file: Path) -> None:
-        """Also writes all further output to this file.
+        """Copy all further output to this file.
 
         Raises:
-            OSError: the file cannot be created, or another user could have put it there.
+            OSError: the file cannot be created, or another user may have planted it.
         """
         self._log = LogFile(file)
 
     def relay_to(self, relay: Callable[[str, bool], None]) -> None:
-        """From now on passes each text, and whether it is an error, to `relay` instead of printing it."""
+        """Pass each further text, and whether it is an error, to `relay` instead of printing it."""
         self._relay = relay
 
     @property
@@ -51,7 +51,7 @@ class Console:
         return self._log is not None
 
     def close(self) -> None:
-        """Closes the log file. May be repeated."""
+        """Close the log file. May be repeated."""
         with self._lock:
             log, self._log = self._log, None
             if log is not None:
@@ -64,22 +64,22 @@ class Console:
         self._emit(sys.stdout, f"{_BOLD}{text}{_PLAIN}", text)
 
     def detail(self, text: str) -> None:
-        """A line for `-v` and for the log file."""
+        """Print a line with `-v` only, and write it to the log file."""
         if self._is_verbose:
             self._print(sys.stdout, text)
         self.record(text)
 
     def error(self, text: str) -> None:
-        """A line in red on standard error."""
+        """Print a line in red on standard error."""
         self._emit(sys.stderr, f"{_RED}{text}{_PLAIN}", text, is_error=True)
 
     def title(self, text: str) -> None:
-        """Sets the title of the terminal window, unless titles are disabled."""
+        """Set the title of the terminal window, unless titles are disabled."""
         if self._has_title:
             self._print(sys.stdout, f"\033]2;{text}\007")
 
     def record(self, text: str, level: str = "INFO") -> None:
-        """A line for the log file only."""
+        """Write a line to the log file only."""
         with self._lock:
             if self._log is not None:
                 now = time.time()
@@ -100,5 +100,5 @@ class Console:
             try:
                 write_line(stream, text)
             except (OSError, ValueError):
-                # The reader of our output has ended. The nodes still have to be ended in order.
+                # The reader of our output has exited. The nodes must still be ended in order.
                 return

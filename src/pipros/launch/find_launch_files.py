@@ -1,4 +1,4 @@
-"""Finds the launch files that a command line means: `package file.launch`, or paths."""
+"""Finds the launch files that a command line names: `package file.launch`, or paths."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ STDIN = "-"
 
 
 class NoSuchFiles(LaunchError):
-    """Files named on the command line do not exist; `files` has them."""
+    """Files named on the command line do not exist; they are listed in `files`."""
 
     def __init__(self, files: Sequence[str]) -> None:
         self.files = tuple(files)
@@ -21,10 +21,10 @@ class NoSuchFiles(LaunchError):
 
 
 def resolve_files(words: Sequence[str], index: PackageIndex) -> list[str]:
-    """The paths of the launch files; `-` stands for standard input and is kept.
+    """Return the paths of the launch files; `-` (standard input) is kept.
 
     Raises:
-        LaunchError: a file was not found or is ambiguous, in Noetic's words.
+        LaunchError: a file is missing or ambiguous, in Noetic's words.
     """
     if not words:
         return []
@@ -44,7 +44,7 @@ def resolve_files(words: Sequence[str], index: PackageIndex) -> list[str]:
 
 
 def find_in_package(package_name: str, name: str, index: PackageIndex) -> str:
-    """The only file of that name below a package; `launch/x.launch` is a path relative to its folder."""
+    """Return the only file of that name in a package; `launch/x.launch` is relative to its folder."""
     nothing = (
         f"[{name}] is neither a launch file in package [{package_name}] nor is [{package_name}] "
         "a launch file name"

@@ -1,13 +1,13 @@
-"""Ends all processes of a launcher when the launcher ends, even when it is killed.
+"""Ends all processes of a launcher when the launcher ends, even if it is killed.
 
-The launcher starts one small interpreter that reads a pipe. Through the pipe it learns which process groups
-run. When the pipe is closed the launcher has ended, whatever the reason, and what still runs gets SIGTERM
-and, a second later, SIGKILL. On Linux the guardian also looks for processes with a tag in their environment:
-one that was started at the moment when the launcher was killed, or that left its group.
+The launcher starts one small interpreter and writes the ids of running process groups to its standard input.
+When that pipe closes, the launcher has ended for whatever reason; the guardian sends SIGTERM to everything
+still running, and SIGKILL a second later. On Linux it also looks for processes with a tag in their
+environment, which finds those started just as the launcher was killed, and those that left their group.
 
-Why not the parent-death signal of Linux: it reaches the direct child only, not the programs behind a launch
-prefix or a shell script; it is sent when the *thread* that started the child ends; setting it needs code
-between fork and exec, which is unsafe in a process with threads; and macOS does not have it.
+Why not the parent-death signal of Linux: it reaches only the direct child, not the programs behind a launch
+prefix or a shell script; it is sent when the *thread* that started the child ends; setting it requires code
+between fork and exec, which is unsafe in a process with threads; and macOS lacks it.
 
 This file is also that small program, run as a script with `python -I -S`; so it imports little.
 """
@@ -31,23 +31,23 @@ _CHECK_EVERY_S = 0.02
 
 
 class Guardian:
-    """The launcher's side. Does nothing on Windows, where such process groups do not exist.
+    """The launcher's side. Does nothing on Windows, which has no such process groups.
 
-    `started` and `ended` may be called from any thread. When the guardian itself is killed, the launcher
-    goes on without its protection.
+    `started` and `ended` may be called from any thread. If the guardian itself is killed, the launcher
+    continues without its protection.
     """
 
     def __init__(self, tag: str = "") -> None:
-        """Nothing is started yet.
+        """Do nothing until `start()` is called.
 
         Args:
-            tag: a variable `NAME=value` that the processes of this launcher have, and no others.
+            tag: a variable `NAME=value` common to all processes of this launcher and to no others.
         """
         self._tag = tag
         self._process: subprocess.Popen[bytes] | None = None
 
     def start(self) -> None:
-        """Starts the guarding process, in a session of its own, so that Ctrl-C does not reach it."""
+        """Start the guardian process, in its own session so that Ctrl-C does not reach it."""
         if not _ON_POSIX or self._process is not None:
             return
         import subprocess
@@ -60,15 +60,15 @@ class Guardian:
         )
 
     def started(self, group: int) -> None:
-        """Adds a process group; its number is that of its first process."""
+        """Add a process group; its number is the id of its first process."""
         self._send(f"+{group}\n")
 
     def ended(self, group: int) -> None:
-        """Removes a process group. To be called before its number can be used again."""
+        """Remove a process group. Must be called before the system can reuse its number."""
         self._send(f"-{group}\n")
 
     def stop(self) -> None:
-        """Ends the guarding process. It ends the groups that are left first."""
+        """End the guardian process, which first ends the remaining groups."""
         process, self._process = self._process, None
         if process is not None:
             with contextlib.suppress(OSError):
@@ -83,7 +83,7 @@ class Guardian:
 
 
 def read_groups(lines: IO[str]) -> set[int]:
-    """The groups that are left when the lines end."""
+    """Return the groups that are still running when the input ends."""
     groups: set[int] = set()
     for line in lines:
         with contextlib.suppress(ValueError):
@@ -94,7 +94,7 @@ def read_groups(lines: IO[str]) -> set[int]:
 
 
 def end(groups: set[int], tag: str = "") -> None:
-    """Sends SIGTERM to groups and tagged processes, and SIGKILL to those left after a second."""
+    """Send SIGTERM to groups and tagged processes, and SIGKILL to those still running after a second."""
     deadline = time.monotonic() + _GRACE_S
     left = {group for group in groups if _signal_group(group, signal.SIGTERM)}
     for process in tagged_processes(tag):
@@ -109,7 +109,7 @@ def end(groups: set[int], tag: str = "") -> None:
 
 
 def tagged_processes(tag: str) -> list[int]:
-    """The processes with the tag in their environment; none on systems without /proc."""
+    """Return the processes with the tag in their environment; an empty list on systems without /proc."""
     if not tag or not os.path.isdir("/proc/self"):
         return []
     found = []
@@ -123,7 +123,7 @@ def tagged_processes(tag: str) -> list[int]:
 
 
 def _signal_group(group: int, number: int) -> bool:
-    """Whether the group existed."""
+    """Send a signal and return whether the group exists."""
     if sys.platform == "win32":
         return False
     try:

@@ -13,22 +13,22 @@ from pipros.workspace.index import PackageIndex
 
 
 def node_names(launch: Launch) -> list[str]:
-    """The full names in the order of the files, those of tests after them."""
+    """Return the full names of the nodes in file order, followed by those of the tests."""
     return [node.full_name for node in (*launch.nodes, *(test.node for test in launch.tests))]
 
 
 def full_node_name(name: str) -> str:
-    """The full name of a node that a command line names."""
+    """Resolve a node name from a command line to its full name."""
     return names.canonicalize(names.resolve(name, "/roslaunch"))
 
 
 def command_words(
     node: Node, machine: Machine | None, index: PackageIndex
 ) -> tuple[dict[str, str], list[str]]:
-    """The variables that a launch sets for a node, and its command line.
+    """Return the variables that a launch sets for a node, and the node's command line.
 
     Raises:
-        CannotLaunch: it has no program.
+        CannotLaunch: the node's program was not found.
     """
     environment = Environment.from_os()
     command = CommandMaker.for_launcher(environment, index).make(
@@ -39,16 +39,16 @@ def command_words(
 
 
 def params_text(params: Mapping[str, Any]) -> str:
-    """Full names and values of parameters as YAML."""
+    """Format full names and values of parameters as YAML."""
     import yaml
 
     return yaml.safe_dump(dict(params), default_flow_style=False, allow_unicode=True)
 
 
 def arguments_text(arguments: Iterable[Argument]) -> str:
-    """Which arguments files need and which they understand, as `--ros-args` prints it.
+    """List the required and the optional arguments of files, as printed by `--ros-args`.
 
-    As in Noetic an argument of which the default is empty counts as needed.
+    As in Noetic, an argument with an empty default is listed as required.
     """
     declared = sorted(
         (argument for argument in arguments if not argument.value), key=lambda argument: argument.name

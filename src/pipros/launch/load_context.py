@@ -1,4 +1,4 @@
-"""What the loader of launch files needs from its computer, as one value.
+"""Everything that the loader of launch files needs from its computer, as one value.
 
 `LoadContext.of_process()` is the real one; tests pass their own.
 """
@@ -30,11 +30,11 @@ class CommandFailed(PiprosError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class LoadContext:
-    """Packages, environment, files and commands.
+    """Access to packages, environment variables, files and commands.
 
     Attributes:
-        read_file: the bytes of a file; raises OSError.
-        run_command: the output of a command line; raises CommandFailed.
+        read_file: returns the bytes of a file; raises OSError.
+        run_command: returns the output of a command line; raises CommandFailed.
     """
 
     find: FindResource
@@ -45,7 +45,7 @@ class LoadContext:
 
     @classmethod
     def of_process(cls, index: PackageIndex | None = None) -> LoadContext:
-        """This computer, with the environment of this process."""
+        """Return the context of this computer, with the environment of this process."""
         index = index or PackageIndex.from_environment()
 
         def find(package: str, path: str) -> str:
@@ -54,7 +54,7 @@ class LoadContext:
         return cls(find, os.environ, anonymous_name, _read_file, _run_command)
 
     def within(self, budget: Budget) -> LoadContext:
-        """The same context; all that is read counts, and raises OverBudget when it is too much."""
+        """Return a context that counts everything read against `budget` and raises OverBudget beyond it."""
 
         def read(path: str) -> bytes:
             content = self.read_file(path)
@@ -70,7 +70,7 @@ class LoadContext:
 
 
 def find_resource(index: PackageIndex, package: str, path: str) -> str:
-    """The path of `$(find package)/path`: a built program of that name, else a path below the package.
+    """Resolve `$(find package)/path`: to a built program of that name, else to a path below the package.
 
     Raises:
         NotFound: the package is unknown.
@@ -90,7 +90,7 @@ def _read_file(path: str) -> bytes:
 
 
 def _run_command(command_line: str) -> str:
-    """Runs a command line without a shell and returns its output."""
+    """Run a command line without a shell and return its output."""
     import subprocess
 
     command = shlex.split(command_line)
@@ -112,7 +112,7 @@ def _run_command(command_line: str) -> str:
 
 
 def _read_output(process: subprocess.Popen[bytes], command: list[str]) -> bytes:
-    """The output of a command. It is killed when it prints too much, or Ctrl-C interrupts the reading."""
+    """Return the output of a command; kill it if it prints too much or Ctrl-C interrupts the read."""
     limit_bytes = process_limits().file_bytes
     if process.stdout is None:
         return b""

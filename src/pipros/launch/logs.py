@@ -1,4 +1,4 @@
-"""The folder of a run's log files: `<log folder>/<run_id>`, with a link `latest` to the newest one."""
+"""Log files of a run, in the folder `<log folder>/<run_id>`; a link `latest` points to the newest."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipros.launch.console import Console
 
 _GIGABYTE = 1_000_000_000
 
-# The launch waits while the log folder is measured, and an old one has a hundred thousand files.
+# The launch waits for this measurement, and an old log folder has a hundred thousand files.
 _MEASURING_TIME_S = 0.05
 
 
@@ -26,16 +26,16 @@ class LogFolderUnusable(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class LogFolder:
-    """The folder of one run, for the log files of all its processes. `path` exists."""
+    """The folder for the log files of all processes of one run. `path` exists."""
 
     path: Path
 
     @classmethod
     def of_run(cls, environment: Environment, run_id: str) -> LogFolder:
-        """Creates the folder of a run and points `latest` to it.
+        """Create the folder of a run and point `latest` to it.
 
         Raises:
-            LogFolderUnusable: with what to do about it.
+            LogFolderUnusable: the folder cannot be created; the error says what to do.
         """
         root = environment.log_dir.absolute()
         folder = root / run_id
@@ -49,15 +49,19 @@ class LogFolder:
         return cls(folder)
 
     def file_of_launcher(self, program: str = "roslaunch") -> Path:
-        """The log file of the launcher."""
+        """Return the path of the launcher's log file."""
         return self.path / f"{program}-{socket.gethostname()}-{os.getpid()}.log"
 
     def stem(self, process_name: str) -> str:
-        """The path of the log files of a process without suffix; `g/talker-2` becomes `…/g-talker-2`."""
+        """Return the path of a process's log files without suffix; `g/talker-2` becomes `…/g-talker-2`."""
         return str(self.path / process_name.replace("/", "-"))
 
     def check_writable(self) -> None:
-        """Raises LogFolderUnusable when a file cannot be created in the folder, or the disk is full."""
+        """Write a small file to the folder and delete it.
+
+        Raises:
+            LogFolderUnusable: no file can be created in the folder, or the disk is full.
+        """
         probe = self.path / f".pipros-{os.urandom(8).hex()}"
         try:
             with probe.open("xb") as file:
@@ -74,8 +78,8 @@ class LauncherLog:
     """The log of one launcher.
 
     Attributes:
-        folder: of its run.
-        file: its own log file in that folder.
+        folder: the log folder of the run.
+        file: the launcher's log file in that folder.
     """
 
     folder: LogFolder
@@ -83,10 +87,10 @@ class LauncherLog:
 
     @classmethod
     def open(cls, environment: Environment, run_id: str, console: Console) -> LauncherLog:
-        """Creates the folder of a run, and has the console write to a file in it, too.
+        """Create the folder of a run, and copy the console's output to a file in it.
 
         Raises:
-            LogFolderUnusable: with what to do about it.
+            LogFolderUnusable: the folder cannot be written to; the error says what to do.
             OSError: the file cannot be opened.
         """
         folder = LogFolder.of_run(environment, run_id)
@@ -105,7 +109,7 @@ def _unusable(folder: Path, error: OSError) -> LogFolderUnusable:
 
 
 def _point_latest(link: Path, folder: Path) -> None:
-    """Renames a new link over the old one, so that two runs can start at the same time."""
+    """Replace the link by renaming, so that two runs can start at the same time."""
     unfinished = link.with_name(f".latest-{os.getpid()}")
     with suppress(OSError):
         unfinished.symlink_to(folder)
@@ -113,7 +117,7 @@ def _point_latest(link: Path, folder: Path) -> None:
 
 
 def measure(root: Path) -> tuple[int, bool]:
-    """The bytes below a folder, and whether the short time limit was enough to count all of them."""
+    """Return the bytes below a folder, and whether all were counted within the short time limit."""
     deadline = time.monotonic() + _MEASURING_TIME_S
     total = 0
     for folder, _, files in os.walk(root):
@@ -126,7 +130,7 @@ def measure(root: Path) -> tuple[int, bool]:
 
 
 def disk_usage_report(root: Path) -> str:
-    """The line that says whether the log folder has grown large."""
+    """Return the line that reports whether the log folder has grown large."""
     total, is_complete = measure(root)
     if total >= _GIGABYTE:
         return (

@@ -1,4 +1,4 @@
-"""A node that is being run, over all of its restarts, and what other programs can ask about it."""
+"""A running node across its restarts, and the process information that other programs can query."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from pipros.launch.process import NodeProcess
 
 @dataclass(frozen=True, slots=True)
 class ProcessInfo:
-    """A snapshot of one process of a launch; the latest one, when its node was restarted.
+    """A snapshot of one process of a launch; of the latest one if its node was restarted.
 
     Attributes:
-        name: as in messages: `talker-2`.
-        exit_code: negative for the signal that ended it; None while it runs.
-        spawn_count: how often the node was started.
+        name: name in messages, such as `talker-2`.
+        exit_code: negative for the signal that ended it; None while running.
+        spawn_count: number of times the node was started.
         environment: the variables that the launch file and the launcher set.
     """
 
@@ -39,7 +39,7 @@ class ProcessInfo:
         return self.exit_code is None
 
     def as_struct(self) -> dict[str, Any]:
-        """The answer of `process_info`, under Noetic's names."""
+        """Return the result of the call `process_info`, under Noetic's names."""
         struct = {
             "name": self.name,
             "package": self.package,
@@ -61,10 +61,10 @@ class ManagedNode:
     """A node and its processes.
 
     Attributes:
-        process: its current process; None between the end of one and the start of the next.
-        left_behind: its ended process, as long as something that this started still runs.
-        restart_at: when to restart it, on the monotonic clock; None for not at all.
-        latest: its latest process, running or ended.
+        process: the current process; None between the end of one and the start of the next.
+        left_behind: an ended process whose own child processes are still running.
+        restart_at: when to restart the node, on the monotonic clock; None if no restart is due.
+        latest: the latest process, running or ended.
     """
 
     name: str
@@ -85,7 +85,7 @@ class ManagedNode:
         return self.process is None and self.left_behind is None and self.restart_at is None
 
     def info(self) -> ProcessInfo:
-        """Its current state. To be called once it was started."""
+        """Return a snapshot of the current state. The node must have been started."""
         assert self.latest is not None  # noqa: S101  # was started
         return ProcessInfo(
             name=self.name,

@@ -1,4 +1,4 @@
-"""Which master a session uses: its address, and whether one answers there."""
+"""Determines the URI of the master that a session uses, and whether a master answers there."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from pipros.net.this_machine import is_this_machine
 def master_environment(
     environment: Environment, *, is_core: bool, port: int | None, bind: str | None
 ) -> Environment:
-    """The environment with the URI of the master that a session uses.
+    """Return the environment with the URI of the session's master.
 
-    As in Noetic, `roscore` ignores the port in `ROS_MASTER_URI`, and advertises the name of this computer. A
+    As in Noetic, `roscore` ignores the port in `ROS_MASTER_URI` and advertises the name of this computer. A
     `ROS_MASTER_URI` with that name opens it to the network.
 
     Args:
         is_core: whether the session is `roscore`.
-        port: of the master; by default 11311 for `roscore`, else that of `ROS_MASTER_URI`.
-        bind: the address that `roscore` listens on; by default the environment decides.
+        port: port of the master; by default 11311 for `roscore`, else the port in `ROS_MASTER_URI`.
+        bind: address that `roscore` listens on; by default derived from the environment.
     """
     if is_core:
         port = port or DEFAULT_MASTER_PORT
@@ -44,7 +44,7 @@ def master_environment(
 
 
 def _uri_here(environment: Environment, port: int) -> str:
-    """The URI that decides where a core listens: `ROS_MASTER_URI` if that names this computer."""
+    """Return the URI that determines where a core listens: `ROS_MASTER_URI` if it names this computer."""
     try:
         host, _ = split_master_uri(environment.master_uri)
     except InvalidEnvironment:
@@ -55,10 +55,10 @@ def _uri_here(environment: Environment, port: int) -> str:
 
 
 def run_id_of(client: MasterClient) -> str | None:
-    """The run id of the master; empty when it has none; None when no master answers.
+    """Return the run id of the master; an empty string if it has none, None if no master answers.
 
     Raises:
-        LaunchError: something else than a master answers.
+        LaunchError: the server at that address is not a master.
     """
     try:
         return str(client.get_param("/run_id"))
@@ -68,6 +68,6 @@ def run_id_of(client: MasterClient) -> str | None:
         return None
     except (ProtocolError, Fault) as error:
         raise LaunchError(
-            f"what answers at ROS_MASTER_URI [{client.uri}] is not a ROS master: {error}. "
-            "Choose another port by -p or ROS_MASTER_URI"
+            f"the server at ROS_MASTER_URI [{client.uri}] is not a ROS master: {error}. "
+            "Choose another port with -p or ROS_MASTER_URI"
         ) from None

@@ -1,6 +1,6 @@
-"""The contents of launch files as plain values, which can be printed, compared and tested.
+"""The contents of launch files as plain values that can be printed, compared and tested.
 
-`launch.xml` makes a `Launch` from files; `launch.run` executes it. Nothing here reads a file or starts a
+`launch.xml` builds a `Launch` from files; `launch.run` executes it. Nothing here reads a file or starts a
 process.
 """
 
@@ -16,7 +16,7 @@ from pipros.basics.errors import PiprosError
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """The start of an element in a file; line and column count from 1."""
+    """The start of an element in a file; line and column are 1-based."""
 
     file: str
     line: int
@@ -27,12 +27,12 @@ class Place:
 
 
 class LaunchError(PiprosError):
-    """A launch file is wrong, or cannot be executed.
+    """A launch file is invalid or cannot be executed.
 
     Attributes:
-        reason: what is wrong, in Noetic's words where Noetic has the same error.
-        places: the element at fault first, then the includes that led to it.
-        element: the element at fault as written, shortened; empty when no element is at fault.
+        reason: the mistake, in Noetic's words if Noetic has the same error.
+        places: the faulty element first, then the includes that led to it.
+        element: the faulty element as written, shortened; empty if no element is at fault.
     """
 
     def __init__(self, reason: str, places: Sequence[Place] = (), element: str = "") -> None:
@@ -46,7 +46,7 @@ class LaunchError(PiprosError):
 
 
 class Output(enum.Enum):
-    """Where the standard output of a node goes. Its standard error always goes to the screen."""
+    """Destination of a node's standard output. Standard error always goes to the screen."""
 
     LOG = "log"
     SCREEN = "screen"
@@ -65,13 +65,13 @@ class Node:
 
     Attributes:
         namespace: with a leading and a trailing slash.
-        arguments: as written; split into words as a shell does when the node is started.
+        arguments: as written; split into words by shell rules when the node is started.
         remappings: pairs (from, to) in order of declaration, outer scopes first.
         environment: pairs (name, value); later ones win.
         machine: the name of a `Machine`; empty for this computer.
-        output: None where nothing is said, which means the log.
-        working_folder: None where nothing is said, which means ROS_HOME.
-        launch_prefix: words to put before the command, as written.
+        output: None if unspecified, which means the log.
+        working_folder: None if unspecified, which means ROS_HOME.
+        launch_prefix: words before the command, as written.
     """
 
     package: str
@@ -98,7 +98,7 @@ class Node:
 
 @dataclass(frozen=True, slots=True)
 class Test:
-    """A `<test>`: a process that reports results and ends. roslaunch ignores tests; rostest runs them."""
+    """A `<test>`: a process that reports results and exits. roslaunch ignores tests; rostest runs them."""
 
     node: Node
     test_name: str
@@ -108,11 +108,11 @@ class Test:
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """A computer to start nodes on, by ssh unless it is this one.
+    """A computer to start nodes on, through ssh unless it is this one.
 
     Attributes:
         env_loader: a script on that computer that sets up ROS and runs its arguments.
-        is_default: whether later nodes without a machine run there.
+        is_default: whether later nodes without a machine run on it.
     """
 
     name: str
@@ -142,7 +142,7 @@ class ParameterCommand:
 
 @dataclass(frozen=True, slots=True)
 class Argument:
-    """An `<arg>`: fixed when it has a value, optional when it has a default, else required."""
+    """An `<arg>`: fixed if it has a value, optional if it has a default, else required."""
 
     name: str
     default: str | None = None
@@ -159,11 +159,11 @@ class Launch:
     """The contents of a set of launch files.
 
     Attributes:
-        files: the files in the order they were read.
-        includes: pairs of a file and one that it includes.
-        params: full names to values, in the order to set them.
-        clear_params: namespaces to delete before that, each with a trailing slash.
-        arguments: the `<arg>`s of the files themselves, not those of includes.
+        files: the files in the order of reading.
+        includes: pairs (file, included file).
+        params: values by full name, in the order of setting.
+        clear_params: namespaces to delete first, each with a trailing slash.
+        arguments: the `<arg>`s of the files themselves, not of includes.
         warnings: mistakes that do not prevent the launch.
     """
 
@@ -179,14 +179,16 @@ class Launch:
     includes: tuple[tuple[str, str], ...] = ()
 
     def node(self, full_name: str) -> Node | None:
-        """The node of that full name, tests included."""
+        """Return the node or test with that full name, or None."""
         return next((node for node in self._nodes_and_tests() if node.full_name == full_name), None)
 
     def check_machines(self) -> None:
-        """To be called before anything is started; what only inspects a launch need not know its machines.
+        """Check that all machines of nodes are defined; call it before starting anything.
+
+        Tools that only inspect a launch may skip this check.
 
         Raises:
-            LaunchError: a node is on a machine that no file describes.
+            LaunchError: a node is on a machine that no file defines.
         """
         for node in self._nodes_and_tests():
             if node.machine and node.machine not in self.machines:

@@ -1,8 +1,8 @@
 """Prefixes every output line of a node with its name, in a colour per node.
 
-Each node writes to a terminal of its own (a pty), so that it still flushes every line and keeps its colours;
-the lines are copied to the terminal of the launcher. When that is not a terminal, nodes write to its output
-directly, as in Noetic.
+Each node writes to its own pty, so that it still flushes every line and keeps its colours; the lines are
+copied to the launcher's terminal. If the launcher's output is not a terminal, nodes write to it directly, as
+in Noetic.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pipros.basics.terminals import HAS_PTYS, is_raw, open_pty
 _COLOURS = (36, 32, 35, 33, 34, 96, 92, 95)
 _CHUNK_BYTES = 65536
 
-# Loggers write the end of a line's colour behind its line end.
+# Loggers reset the colour of a line after its line end.
 _COLOURS_ALONE = re.compile(rb"(?:\033\[[\d;]*m)+")
 
 _BARE_LINE_END = re.compile(rb"(?<!\r)\n")
@@ -30,7 +30,7 @@ _INCOMPLETE_LINE_S = 0.1
 
 
 def is_available() -> bool:
-    """Whether both outputs of this process are terminals, and ptys can be opened."""
+    """Return whether both outputs of this process are terminals and ptys can be opened."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         return HAS_PTYS and os.isatty(sys.stdout.fileno()) and os.isatty(sys.stderr.fileno())
     return False
@@ -38,13 +38,13 @@ def is_available() -> bool:
 
 @dataclass(slots=True)
 class LinePrefix:
-    """Puts a prefix before each line of output that comes in pieces."""
+    """Puts a prefix before each line of output that arrives in pieces."""
 
     prefix: bytes
     is_in_line: bool = False
 
     def format(self, text: bytes) -> bytes:
-        """A piece of output with the prefix at the start of each line. Colours alone do not begin a line."""
+        """Return the piece with the prefix before each line. Colour codes alone do not begin a line."""
         pieces = []
         for line in text.splitlines(keepends=True):
             if not self.is_in_line and _COLOURS_ALONE.fullmatch(line):
@@ -56,13 +56,13 @@ class LinePrefix:
 
 
 class PrefixedOutput:
-    """A pty for one process, whose lines are copied to the terminal of the launcher.
+    """A pty for one process, whose lines are copied to the launcher's terminal.
 
-    The process gets `write_end` as its output; call `started` once it has it.
+    The process gets `write_end` as its output; call `started` once it has been spawned.
     """
 
     def __init__(self, name: str, number: int) -> None:
-        """Opens the pty; `number` chooses the colour.
+        """Open the pty; `number` selects the colour.
 
         Raises:
             OSError: the system has no pty left.
@@ -74,12 +74,12 @@ class PrefixedOutput:
         self._copier = threading.Thread(target=self._copy, name=f"output of {name}", daemon=True)
 
     def started(self) -> None:
-        """Begins to copy. To be called when the process has been started, or could not be."""
+        """Start copying. Must be called after the process was started or failed to start."""
         os.close(self.write_end)
         self._copier.start()
 
     def finish(self, timeout_s: float = 0.5) -> None:
-        """Waits until all output of the ended process is shown."""
+        """Wait up to `timeout_s` until all output of the ended process has been shown."""
         self._copier.join(timeout_s)
 
     def _copy(self) -> None:
@@ -97,12 +97,12 @@ class PrefixedOutput:
                 self._show(complete + newline)
                 pending = rest
         except OSError:
-            pass  # the last process with this terminal has ended
+            pass  # the last process with this terminal has exited
         self._show(pending)
         os.close(self._read_end)
 
     def _show(self, text: bytes) -> bytes:
-        """Writes a piece of output; returns the new pending text, which is empty."""
+        """Write a piece of output and return the new pending text, which is empty."""
         if text:
             shown = self._prefix.format(text)
             # Nodes that read single keys restore the terminal before they print, but it may be raw again.

@@ -1,4 +1,4 @@
-"""Turns the text of a `<param>` into a value, by the rules of http://wiki.ros.org/roslaunch/XML/param."""
+"""Converts the text of a `<param>` to a value, by the rules of http://wiki.ros.org/roslaunch/XML/param."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from pipros.basics.names import leaves_below
 
 
 def convert(text: str, type_name: str, source: str = "<param>") -> Any:
-    """Converts `text` to a type: int, double, bool, str, yaml, or auto (also when empty).
+    """Convert `text` to a type: int, double, bool, str, yaml, or auto (also if empty).
 
-    `auto` accepts a float only with a dot in it, then an integer, then true and false; everything else stays
-    a string, also `1e3` and `0x10`.
+    `auto` tries a float (only if the text contains a dot), then an integer, then true and false; anything
+    else, including `1e3` and `0x10`, stays a string.
 
     Raises:
-        ValueError: the text is not of that type, or the type does not exist.
+        ValueError: the text is not of that type, or the type is unknown.
 
     >>> convert("010", "auto"), convert("1e3", "auto"), convert("1.", ""), convert("True", "auto")
     (10, '1e3', 1.0, True)
@@ -38,10 +38,10 @@ def convert(text: str, type_name: str, source: str = "<param>") -> Any:
 
 
 def convert_bool(text: str) -> bool:
-    """True for `true` and `1`, False for `false` and `0`, whatever the case.
+    """Return True for `true` and `1`, False for `false` and `0`, ignoring case.
 
     Raises:
-        ValueError: for anything else.
+        ValueError: the text is anything else.
     """
     word = text.lower().strip()
     if word in ("true", "1"):
@@ -65,7 +65,7 @@ def _automatic(text: str) -> Any:
 
 
 def flatten(key: str, value: Any) -> dict[str, Any]:
-    """A tree of parameters as full names and values; empty dictionaries are left out.
+    """Flatten a tree of parameters to full names and values; empty dictionaries are dropped.
 
     Raises:
         InvalidKey: a key is not a string, as XML-RPC requires.

@@ -14,7 +14,7 @@ CALLER_ID = "/roslaunch"
 
 
 def apply_parameters(launch: Launch, master_uri: str) -> None:
-    """Runs the dumps and deletions, deletes the cleared namespaces, then sets the parameters, in this order.
+    """Run the dumps and deletions, delete the cleared namespaces, then set the parameters, in this order.
 
     Raises:
         Unreachable: the master does not answer.
@@ -28,7 +28,7 @@ def apply_parameters(launch: Launch, master_uri: str) -> None:
 
 
 class ParameterServer(Protocol):
-    """The calls that an upload makes. A parameter that does not exist raises `Refused`."""
+    """The calls that an upload makes. They raise `Refused` if a parameter does not exist."""
 
     def get_param(self, key: str) -> Any: ...
 
@@ -38,7 +38,7 @@ class ParameterServer(Protocol):
 
 
 def upload(launch: Launch, client: ParameterServer) -> None:
-    """As `apply_parameters`, on a connection that is there."""
+    """Apply the parameters as `apply_parameters` does, through an open connection."""
     for command in launch.commands:
         _run(command, client)
     for namespace in launch.clear_params:
@@ -69,7 +69,7 @@ def _run(command: ParameterCommand, client: ParameterServer) -> None:
 
 
 def _delete(client: ParameterServer, key: str) -> None:
-    with suppress(Refused):  # it does not exist
+    with suppress(Refused):  # the parameter does not exist
         client.delete_param(key)
 
 

@@ -1,7 +1,7 @@
-"""The reports of a launch child to its parent, the roslaunch that ordered it: calls in order, one at a time.
+"""Reports of a launch child to its parent roslaunch: calls in order, one at a time.
 
-A thread makes the calls, so that a parent that hangs or is disconnected delays no node. When there is nothing
-to report, it checks once a second that the parent is still there.
+A separate thread makes the calls, so that a hanging or disconnected parent delays no node. If there is
+nothing to report, it checks once a second that the parent still answers.
 """
 
 from __future__ import annotations
@@ -24,28 +24,28 @@ from pipros.net.this_machine import has_address, user_listening
 from pipros.wire.xmlrpc import Fault
 
 _INFO, _ERROR = 2, 8
-"""Levels as in rosgraph_msgs/Log."""
+"""Level numbers of rosgraph_msgs/Log."""
 
 _CALL_TIMEOUT_S = 5.0
 _CHECK_EVERY_S = 1.0
 _LAST_CALLS_S = 1.0
 
-# The parent has ended when its port refuses connections that often. A computer that does not answer at all
-# may be out of reach for a while, as robots are.
+# The parent is considered ended after this many refused connections in a row. A computer that does not
+# answer at all may just be out of reach for a while, as robots are.
 _REFUSALS = 3
 
 
 class ParentLink:
     """The connection to the parent's XML-RPC server.
 
-    `register` first; then `log` and `process_died`, from any thread; they return at once.
+    Call `register` first; then `log` and `process_died`, from any thread. Neither blocks.
     """
 
     def __init__(self, name: str, uri: str, on_lost: Callable[[], None]) -> None:
-        """Nothing is connected yet.
+        """Validate the URI; do not connect yet.
 
         Args:
-            name: what the parent calls this side.
+            name: the parent's name for this child.
             on_lost: called once, from another thread, when the parent has ended.
 
         Raises:
@@ -74,9 +74,9 @@ class ParentLink:
 
     @property
     def user_id(self) -> int:
-        """The user of a parent on this machine; ours when it is elsewhere or unknown.
+        """The user id of a parent on this machine; ours if it runs elsewhere or is unknown.
 
-        Looked up once: when the parent has ended, its port may be taken by another user.
+        Looked up once: after the parent has ended, another user may take its port.
         """
         if self._user_id is None:
             for host in filter(has_address, self.addresses):
@@ -84,7 +84,7 @@ class ParentLink:
         return user_id() if self._user_id is None else self._user_id
 
     def register(self, uri: str) -> None:
-        """Registers the URI of this side with the parent, and starts reporting.
+        """Register our URI with the parent, and start reporting.
 
         Raises:
             LaunchError: the parent does not answer, or refuses this child.
@@ -93,8 +93,8 @@ class ParentLink:
             code, text, _ = self._client.call("register", self._name, uri)
         except (PiprosError, Fault, TypeError, ValueError) as error:
             raise LaunchError(
-                f"cannot register with the roslaunch parent [{self._uri}]: {error}. Can this computer reach "
-                "that address? It is the ROS_IP or ROS_HOSTNAME of the other one"
+                f"cannot register with the roslaunch parent [{self._uri}]: {error}. Check that this "
+                "computer can reach that address, which is the ROS_IP or ROS_HOSTNAME of the parent"
             ) from None
         if code != 1:
             raise LaunchError(f"unable to register with roslaunch parent [{self._uri}]: {text}")
@@ -102,14 +102,14 @@ class ParentLink:
         self._thread.start()
 
     def log(self, text: str, is_error: bool = False) -> None:
-        """A line for the parent's terminal."""
+        """Queue a line for the parent's terminal."""
         self._calls.put(("log", self._name, _ERROR if is_error else _INFO, text))
 
     def process_died(self, process: str, exit_code: int) -> None:
         self._calls.put(("process_died", process, exit_code))
 
     def close(self) -> None:
-        """Makes the pending calls, within a second, and disconnects."""
+        """Make the pending calls, within a second, and disconnect."""
         self._closing.set()
         self._calls.put(None)
         if self._thread.ident is not None:
@@ -130,7 +130,7 @@ class ParentLink:
         try:
             self._client.call(method, *params)
         except Fault:
-            self._refusals = 0  # it is there, without this method
+            self._refusals = 0  # the parent answers, but lacks this method
         except PiprosError as error:
             is_refused = isinstance(error.__cause__, ConnectionRefusedError)
             self._refusals = self._refusals + 1 if is_refused else 0
@@ -143,7 +143,7 @@ class ParentLink:
             self._refusals = 0
 
     def _watch_input(self) -> None:
-        """Waits for the end of standard input, when that is a connection: it means that ssh has ended."""
+        """Wait for the end of standard input, if that is a connection: it means that ssh has ended."""
         with suppress(OSError, ValueError, AttributeError):
             number = sys.stdin.fileno()
             mode = os.fstat(number).st_mode

@@ -1,4 +1,4 @@
-"""Which computer each node of a launch runs on."""
+"""Determines which computer each node of a launch runs on."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from pipros.net.this_machine import is_this_machine
 
 
 class Placement:
-    """Finds the nodes of other computers. The address of each machine is looked up at most once."""
+    """Maps nodes to machines. The address of each machine is looked up at most once."""
 
     def __init__(self, machines: Mapping[str, Machine]) -> None:
-        """`machines` are those of the launch, by name."""
+        """Store the machines of the launch, keyed by name."""
         self._machines = machines
         self._is_local: dict[str, bool] = {}
 
     def remote_machine(self, node: Node) -> Machine | None:
-        """The machine of a node on another computer; None for a node on this one."""
+        """Return the machine of a node that runs on another computer; None for a local node."""
         machine = self._machines.get(node.machine)
         if machine is None:
             return None
@@ -27,13 +27,13 @@ class Placement:
 
 
 def is_local(machine: Machine) -> bool:
-    """Whether nodes of a machine are started without ssh: it is this computer, and its user is ours."""
+    """Return whether a machine's nodes start without ssh: it is this computer, and its user is ours."""
     if machine.user:
         import getpass
 
         try:
             own = getpass.getuser()
-        except (KeyError, OSError):  # a user number without a name
+        except (KeyError, OSError):  # a user id without a name
             return False
         if machine.user != own:
             return False

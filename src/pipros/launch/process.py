@@ -1,4 +1,4 @@
-"""One process of a launch: started in a group of its own, watched, and ended step by step."""
+"""One process of a launch: started in its own process group, watched, and ended step by step."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ SIGINT, SIGTERM = signal.SIGINT, signal.SIGTERM
 
 
 class NodeProcess:
-    """A started process. A thread waits for its end and then calls `on_exit`.
+    """A started process. A thread waits for it to exit and then calls `on_exit`.
 
     Attributes:
-        name: as in messages: `talker-2`.
-        pid: its process id, which is also that of its group.
+        name: name in messages, such as `talker-2`.
+        pid: its process id, which is also the id of its group.
     """
 
     def __init__(
@@ -44,16 +44,16 @@ class NodeProcess:
         restarts: bool = False,
         colour: int | None = None,
     ) -> None:
-        """Starts the process.
+        """Start the process.
 
         Args:
-            stdout_log, stderr_log: files for its standard output and error; None for those of the launcher.
-            restarts: whether this restarts a node, so that its output is appended to the files.
-            colour: prefixes its lines on the terminal with its name in the colour of this number; None
-                passes the terminal on.
+            stdout_log, stderr_log: files for its standard output and error; None to inherit the launcher's.
+            restarts: whether this restarts a node, so that output is appended to the files.
+            colour: number of the colour in which its name prefixes its lines on the terminal; None to pass
+                the terminal on.
 
         Raises:
-            CannotLaunch, CannotStart: the operating system refuses, with what to try.
+            CannotLaunch, CannotStart: the operating system refuses; the error says what to try.
         """
         self.name = name
         self.command = command
@@ -71,7 +71,7 @@ class NodeProcess:
 
     @property
     def popen(self) -> subprocess.Popen[bytes]:
-        """The process itself, for scripts that look at it. Waiting for it is left to this object."""
+        """The process itself, for inspection by scripts. Only this object may wait for it."""
         return self._popen
 
     @property
@@ -87,7 +87,7 @@ class NodeProcess:
         return _is_group_alive(self.pid)
 
     def send_signal(self, number: signal.Signals) -> None:
-        """Sends a signal to the process and its group; does nothing when they have ended."""
+        """Send a signal to the process and its group; do nothing if they have ended."""
         if not self._has_group:
             return
         with suppress(OSError):
@@ -98,11 +98,11 @@ class NodeProcess:
                 signal_group(self.pid, number)
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Waits for the end of the process; False when the time was over before."""
+        """Wait up to `timeout_s` for the process to exit; return False on timeout."""
         return self._exited.wait(timeout_s)
 
     def release(self) -> None:
-        """Kills what the ended process has left running in its group, and forgets the group."""
+        """Kill whatever the ended process left running in its group, and drop the group."""
         if self._has_group and self._exited.is_set():
             self.send_signal(SIGKILL)
             self._forget_group()
@@ -112,7 +112,7 @@ class NodeProcess:
         if self._prefixed is not None:
             self._prefixed.finish()
         self._exited.set()
-        # A group with a process left stays guarded, and its number cannot be used again: a script may have
+        # A group that still has a process stays guarded, and its number cannot be reused: a script may have
         # started the real node in the background.
         if not self.has_group:
             self._forget_group()
@@ -161,7 +161,7 @@ def _opened(log: Path, *, append: bool) -> IO[bytes]:
 
 
 def _check_first_line(command: Command) -> None:
-    """Checks the shebang of a script first, because the interpreter's own error is unhelpful."""
+    """Check the shebang of a script first: the error of the operating system is unhelpful."""
     program = Path(command.argv[0])
     reason = why_not_startable(program) if program.is_file() else None
     if reason is not None:
@@ -171,9 +171,9 @@ def _check_first_line(command: Command) -> None:
 
 
 def _is_group_alive(group: int) -> bool:
-    """Whether a process of the group runs. Zombies are members of the group, but do not run.
+    """Return whether a process of the group runs. Zombies are members of the group, but do not run.
 
-    They stay when the init process does not reap orphans, as in many containers.
+    Zombies remain if the init process does not reap orphans, as in many containers.
     """
     try:
         signal_group(group, 0)
@@ -192,7 +192,7 @@ def _is_group_alive(group: int) -> bool:
 
 
 def last_lines(file: Path, count: int = 5, limit_bytes: int = 4096) -> list[str]:
-    """The last non-blank lines of a log file."""
+    """Return the last `count` non-blank lines among the last `limit_bytes` of a log file."""
     try:
         with file.open("rb") as log:
             log.seek(0, os.SEEK_END)

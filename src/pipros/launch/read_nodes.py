@@ -19,7 +19,7 @@ _REFUSED_IN_TEST = ("output", "respawn", "respawn_delay")
 
 
 def read_node(reader: ElementReader) -> None:
-    """Adds the node and its parameters."""
+    """Add the node and its parameters."""
     reader.allow(*_SHARED, *_NODE_ONLY)
     try:
         node = _read(reader, reader.required("name"))
@@ -38,7 +38,7 @@ def read_node(reader: ElementReader) -> None:
 
 
 def read_test(reader: ElementReader) -> None:
-    """Adds the test and its parameters."""
+    """Add the test and its parameters."""
     reader.allow(*_SHARED, *_TEST_ONLY, *_REFUSED_IN_TEST)
     try:
         test_name = reader.required("test-name")
@@ -53,7 +53,7 @@ def read_test(reader: ElementReader) -> None:
 
 
 def _read(reader: ElementReader, name: str) -> Node:
-    """Reads what nodes and tests have in common, and their children."""
+    """Read the attributes and children that nodes and tests have in common."""
     if "/" in name:
         raise reader.error("node name cannot contain a namespace")
     if not names.is_legal_base(name):
@@ -89,17 +89,17 @@ def _read(reader: ElementReader, name: str) -> Node:
 
 
 def _working_folder(reader: ElementReader) -> WorkingFolder | None:
-    # As in Noetic, which forgives this spelling and no other.
+    # Noetic accepts this spelling and no other.
     if reader.text("cwd") == "ros_home":
         return WorkingFolder.ROS_HOME
     return reader.choice("cwd", WorkingFolder)
 
 
 def _read_children(reader: ElementReader, inner: LaunchScope, private: LaunchScope) -> None:
-    """Reads the children of a node.
+    """Read the children of a node.
 
-    As in Noetic, parameters of `<param>` are set after those of `<rosparam>`, whatever their order in the
-    file, and before them the private parameters from outside, which every node gets.
+    As in Noetic, parameters of `<param>` are set after those of `<rosparam>`, regardless of their order in
+    the file; private parameters declared outside, which every node gets, are set before both.
     """
     params: dict[str, Any] = {
         private.resolve_param(key[1:]): value for key, value in inner.private_params.items()
@@ -126,12 +126,12 @@ def _read_children(reader: ElementReader, inner: LaunchScope, private: LaunchSco
 
 
 def _of_node(private: LaunchScope, key: str) -> str:
-    """`~name` inside a node is a private parameter of the node, like `name`."""
+    """Resolve a parameter name inside a node; `~name` is private to the node, like `name`."""
     return private.resolve_param(key[1:]) if names.is_private(key) else key
 
 
 def _invalid(error: LaunchError, tag: str) -> LaunchError:
-    """The error of an attribute with the prefix that Noetic puts before it."""
+    """Return an attribute's error with the prefix that Noetic adds."""
     if error.reason.startswith(("Invalid", "<", "[", "error", "cannot set")):
         return error
     return LaunchError(f"Invalid <{tag}> tag: {error.reason}.", error.places, error.element)

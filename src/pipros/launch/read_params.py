@@ -13,7 +13,7 @@ _PARAM_SOURCES = ("value", "textfile", "binfile", "command")
 
 
 def read_param(reader: ElementReader) -> tuple[str, Any]:
-    """The name, as written, and the value of a `<param>`."""
+    """Return the name, as written, and the value of a `<param>`."""
     reader.allow("name", "type", *_PARAM_SOURCES)
     given = [source for source in _PARAM_SOURCES if reader.has(source)]
     if len(given) != 1:
@@ -44,13 +44,13 @@ def _run(reader: ElementReader, name: str, command: str) -> str:
 
 
 def read_rosparam(reader: ElementReader) -> dict[str, Any]:
-    """The parameters that a `<rosparam>` loads, by name. Dumps and deletions go to the builder."""
+    """Return the parameters that a `<rosparam>` loads, by name. Dumps and deletions go to the builder."""
     reader.allow("command", "file", "param", "ns", "subst_value")
     command = reader.text("command") or "load"
     file = reader.text("file")
     if command not in ("load", "dump", "delete"):
         raise _error(reader, "command must be 'load', 'dump', or 'delete'")
-    # As in Noetic, `ns` is the beginning of the name, also where nothing follows it.
+    # As in Noetic, `ns` is the first part of the name, even if `param` is empty.
     param = names.canonicalize(names.join(reader.text("ns") or "", reader.text("param") or ""))
     if command != "load":
         if command == "delete" and file is not None:
@@ -69,7 +69,7 @@ def read_rosparam(reader: ElementReader) -> dict[str, Any]:
 def _load(reader: ElementReader, param: str, file: str | None) -> dict[str, Any]:
     from pipros.safe import yaml  # costs 10 ms, and not every launch file needs it
 
-    # Blank lines before the text, so that YAML errors have the line numbers of the launch file.
+    # Blank lines before the text make YAML errors report the line numbers of the launch file.
     text, source = "\n" * (reader.element.line - 1) + reader.element.text, reader.scope.file
     if file is not None:
         source = file

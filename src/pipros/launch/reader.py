@@ -21,13 +21,13 @@ _Choice = TypeVar("_Choice", Output, WorkingFolder)
 
 @dataclass(frozen=True, slots=True)
 class ElementReader:
-    """An element with everything that is needed to read it. All errors name the element and its place.
+    """An element and everything needed to read it. All errors name the element and its place.
 
     Attributes:
         element: as written.
-        scope: what the element inherits, and may change for later elements.
+        scope: inherited by the element, which may change it for later elements.
         builder: collects the contents of the element.
-        context: packages, files and commands of this computer.
+        context: access to packages, files and commands of this computer.
     """
 
     element: Element
@@ -44,22 +44,22 @@ class ElementReader:
         return self.element.tag
 
     def inside(self, scope: LaunchScope) -> ElementReader:
-        """The same element, read in another scope."""
+        """Return a reader of the same element in another scope."""
         return ElementReader(self.element, scope, self.builder, self.context)
 
     def children(self) -> Iterator[ElementReader]:
-        """The child elements, in the same scope."""
+        """Yield the child elements, in the same scope."""
         for child in self.element.children:
             yield ElementReader(child, self.scope, self.builder, self.context)
 
     # ---- attributes
 
     def has(self, name: str) -> bool:
-        """Whether the element has the attribute."""
+        """Return whether the element has the attribute."""
         return name in self.element.attributes
 
     def text(self, name: str) -> str | None:
-        """The attribute after substitution; None when the element does not have it."""
+        """Return the attribute after substitution; None if the element lacks it."""
         written = self.element.attributes.get(name)
         return None if written is None else self.resolve(written)
 
@@ -70,7 +70,7 @@ class ElementReader:
         return value
 
     def flag(self, name: str, *, default: bool = False) -> bool:
-        """`true` or `false`, whatever the case."""
+        """Read `true` or `false`, ignoring case."""
         value = self.text(name)
         if value is None:
             return default
@@ -90,7 +90,7 @@ class ElementReader:
             raise self.error(f"invalid float value for {name}: {value}") from None
 
     def positive(self, name: str, default: float) -> float:
-        """A number greater than zero."""
+        """Read a number greater than zero."""
         text = self.text(name)
         try:
             number = default if text is None else float(text)
@@ -108,7 +108,7 @@ class ElementReader:
             raise self.error(f"'{name}' must be a number: [{text}]") from None
 
     def choice(self, name: str, kind: type[_Choice]) -> _Choice | None:
-        """The member of an enum that has this text as its value; None without the attribute."""
+        """Return the enum member whose value is this text; None if the element lacks the attribute."""
         text = self.text(name)
         if text is None:
             return None
@@ -120,7 +120,7 @@ class ElementReader:
         raise self.error(f"{name} must be one of {allowed}")
 
     def is_wanted(self) -> bool:
-        """The result of `if` and `unless`; True without them."""
+        """Evaluate `if` and `unless`; return True without them."""
         condition, exception = self.text("if"), self.text("unless")
         if condition is not None and exception is not None:
             raise self.error("cannot set both 'if' and 'unless' on the same tag")
@@ -132,7 +132,7 @@ class ElementReader:
             raise self.error(str(error)) from None
 
     def resolve(self, written: str) -> str:
-        """Any text of this element after substitution."""
+        """Return any text of this element after substitution."""
         try:
             return self.scope.substitution.resolve(written)
         except UnsetArgument as error:
@@ -143,7 +143,7 @@ class ElementReader:
     # ---- namespaces, warnings, errors
 
     def open_namespace(self) -> LaunchScope:
-        """The scope for the children: with the `ns` of this element."""
+        """Return the scope for the children, extended by the `ns` of this element."""
         namespace = self.text("ns")
         if namespace == "":
             raise self.error(f"<{self.tag}> tag has an empty 'ns' attribute")
@@ -153,7 +153,7 @@ class ElementReader:
             raise self.error(str(error)) from None
 
     def allow(self, *known: str) -> None:
-        """Warns about all attributes but the known ones, `if` and `unless`."""
+        """Warn about all attributes except the known ones, `if` and `unless`."""
         surplus = self.element.attributes.keys() - {*known, "if", "unless"}
         self.warn(*(f"[{self.place}] unknown <{self.tag}> attribute '{name}'" for name in sorted(surplus)))
 
@@ -165,7 +165,7 @@ class ElementReader:
 
 
 def shown(element: Element) -> str:
-    """The start tag of an element, for messages."""
+    """Return the start tag of an element, for messages."""
     attributes = "".join(f' {name}="{value}"' for name, value in element.attributes.items())
     end = ">" if element.children or element.text.strip() else "/>"
     written = f"<{element.tag}{attributes}{end}"

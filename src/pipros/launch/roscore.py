@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
 ROS_DISTRO = "noetic"
 ROS_COMM_VERSION = "1.15.15"
-"""The value of `/rosversion`: the ros_comm release whose behaviour pipros has."""
+"""Value of `/rosversion`: the ros_comm release whose behaviour pipros follows."""
 
 STANDARD_PARAMETERS: dict[str, Any] = {
-    # In genuine ROS these are outputs of commands, with the line end.
+    # In genuine ROS these are outputs of commands, including the line end.
     "/rosdistro": f"{ROS_DISTRO}\n",
     "/rosversion": f"{ROS_COMM_VERSION}\n",
 }
@@ -34,7 +34,7 @@ STANDARD_PARAMETERS: dict[str, Any] = {
 class Core:
     """A master and, by default, the `/rosout` node. No other process is started.
 
-    A context manager: starts on the way in, stops on the way out. Several may run in one process.
+    A context manager that starts on entry and stops on exit. Several may run in one process.
 
     Examples:
         >>> with Core(port=0) as core:  # doctest: +SKIP
@@ -52,20 +52,20 @@ class Core:
         environment: Environment | None = None,
         **settings: Unpack[MasterSettings],
     ) -> None:
-        """Nothing is opened yet.
+        """Open nothing until `start()` is called.
 
         Args:
             options: all settings of the master as one value.
-            run_id: by default a new one.
-            rosout: whether the `/rosout` node runs.
-            log_folder: where that node writes `rosout.log`, and the master `master.log`; None for no files.
+            run_id: id of the run; by default a new one.
+            rosout: whether to run the `/rosout` node.
+            log_folder: folder for the node's `rosout.log` and the master's `master.log`; None for no files.
             environment: by default that of the process.
-            settings: fields of `MasterOptions`, which win over those of `options`: `port`, `host`, `allow`, …
+            settings: fields of `MasterOptions` that override `options`: `port`, `host`, `allow`, …
         """
         self._environment = environment or Environment.from_os()
         self.run_id = run_id or new_run_id()
         self._options = replace(options or MasterOptions(), **settings)
-        self._wants_rosout = rosout
+        self._has_rosout = rosout
         self._log_folder = log_folder
         self._log: MasterLog | None = None
         self._master: Master | None = None
@@ -73,7 +73,7 @@ class Core:
 
     @property
     def uri(self) -> str:
-        """The `ROS_MASTER_URI` for nodes. Valid while it runs."""
+        """The `ROS_MASTER_URI` for nodes. Valid while the core runs."""
         if self._master is None:
             raise RuntimeError("the core is not running; call start() first")
         return self._master.uri
@@ -86,13 +86,13 @@ class Core:
         return self._master.binding
 
     def start(self) -> None:
-        """Starts the master, then `/rosout`.
+        """Start the master, then `/rosout`.
 
         Raises:
-            OSError: the port is taken, or the address is not of this computer.
+            OSError: the port is in use, or the address does not belong to this computer.
         """
         self.start_master()
-        if self._wants_rosout:
+        if self._has_rosout:
             try:
                 self.start_rosout()
             except BaseException:
@@ -100,7 +100,7 @@ class Core:
                 raise
 
     def start_master(self) -> None:
-        """Starts the master alone; it answers when this returns."""
+        """Start only the master; it answers when this returns."""
         from pipros.master.log import MasterLog
         from pipros.master.master import Master
 
@@ -114,7 +114,7 @@ class Core:
         self._master = master
 
     def start_rosout(self) -> None:
-        """Starts the `/rosout` node; it is ready when this returns."""
+        """Start the `/rosout` node; it is ready when this returns."""
         from pipros.node.rosout import RosoutAggregator
 
         environment = replace(self._environment, master_uri=self.uri, namespace="/")
@@ -124,14 +124,14 @@ class Core:
         self._rosout = rosout
 
     def stop_rosout(self) -> None:
-        """Ends the `/rosout` node. May be repeated."""
+        """End the `/rosout` node. May be called repeatedly."""
         rosout, self._rosout = self._rosout, None
         if rosout is not None:
             with suppress(OSError):
                 rosout.stop()
 
     def stop(self) -> None:
-        """Ends everything. May be repeated."""
+        """End `/rosout` and the master. May be called repeatedly."""
         self.stop_rosout()
         master, self._master = self._master, None
         if master is not None:

@@ -36,11 +36,11 @@ class RunOptions:
     """How to run a launch.
 
     Attributes:
-        output: where the standard output of all nodes goes; None leaves it to each node.
-        all_required: whether the end of any node ends all.
-        local_only: whether nodes on other machines are left out.
-        has_prefixes: whether output lines of nodes on the terminal are prefixed with their names.
-        is_child: whether this is a launch child, whose standard output is not seen.
+        output: destination of the standard output of all nodes; None leaves it to each node.
+        all_required: whether the end of any node ends the launch.
+        local_only: whether to skip nodes on other machines.
+        has_prefixes: whether lines that nodes print on the terminal are prefixed with their names.
+        is_child: whether this is a launch child, whose standard output is not visible.
     """
 
     output: Output | None = None
@@ -61,7 +61,7 @@ class RunOptions:
 
 
 class _StopRequest:
-    """Stands in the queue for a request to stop."""
+    """Queue entry for a request to stop."""
 
 
 class LaunchRun:
@@ -89,12 +89,12 @@ class LaunchRun:
         numbers: Iterator[int] | None = None,
         on_end: Callable[[str, int], None] | None = None,
     ) -> None:
-        """Nothing is started yet.
+        """Start nothing yet.
 
         Args:
-            placement: which nodes run on other computers, when that was looked up already.
-            numbers: of the processes, for their names; by default counted from 1.
-            on_end: called with the name and the exit code of each process that ended, after it was reported.
+            placement: mapping of nodes to machines, if already looked up.
+            numbers: numbers for the names of processes; by default counted from 1.
+            on_end: called with name and exit code of each process after its end was reported.
         """
         self._launch = launch
         self._maker = maker
@@ -111,10 +111,10 @@ class LaunchRun:
         self._events: SimpleQueue[NodeProcess | _StopRequest] = SimpleQueue()
         self._stop_requests = 0
         self._handled_requests = 0
-        self._lost_required = False
+        self._has_lost_required = False
 
     def set_parameters(self) -> None:
-        """Dumps, deletes and sets parameters, in this order, before any node is started.
+        """Dump, delete and set parameters, in this order. Call it before starting any node.
 
         Raises:
             Unreachable, LaunchError: the parameter server does not answer, or refuses a value.
@@ -122,10 +122,10 @@ class LaunchRun:
         apply_parameters(self._launch, self._master_uri)
 
     def start_nodes(self) -> list[str]:
-        """Starts all nodes in the order of the file. Returns the names of those that have no program.
+        """Start all nodes in file order. Return the names of those without a program.
 
         Raises:
-            LaunchError: a program exists but cannot be started; the nodes before it run.
+            LaunchError: a program exists but cannot be started; nodes started before it keep running.
         """
         failed = []
         for node in self._launch.nodes:
@@ -145,11 +145,11 @@ class LaunchRun:
     def start(
         self, node: Node, extra_arguments: Sequence[str] = (), output: Output | None = None
     ) -> NodeProcess:
-        """Starts one node.
+        """Start one node.
 
         Args:
-            extra_arguments: words after the arguments of the node.
-            output: where its standard output goes; by default the options or the node decide.
+            extra_arguments: words appended to the node's arguments.
+            output: destination of its standard output; by default chosen by the options or the node.
 
         Raises:
             CannotLaunch: the program does not exist, or cannot be started.
@@ -161,7 +161,7 @@ class LaunchRun:
     def start_managed(
         self, node: Node, extra_arguments: Sequence[str] = (), output: Output | None = None
     ) -> ManagedNode:
-        """As `start`, for callers that follow a node over its restarts. They must not change the result."""
+        """Start a node like `start`, for callers that follow it across restarts. The result is read-only."""
         with self._lock:
             self._guardian.start()
             number = next(self._numbers)
@@ -180,12 +180,12 @@ class LaunchRun:
             return managed
 
     def wait(self, *, until_all_ended: bool = True) -> None:
-        """Watches the nodes, and restarts those with `respawn`, until it is time to stop.
+        """Watch the nodes, and restart those with `respawn`, until it is time to stop.
 
-        That is when a stop is requested, when a required node ends, or, with `until_all_ended`, when all
-        nodes have ended.
+        That is when a stop is requested, a required node ends or, with `until_all_ended`, all nodes have
+        ended.
         """
-        while self._goes_on:
+        while self._is_running:
             if until_all_ended and not self.has_running:
                 if self._managed:
                     self._console.say("all processes on machine have died, roslaunch will exit")
@@ -195,28 +195,31 @@ class LaunchRun:
             self._handle(self._next_event(None))
 
     def watch(self, process: NodeProcess, timeout_s: float | None = None) -> bool:
-        """As `wait`, but until this process has ended and its end was reported.
+        """Watch the nodes as `wait` does, but until this process has ended and its end was reported.
 
-        False when the time is up before, or when it is time to stop.
+        Return False on timeout, or if it is time to stop.
         """
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         while any(managed.process is process for managed in self._managed):
             left_s = None if deadline is None else deadline - time.monotonic()
-            if not self._goes_on or (left_s is not None and left_s <= 0):
+            if not self._is_running or (left_s is not None and left_s <= 0):
                 return False
             self._handle(self._next_event(left_s))
         return True
 
     def watch_once(self, timeout_s: float | None = None) -> bool:
-        """Handles the next event, if one comes in time (at most a slice). False when it is time to stop."""
-        if self._goes_on:
+        """Handle the next event that arrives in time (at most one slice).
+
+        Return False if it is time to stop.
+        """
+        if self._is_running:
             self._handle(self._next_event(timeout_s))
-        return self._goes_on
+        return self._is_running
 
     def end_one(self, process: NodeProcess) -> None:
-        """Ends one process step by step; returns when it has ended.
+        """End one process step by step; return when it has ended.
 
-        To whoever watches it is an end like any other: as in Noetic, a node with `respawn` is restarted.
+        The watching thread handles it like any other end: as in Noetic, a node with `respawn` is restarted.
         """
         end(
             [process],
@@ -233,7 +236,7 @@ class LaunchRun:
         return not all(managed.is_done for managed in self._managed)
 
     def request_stop(self) -> None:
-        """Ends `wait`. While `stop` runs, each further request escalates to the next signal at once.
+        """Make `wait` return. While `stop` runs, each further request escalates to the next signal at once.
 
         May be called from a signal handler.
         """
@@ -241,7 +244,7 @@ class LaunchRun:
         self._events.put(_StopRequest())
 
     def stop(self) -> None:
-        """Ends all nodes: SIGINT, after a time SIGTERM, then SIGKILL. Returns when all have ended."""
+        """End all nodes: SIGINT, after a time SIGTERM, then SIGKILL. Return when all have ended."""
         self._handled_requests = self._stop_requests
         processes = []
         for managed in reversed(self._managed):
@@ -260,15 +263,15 @@ class LaunchRun:
         self._guardian.stop()
 
     def running(self) -> dict[str, int]:
-        """The names and process ids of the running processes."""
+        """Return the names and process ids of the running processes."""
         return {m.name: m.process.pid for m in self._managed if m.process and m.process.exit_code is None}
 
     def processes(self) -> list[ProcessInfo]:
-        """All processes that were started, in this order. May be called from any thread."""
+        """Return all processes in the order of their start. May be called from any thread."""
         return [managed.info() for managed in list(self._managed)]
 
     def managed(self) -> list[ManagedNode]:
-        """The nodes that were started, in this order, not to be changed. May be called from any thread."""
+        """Return all nodes in the order of their start, read-only. May be called from any thread."""
         return list(self._managed)
 
     def _start(self, managed: ManagedNode) -> None:
@@ -289,15 +292,15 @@ class LaunchRun:
         self._console.bold(f"process[{managed.name}]: started with pid [{managed.process.pid}]")
 
     @property
-    def _goes_on(self) -> bool:
-        return not self._stop_requests and not self._lost_required
+    def _is_running(self) -> bool:
+        return not self._stop_requests and not self._has_lost_required
 
     def _next_event(self, timeout_s: float | None) -> NodeProcess | _StopRequest | None:
-        """The next event; None when the time is up, a restart is due, or it is time to check processes."""
+        """Return the next event; None on timeout, when a restart is due, or to check processes."""
         now = time.monotonic()
         due = [SLICE_S if timeout_s is None else timeout_s]
         due += [managed.restart_at - now for managed in self._managed if managed.restart_at is not None]
-        # The end of a process that is not our child has to be polled.
+        # The end of a process that is not our child must be polled.
         due += [_CHECK_EVERY_S for managed in self._managed if managed.left_behind is not None]
         return get_within_slice(self._events, min(due))
 
@@ -310,7 +313,7 @@ class LaunchRun:
             self._restart_those_due()
 
     def _handle_end(self, managed: ManagedNode, process: NodeProcess) -> None:
-        """Reports the end of a process and decides what happens next."""
+        """Report the end of a process and decide what happens next."""
         is_required = managed.node.required or self._options.all_required
         report_end(process, self._logs.stem(process.name), self._console, is_required=is_required)
         managed.process = None
@@ -319,7 +322,7 @@ class LaunchRun:
         if process.has_group:
             managed.left_behind = process
         if is_required:
-            self._lost_required = True
+            self._has_lost_required = True
         elif managed.node.respawn:
             process.release()
             managed.left_behind = None
@@ -327,7 +330,7 @@ class LaunchRun:
 
     def _restart_those_due(self) -> None:
         for managed in self._managed:
-            if managed.restart_at is None or managed.restart_at > time.monotonic() or not self._goes_on:
+            if managed.restart_at is None or managed.restart_at > time.monotonic() or not self._is_running:
                 continue
             self._console.say(f"[{managed.name}] restarting process")
             try:
@@ -337,9 +340,9 @@ class LaunchRun:
                 self._console.error(f"ERROR: {error}")
 
     def _await(self, processes: Sequence[NodeProcess], timeout_s: float) -> list[NodeProcess]:
-        """Waits for the ends of processes; returns those that are left.
+        """Wait for processes to end; return those still running.
 
-        Returns when all have ended, when the time is up, and when a stop is requested once more.
+        Return when all have ended, on timeout, or when another stop is requested.
         """
         deadline = time.monotonic() + timeout_s
         left = [process for process in processes if process.exit_code is None]
@@ -351,7 +354,7 @@ class LaunchRun:
 
 
 def _await_ends(processes: Sequence[NodeProcess], timeout_s: float) -> list[NodeProcess]:
-    """Waits for the ends of processes without taking their events; returns those that are left."""
+    """Wait for processes to end without consuming their events; return those still running."""
     deadline = time.monotonic() + timeout_s
     return [
         process

@@ -1,4 +1,4 @@
-"""The id of one run of a ROS system: the parameter `/run_id`, and the folder of its log files."""
+"""Identifies one run of a ROS system: the parameter `/run_id`, which also names the log folder."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ _RUN_ID = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
 
 def new_run_id() -> str:
-    """A new, unique run id."""
+    """Return a new, unique run id."""
     import uuid
 
     return str(uuid.uuid1())
 
 
 def is_run_id(value: object) -> bool:
-    """Whether a value is a valid run id: up to 64 letters, digits, `_` and `-`, and not `latest`.
+    """Return whether a value is a valid run id: up to 64 letters, digits, `_` and `-`, and not `latest`.
 
     >>> is_run_id("0fb2803c-e4ea-11f1-916a-02fc00000001"), is_run_id("../../etc")
     (True, False)
@@ -27,5 +27,5 @@ def is_run_id(value: object) -> bool:
 
 
 def run_id_problem(value: object, source: str) -> str:
-    """The error text for a value that `is_run_id` refuses; `source` says where it came from."""
+    """Return the error text for a value rejected by `is_run_id`; `source` names its origin."""
     return f"{source} must be up to 64 letters, digits, _ and -, got [{printable(value)}]"

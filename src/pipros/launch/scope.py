@@ -1,6 +1,6 @@
-"""What an element of a launch file inherits: namespace, arguments, remappings, environment, private names.
+"""The scope that an element of a launch file inherits: namespace, arguments, remappings, environment.
 
-`<group>` and `<include>` open a new scope; what is declared in it has no effect outside.
+`<group>` and `<include>` open a new scope; declarations inside have no effect outside.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ class LaunchScope:
 
     Attributes:
         namespace: with a leading and a trailing slash.
-        file: the file being read, as shown in messages.
-        substitution: with the arguments of this scope.
+        file: the current file, as shown in messages.
+        substitution: holds the arguments of this scope.
         declared: the names of the `<arg>`s read so far in this file.
-        given: the arguments from the command line or the `<include>`, which a `value` may not override.
-        passed_all: whether a `value` may override them all the same, as under `pass_all_args`.
-        remappings: (from, to); a later one of the same `from` replaces an earlier one.
-        environment: (name, value) in order.
+        given: arguments from the command line or the `<include>`, which a `value` may not override.
+        passed_all: whether a `value` may override them anyway, as with `pass_all_args`.
+        remappings: pairs (from, to); a later pair replaces an earlier one with the same `from`.
+        environment: pairs (name, value) in order.
         private_params: `~name` of `<param>`s outside of nodes, which every later node gets.
         default_machine: the machine of nodes without a `machine` attribute.
     """
@@ -47,7 +47,7 @@ class LaunchScope:
         return self.substitution.arguments
 
     def child(self, namespace: str = "") -> LaunchScope:
-        """A scope that inherits everything from this one, and does not change it."""
+        """Return a scope that inherits everything from this one and leaves it unchanged."""
         return replace(
             self,
             namespace=self._below(namespace),
@@ -61,7 +61,7 @@ class LaunchScope:
     def included(
         self, namespace: str, file: str, folder: str | None, given: dict[str, str | None], *, passed_all: bool
     ) -> LaunchScope:
-        """The scope of an included file: a child with only the given arguments, and nothing declared yet."""
+        """Return the scope of an included file: a child with only the given arguments and no declarations."""
         scope = self.child(namespace)
         scope.file = file
         scope.declared = set()
@@ -71,10 +71,10 @@ class LaunchScope:
         return scope
 
     def declare(self, argument: Argument) -> None:
-        """Declares an `<arg>` and sets its value.
+        """Declare an `<arg>` and set its value.
 
         Raises:
-            ValueError: it was declared before, or would override a given value.
+            ValueError: it is already declared, or would override a given value.
         """
         name = argument.name
         if name in self.declared:
@@ -88,7 +88,7 @@ class LaunchScope:
             self.arguments[name] = argument.default
 
     def remap(self, source: str, target: str) -> None:
-        """Adds a remapping for all later nodes in this scope.
+        """Add a remapping for all later nodes in this scope.
 
         Raises:
             ValueError: a name is empty or illegal.
@@ -103,7 +103,7 @@ class LaunchScope:
         self.remappings.append((source, target))
 
     def resolve_param(self, name: str) -> str:
-        """The full name of a parameter in this scope; `~name` is left as it is."""
+        """Resolve a parameter's name to its full name in this scope; `~name` is returned unchanged."""
         if names.is_private(name):
             return names.canonicalize(name)
         return names.canonicalize(names.join(self.namespace, name)) or "/"

@@ -1,4 +1,4 @@
-"""The XML-RPC server through which other programs can ask a running roslaunch for its processes."""
+"""XML-RPC server through which other programs query the processes of a running roslaunch."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pipros.net.this_machine import Caller
 
 
 class LaunchServer:
-    """Offers the methods of Noetic's roslaunch for tools: its process id, its processes, its nodes."""
+    """Serves the methods of Noetic's roslaunch for tools: its process id, its processes, its nodes."""
 
     def __init__(
         self,
@@ -28,7 +28,7 @@ class LaunchServer:
         *,
         admits: Callable[[Caller], bool] | None = None,
     ) -> None:
-        """Nothing is opened yet.
+        """Open nothing until `start()` is called.
 
         Args:
             processes: returns the current processes; called from another thread.
@@ -56,17 +56,17 @@ class LaunchServer:
 
     @property
     def parameter(self) -> str:
-        """The parameter under which the address is published: `/roslaunch/uris/host_127_0_0_1__4711`."""
+        """Parameter that holds the URI: `/roslaunch/uris/host_127_0_0_1__4711`."""
         host = address.advertised_host(self._environment)
         for character in ".-:":
             host = host.replace(character, "_")
         return f"/roslaunch/uris/host_{host}__{self._rpc.port}"
 
     def start(self) -> None:
-        """Opens a free port; the server answers when this returns.
+        """Open a free port; the server answers when this returns.
 
         Raises:
-            OSError: there is no free port, or the address is not of this computer.
+            OSError: no port is free, or the address does not belong to this computer.
         """
         self._loop.start()
         try:
@@ -76,10 +76,10 @@ class LaunchServer:
             raise
 
     def check_address(self, timeout_s: float) -> None:
-        """Checks the address that is advertised to others: with a wrong one nothing works.
+        """Check the advertised address: if it is wrong, no other program can connect.
 
         Raises:
-            LaunchError: the server cannot be reached at it from here.
+            LaunchError: the server is not reachable at it from here.
         """
         try:
             with RpcClient(self.uri, timeout_s=timeout_s) as client:
@@ -87,8 +87,8 @@ class LaunchServer:
         except (PiprosError, ValueError) as error:
             raise LaunchError(
                 f"Unable to contact my own server at [{self.uri}].\n{error}.\n"
-                "Other computers are told to use this address. Set ROS_HOSTNAME or ROS_IP to a "
-                "name or an address that this computer has, or neither of them."
+                "Other computers are given this address. Set ROS_HOSTNAME or ROS_IP to a "
+                "name or an address that this computer has, or unset both."
             ) from None
 
     def stop(self) -> None:
@@ -96,7 +96,7 @@ class LaunchServer:
         self._loop.stop()
 
     def _list_processes(self) -> list[Any]:
-        """Names and spawn counts: first of the running processes, then of those that ended."""
+        """Return names and spawn counts, first of running and then of ended processes."""
         lists: tuple[list[Any], list[Any]] = ([], [])
         for process in self._processes():
             lists[0 if process.is_alive else 1].append([process.name, process.spawn_count])

@@ -1,7 +1,7 @@
 """One `roslaunch` or `roscore` from start to end: log folder, launch files, master, nodes.
 
-The steps print what Noetic's roslaunch prints, in its order. The time until the first node starts is what
-people wait for, so whatever can be done later is done later.
+The steps print what Noetic's roslaunch prints, in its order. Users wait for the first node to start, so
+everything that can be postponed is done after that.
 """
 
 from __future__ import annotations
@@ -34,23 +34,23 @@ from pipros.master.options import MasterOptions
 from pipros.net.master_client import MasterClient
 from pipros.workspace.index import PackageIndex
 
-_OWN_ADDRESS_ANSWERS_WITHIN_S = 5.0
+_OWN_ADDRESS_TIMEOUT_S = 5.0
 
 
 @dataclass(frozen=True, slots=True)
 class SessionOptions:
-    """The options of the command line.
+    """Options from the command line.
 
     Attributes:
-        is_core: whether this is `roscore`: without files, and no master may be running yet.
-        port: the port of the master; by default the environment decides.
-        master: the other settings of a master that the session starts.
-        run_id: the run to belong to; by default that of the running master, or a new one.
-        has_summary: whether the summary is printed.
-        checks_log_folder: whether the size of the log folder is checked.
-        numbers: of the processes, for their names; by default counted from 1.
-        has_server: whether other programs can ask the session for its processes.
-        run: how the nodes are run.
+        is_core: whether this is `roscore`, which has no files and requires that no master runs yet.
+        port: port of the master; by default taken from the environment.
+        master: other settings of a master that the session starts.
+        run_id: id of the run; by default that of the running master, or a new one.
+        has_summary: whether to print the summary.
+        checks_log_folder: whether to check the size of the log folder.
+        numbers: numbers for the names of processes; by default counted from 1.
+        has_server: whether other programs can query the session's processes.
+        run: options for running the nodes.
     """
 
     is_core: bool = False
@@ -65,7 +65,10 @@ class SessionOptions:
 
 
 class LaunchSession:
-    """One run of the launcher. `start`, `wait`, `stop`, in this order; `stop` always."""
+    """One run of the launcher.
+
+    Call `start`, `wait` and `stop`, in this order; call `stop` even if `start` fails.
+    """
 
     def __init__(
         self,
@@ -79,11 +82,11 @@ class LaunchSession:
         load_launch: Callable[[], Launch] | None = None,
         on_end: Callable[[str, int], None] | None = None,
     ) -> None:
-        """Nothing is started yet.
+        """Start nothing yet.
 
         Args:
-            load_launch: gives the launch, when it does not simply come from the files.
-            on_end: as of `LaunchRun`.
+            load_launch: returns the launch, if it is not simply read from the files.
+            on_end: see `LaunchRun`.
         """
         environment = environment or Environment.from_os()
         self._files = list(files)
@@ -110,31 +113,31 @@ class LaunchSession:
 
     @property
     def run(self) -> LaunchRun:
-        """The nodes. Valid from `start` on."""
+        """The running nodes. Valid after `start`."""
         if self._run is None:
             raise RuntimeError("the session is not running; call start() first")
         return self._run
 
     @property
     def server(self) -> LaunchServer | None:
-        """What other programs ask for the processes; None before `start`, and without a server."""
+        """Server for queries about processes; None before `start` or if disabled."""
         return self._server
 
     @property
     def failed(self) -> Sequence[str]:
-        """The names of the nodes that have no program. Valid from `start` on."""
+        """Names of the nodes without a program. Valid after `start`."""
         return tuple(self._failed)
 
     @property
     def owns_master(self) -> bool:
-        """Whether the master was started by this session."""
+        """Whether this session started the master."""
         return self._master.is_own
 
     def start(self) -> None:
-        """Starts everything: server, master, nodes.
+        """Start everything: server, master, nodes.
 
         Raises:
-            PiprosError, OSError: with nothing left running, once `stop` was called.
+            PiprosError, OSError: on failure; nothing is left running once `stop` was called.
         """
         self._is_interruptible = True
         run_id = choose_run_id(self._options.run_id, self._master.find(), self._console)
@@ -153,7 +156,7 @@ class LaunchSession:
             self._start_server()
         self._end_if_requested()
         if self._options.has_summary:
-            self._say_summary(launch, has_remote_nodes=has_remote_nodes)
+            self._print_summary(launch, has_remote_nodes=has_remote_nodes)
         self._start_master(run_id, log)
         self._end_if_requested()
         if has_remote_nodes:
@@ -161,17 +164,17 @@ class LaunchSession:
         self._start_nodes(launch, placement, log)
 
     def wait(self) -> None:
-        """Returns when it is time to stop: on request, at the end of a required node, or of all nodes.
+        """Block until it is time to stop: on request, at the end of a required node, or of all nodes.
 
-        A session that started the master goes on without nodes, because others may use the master.
+        A session that started the master continues without nodes, because others may use the master.
         """
         self.run.wait(until_all_ended=not self.owns_master)
 
     def request_stop(self) -> None:
-        """Ends `wait` or `start`. May be called from a signal handler, and repeatedly.
+        """Make `wait` or `start` return. May be called repeatedly, and from a signal handler.
 
         Raises:
-            KeyboardInterrupt: in the main thread while it reads files, which may end anywhere.
+            KeyboardInterrupt: in the main thread while it reads files, which can be aborted anywhere.
         """
         self._is_stop_requested = True
         if self._run is not None:
@@ -180,7 +183,7 @@ class LaunchSession:
             raise KeyboardInterrupt
 
     def stop(self) -> None:
-        """Ends the nodes, then `/rosout`, then the master. Harmless when nothing was started."""
+        """End the nodes, then `/rosout`, then the master. Harmless if nothing was started."""
         say = self._console.say
         if self._run is not None:
             self._run.stop()
@@ -197,7 +200,7 @@ class LaunchSession:
         self._console.close()
 
     def _end_if_requested(self) -> None:
-        """Ends `start` between two steps, when nothing is half done."""
+        """Abort `start` between two steps, when nothing is half done."""
         if self._is_stop_requested:
             raise KeyboardInterrupt
 
@@ -228,7 +231,7 @@ class LaunchSession:
         )
         server.start()
         self._server = server
-        server.check_address(_OWN_ADDRESS_ANSWERS_WITHIN_S)
+        server.check_address(_OWN_ADDRESS_TIMEOUT_S)
         self._console.bold(f"started roslaunch server {server.uri}")
         if self._options.is_core:
             self._console.say(f"ros_comm version {ROS_COMM_VERSION}")
@@ -236,7 +239,7 @@ class LaunchSession:
     def _processes(self) -> Sequence[ProcessInfo]:
         return self._run.processes() if self._run is not None else ()
 
-    def _say_summary(self, launch: Launch, *, has_remote_nodes: bool) -> None:
+    def _print_summary(self, launch: Launch, *, has_remote_nodes: bool) -> None:
         params = {**STANDARD_PARAMETERS, **launch.params}
         machines = launch.machines if has_remote_nodes else ()
         self._console.say(
@@ -259,7 +262,7 @@ class LaunchSession:
             self._console.bold(f"setting /run_id to {run_id}")
 
     def _start_nodes(self, launch: Launch, placement: Placement, log: LauncherLog) -> None:
-        """Starts the nodes, and while they come up `/rosout`; the first process number is its."""
+        """Start the nodes and, while they start up, `/rosout`, which gets the first process number."""
         numbers = self._options.numbers or itertools.count(1)
         if self.owns_master:
             next(numbers)  # as in Noetic, `/rosout` counts as the first process

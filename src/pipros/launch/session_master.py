@@ -1,4 +1,4 @@
-"""The master of a launch session: one that answers already, or one that the session starts and ends."""
+"""The master of a launch session: a running one, or one that the session starts and ends."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ _ANSWER_S = 5.0
 
 
 class SessionMaster:
-    """`find`, `start`, then `stop`, in this order; `stop` always.
+    """Call `find`, `start` and `stop`, in this order; call `stop` even if `start` fails.
 
     Attributes:
-        environment: of the session, with the URI of its master.
-        sets_run_id: whether `start` sets `/run_id`: of a master of our own, or of one that has none.
+        environment: environment of the session, with the URI of its master.
+        sets_run_id: whether `start` sets `/run_id`: on our own master, or on one that has none.
     """
 
     def __init__(
@@ -39,13 +39,13 @@ class SessionMaster:
         port: int | None,
         on_shutdown: Callable[[], None],
     ) -> None:
-        """Nothing is contacted or started yet.
+        """Contact and start nothing yet.
 
         Args:
-            environment: of the process.
-            options: of a master that is started; `port`, `known_as` and `on_shutdown` are set here.
+            environment: environment of the process.
+            options: options of a master to start; `port`, `known_as` and `on_shutdown` are set here.
             is_core: whether a running master is an error, as for `roscore`.
-            port: as of `master_environment`.
+            port: see `master_environment`.
             on_shutdown: called from another thread when a process on this computer shuts the master down.
         """
         self._requested_uri = environment.master_uri
@@ -63,20 +63,20 @@ class SessionMaster:
 
     @property
     def is_own(self) -> bool:
-        """Whether the session started it."""
+        """Whether the session started the master."""
         return self._core is not None
 
     @property
     def binding(self) -> str:
-        """Who can connect to a master of our own; empty for another one."""
+        """Who can connect to our own master; empty for another one."""
         return "" if self._core is None else self._core.binding
 
     def find(self) -> str | None:
-        """The run of the master that answers; empty when it has none; None when no master answers.
+        """Return the run id of the running master; an empty string if it has none, None if no master answers.
 
         Raises:
-            InvalidEnvironment: ROS_MASTER_URI is not a URI of a master.
-            LaunchError: something else than a master answers.
+            InvalidEnvironment: ROS_MASTER_URI is not the URI of a master.
+            LaunchError: the server at that address is not a master.
         """
         for uri in (self._requested_uri, self.uri):
             split_master_uri(uri)
@@ -90,12 +90,12 @@ class SessionMaster:
         return run_id
 
     def start(self, run_id: str, log_folder: Path) -> None:
-        """Starts a master, unless `find` found one. That gets the run id if it has none.
+        """Start a master unless `find` found one; set the run id of a found master that has none.
 
         Raises:
-            LaunchError: a master runs where a core was to be started; it would be on another computer; the
-                port is taken.
-            Unreachable: the master that was found has ended.
+            LaunchError: a master already runs but a core was requested; the master would be on another
+                computer; the port is in use.
+            Unreachable: the master found earlier has ended.
         """
         if self._is_running:
             if self._is_core:
@@ -129,25 +129,25 @@ class SessionMaster:
         except OSError as error:
             raise LaunchError(
                 f"cannot start a master on port {port}: {error.strerror or error}. Another program may use "
-                "the port; choose another one by -p or ROS_MASTER_URI"
+                "the port; choose another one with -p or ROS_MASTER_URI"
             ) from None
         self._core = core
         self._console.bold(f"process[master]: started with pid [{os.getpid()}]")
 
     def start_rosout(self) -> None:
-        """Starts `/rosout` of a master of our own."""
+        """Start `/rosout` of our own master."""
         if self._core is not None:
             self._core.start_rosout()
 
     def stop_rosout(self) -> None:
-        """Ends `/rosout` of a master of our own, and says what follows. Harmless when nothing was started."""
+        """End `/rosout` of our own master, and announce the end of the master. Harmless if not started."""
         if self._core is not None:
             self._console.say("[rosout-1] killing on exit")
             self._core.stop_rosout()
             self._console.say("[master] killing on exit")
 
     def stop(self) -> None:
-        """Ends a master of our own. Harmless when nothing was started."""
+        """End our own master. Harmless if nothing was started."""
         if self._core is not None:
             self._core.stop()
 
@@ -167,14 +167,14 @@ class SessionMaster:
 
 
 def choose_run_id(requested: str | None, running: str | None, console: Console) -> str:
-    """The run that a launch belongs to: the requested one, that of the running master, or a new one.
+    """Return the id of the run that a launch joins: the requested one, the running master's, or a new one.
 
     Args:
-        requested: by `--run_id`.
-        running: as `SessionMaster.find` returns it.
+        requested: value of `--run_id`.
+        running: result of `SessionMaster.find`.
 
     Raises:
-        LaunchError: the requested one cannot name a log folder, or differs from that of the master.
+        LaunchError: the requested id cannot name a log folder, or differs from the master's.
     """
     if requested and not is_run_id(requested):
         raise LaunchError(run_id_problem(requested, "--run_id"))

@@ -1,8 +1,8 @@
 """Starts nodes on other computers through the system's ssh client.
 
 The remote command is `[env-loader] env VARIABLE=value… rosrun package type argument…`, which any ROS 1
-installation can run. The client requests a terminal on the other side, so that the node gets a hang-up when
-the connection ends, whatever the reason.
+installation can run. The client requests a remote terminal, so that the node gets SIGHUP when the connection
+ends, for whatever reason.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from pipros.launch.model import Machine, Node
 def remote_command(
     machine: Machine, node: Node, overlay: Mapping[str, str], arguments: Sequence[str]
 ) -> list[str]:
-    """The command line of the ssh client that runs a node on a machine.
+    """Return the command line of the ssh client that runs a node on a machine.
 
-    The password of a machine is not used: an ssh client does not take one from the command line, where every
-    user could read it. A key or an agent has to log roslaunch in.
+    The password of a machine is ignored: an ssh client does not take one from the command line, where every
+    user could read it. roslaunch logs in with a key or an agent.
     """
     prefix = ["--prefix", node.launch_prefix] if node.launch_prefix else []
     remote = [
@@ -37,7 +37,7 @@ def remote_command(
 
 
 def ssh_command(machine: Machine, words: Sequence[str]) -> list[str]:
-    """The command line of the ssh client that runs words on a machine, on a terminal of their own."""
+    """Return the command line of the ssh client that runs words on a machine, in their own terminal."""
     destination = f"{machine.user}@{machine.address}" if machine.user else machine.address
     return [
         "ssh",

@@ -1,7 +1,7 @@
-"""Substitution arguments: `$(find pkg)`, `$(arg x)`, `$(env X)`, `$(anon x)`, `$(eval …)` and the rest.
+"""Substitution arguments: `$(find pkg)`, `$(arg x)`, `$(env X)`, `$(anon x)`, `$(eval …)` and others.
 
 Text in, text out. Packages and environment are passed in, see `LoadContext`.
-Rules: http://wiki.ros.org/roslaunch/XML#substitution_args, details as Noetic has them.
+Rules: http://wiki.ros.org/roslaunch/XML#substitution_args, with the details of Noetic.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class FindResource(Protocol):
     """Finds a package, or a file in it, on this computer."""
 
     def __call__(self, package: str, path: str) -> str:
-        """The full path of `path` in the package; of the package's folder when `path` is empty.
+        """Return the full path of `path` in the package, or of the package's folder if `path` is empty.
 
         Raises:
             NotFound: the package is unknown.
@@ -51,14 +51,14 @@ class FindResource(Protocol):
 
 @dataclass(slots=True)
 class Substitution:
-    """The substitutions of one file, and what they may refer to.
+    """The substitutions of one file, and the values they may refer to.
 
     Attributes:
-        arguments: the values of `<arg>`s; None for those without a value.
+        arguments: values of `<arg>`s; None for those without a value.
         folder: the folder of the file, for `$(dirname)`; None for text from standard input.
-        anonymous: the names made for `$(anon x)` so far in this file.
-        unset_as: the value of unset arguments; None to refuse them.
-        budget: shared by all files of a launch.
+        anonymous: names generated for `$(anon x)` so far in this file.
+        unset_as: value of unset arguments; None to reject them.
+        budget: budget shared by all files of a launch.
     """
 
     find: FindResource
@@ -71,14 +71,14 @@ class Substitution:
     budget: Budget = field(default_factory=Budget)
 
     def resolve(self, text: str) -> str:
-        """The text with all substitutions made.
+        """Return the text with all substitutions applied.
 
         Raises:
-            SubstitutionError: an unknown command, a wrong number of words, an unset variable or argument;
-                or the substitutions insert too much.
-            OverBudget: those of the whole launch do.
-            ExpressionError: an invalid `$(eval …)`.
-            NotFound: an unknown package.
+            SubstitutionError: a command is unknown or has the wrong number of words; a variable or argument
+                is unset; or the substitutions of this text insert too much.
+            OverBudget: the substitutions of the whole launch insert too much.
+            ExpressionError: an `$(eval …)` is invalid.
+            NotFound: a package is unknown.
         """
         if "$(" not in text:
             return text
@@ -88,12 +88,12 @@ class Substitution:
             self.budget.add_bytes(len(value))
             return value
         self._check_brackets(text)
-        # `find` comes second, so that `$(find pkg)/$(arg x)` is one path.
-        text = _SUBSTITUTION.sub(self._counted(self._replace), text)
-        return _FIND.sub(self._counted(self._replace_find), text)
+        # `find` runs second, so that `$(find pkg)/$(arg x)` is one path.
+        text = _SUBSTITUTION.sub(self._limit_growth(self._replace), text)
+        return _FIND.sub(self._limit_growth(self._replace_find), text)
 
-    def _counted(self, replace: Callable[[re.Match[str]], str]) -> Callable[[re.Match[str]], str]:
-        """Bound the growth of one text, while it grows: `$(arg a)$(arg a)` doubles `a` with each `<arg>`."""
+    def _limit_growth(self, replace: Callable[[re.Match[str]], str]) -> Callable[[re.Match[str]], str]:
+        """Limit the growth of one text while it grows: `$(arg a)$(arg a)` doubles `a` with each `<arg>`."""
         limit = self.budget.limits.launch_insert_characters
         inserted = 0
 
@@ -164,7 +164,7 @@ class Substitution:
 
     def _replace_find(self, match: re.Match[str]) -> str:
         path = self._find(match[1], match[2])
-        # What follows is part of the path, even when it is the path of another package.
+        # The following text is part of the path, even if it is the path of another package.
         return path if match[2] or not match.string.startswith("$", match.end()) else path + "/"
 
     def _find(self, package: str, path: str) -> str:
@@ -216,7 +216,7 @@ class Substitution:
 
 
 def anonymous_name(base: str) -> str:
-    """`base` made unique among all processes of all computers: `base_<host>_<process id>_<number>`."""
+    """Make `base` unique across processes and computers: `base_<host>_<process id>_<number>`."""
     import random
     import socket
 

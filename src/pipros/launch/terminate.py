@@ -17,7 +17,7 @@ _LEFT_BEHIND_TIMEOUT_S = 1.0
 _CHECK_EVERY_S = 0.01
 
 AwaitEnds = Callable[[Sequence[NodeProcess], float], list[NodeProcess]]
-"""Waits for the ends of processes for at most a number of seconds; returns those that are left."""
+"""Waits a number of seconds for processes to end; returns those still running."""
 
 
 def end(
@@ -29,9 +29,9 @@ def end(
     sigterm_timeout_s: float = SIGTERM_TIMEOUT_S,
     is_announced: bool = True,
 ) -> None:
-    """Ends processes and what they started, all at the same time: SIGINT, SIGTERM, SIGKILL.
+    """End processes and their child processes, all in parallel: SIGINT, SIGTERM, SIGKILL.
 
-    Returns when all have ended, or SIGKILL had no effect either.
+    Return when all have ended, or if even SIGKILL had no effect.
     """
     for process in processes:
         if is_announced:
@@ -53,7 +53,7 @@ def end(
 
 
 def _end_left_behind(processes: Sequence[NodeProcess]) -> None:
-    """Ends what ended processes left running: shells make their background jobs ignore SIGINT."""
+    """End what ended processes left running: shells make their background jobs ignore SIGINT."""
     left = [process for process in processes if process.has_group]
     for process in left:
         process.send_signal(SIGTERM)
@@ -65,7 +65,7 @@ def _end_left_behind(processes: Sequence[NodeProcess]) -> None:
 
 
 def report_end(process: NodeProcess, log_stem: str, console: Console, *, is_required: bool) -> None:
-    """Reports how a process ended, in Noetic's words; for one that failed with its last output."""
+    """Report how a process ended, in Noetic's words; on failure also print its last output."""
     log = f"log file: {log_stem}*.log"
     if process.exit_code == 0:
         text = f"process has finished cleanly\n{log}"

@@ -1,4 +1,4 @@
-"""Loads launch files: the XML language of http://wiki.ros.org/roslaunch/XML, as Noetic understands it.
+"""Loads launch files: the XML language of http://wiki.ros.org/roslaunch/XML, as interpreted by Noetic.
 
 Files in, a `Launch` out. Elements are processed in document order, each in its scope. Nothing is started
 here, and the parameter server is not contacted.
@@ -25,7 +25,7 @@ from pipros.launch.substitute import Substitution
 from pipros.safe.xml import Element, XmlError, parse
 
 INCLUDE_LIMIT = 60
-"""Maximum nesting of includes; a deeper one means that a file includes itself."""
+"""Maximum nesting of includes; deeper nesting means that a file includes itself."""
 
 DEFUNCT_MASTER = "ignoring defunct <master /> tag"
 
@@ -40,18 +40,18 @@ def load(
     arguments_only: bool = False,
     limits: Limits | None = None,
 ) -> Launch:
-    """Loads launch files into one `Launch`.
+    """Load launch files into one `Launch`.
 
     Args:
-        arguments: `name:=value` of the command line, for every file.
-        texts: contents of launch files, such as standard input; they come after the files.
-        unset_as: the value of arguments that are not set, for tools that only inspect the file; by default
-            such arguments are an error.
-        arguments_only: reads the `<arg>`s of the files themselves, and nothing else.
+        arguments: `name:=value` from the command line, for every file.
+        texts: contents of launch files, such as standard input; read after the files.
+        unset_as: value of unset arguments, for tools that only inspect the file; by default they are
+            an error.
+        arguments_only: read only the `<arg>`s of the files themselves.
         limits: by default those of the process.
 
     Raises:
-        LaunchError: with file, line and element, for everything that Noetic refuses.
+        LaunchError: Noetic would reject a file too; the error has file, line and element.
     """
     loader = Loader(
         context or LoadContext.of_process(),
@@ -71,7 +71,7 @@ class Loader:
     """Processes launch files one after another, for one `Launch`.
 
     Attributes:
-        arguments: the command line arguments for the next file.
+        arguments: command-line arguments for the next file.
     """
 
     def __init__(
@@ -84,11 +84,11 @@ class Loader:
         builder: LaunchBuilder | None = None,
         limits: Limits | None = None,
     ) -> None:
-        """Nothing is read yet.
+        """Read nothing yet.
 
         Args:
-            unset_as, arguments_only, limits: as of `load`.
-            builder: collects what is read; by default one that is empty.
+            unset_as, arguments_only, limits: see `load`.
+            builder: collects the contents; by default an empty one.
         """
         self._budget = Budget(limits or process_limits())
         self._context = context.within(self._budget)
@@ -99,13 +99,13 @@ class Loader:
         self._depth = 0
 
     def load_file(self, file: str) -> LaunchScope:
-        """Reads a file; returns its outermost scope as it is at the end."""
+        """Read a file and return its outermost scope in its final state."""
         scope = self._root_scope(file, os.path.dirname(os.path.abspath(file)))
         self._load(file, scope)
         return scope
 
     def load_text(self, text: str) -> LaunchScope:
-        """As `load_file`, for the content of a file."""
+        """Read the content of a file as `load_file` does."""
         scope = self._root_scope("<stdin>", None)
         self._process_root(_parse(text, "<stdin>"), scope)
         return scope
@@ -194,7 +194,7 @@ class Loader:
         folder = os.path.dirname(os.path.abspath(file))
         included = outer.included("", file, folder, passed, passed_all=pass_all)
         if self._depth >= INCLUDE_LIMIT:
-            raise reader.error(f"files are included more than {INCLUDE_LIMIT} deep; does one include itself?")
+            raise reader.error(f"includes are nested more than {INCLUDE_LIMIT} deep; is there a cycle?")
         try:
             self._budget.add_include()
         except OverBudget as error:
@@ -257,5 +257,5 @@ def _parse(content: bytes | str, file: str) -> Element:
 
 
 def _shortened(chain: list[Place]) -> list[Place]:
-    """A long chain of includes without its middle."""
+    """Drop the middle of a long chain of includes."""
     return chain if len(chain) <= 6 else [*chain[:3], *chain[-2:]]

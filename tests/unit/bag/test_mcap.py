@@ -81,7 +81,7 @@ def test_many_are_converted_at_once_and_none_is_overwritten(
     assert main(["convert", "--output-dir=out", "run.bag", "two.bag"]) == 0
     assert sorted(os.listdir("out")) == ["run.mcap", "two.mcap"]
     assert main(["convert", "--output-dir=out", "run.bag", "two.bag"]) == 1
-    assert "exists already; --force overwrites it" in capsys.readouterr().err
+    assert "already exists; --force overwrites it" in capsys.readouterr().err
     assert main(["convert", "-f", "run.bag", "out/two.mcap"]) == 0
 
 

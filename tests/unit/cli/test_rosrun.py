@@ -29,7 +29,7 @@ def scripts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     def become(command: list[str], environment: dict[str, str]) -> None:
         raise Became(command)
 
-    monkeypatch.setattr(rosrun, "_become", become)
+    monkeypatch.setattr(rosrun, "_replace_process", become)
     return folder
 
 

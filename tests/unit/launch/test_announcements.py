@@ -102,7 +102,7 @@ def test_a_launch_from_standard_input_declares_what_it_likes() -> None:
             "",
             ["nodes on other machines cannot reach the master at http://127.0.0.1"],
         ),
-        ("http://robot:11311", "secret", [r"the password of machine \[base\] is not used"]),
+        ("http://robot:11311", "secret", [r"the password of machine \[base\] is ignored"]),
     ],
 )
 def test_what_keeps_nodes_on_other_machines_from_working_is_warned_about(

@@ -52,7 +52,7 @@ def test_a_document_type_is_refused(tmp_path: Path) -> None:
 
 def test_a_file_that_includes_itself_is_refused(tmp_path: Path) -> None:
     file = write(tmp_path, "loop.launch", '<launch><include file="$(dirname)/loop.launch"/></launch>')
-    with pytest.raises(LaunchError, match=f"included more than {INCLUDE_LIMIT} deep") as error:
+    with pytest.raises(LaunchError, match=f"includes are nested more than {INCLUDE_LIMIT} deep") as error:
         load([file])
     assert len(error.value.places) < 10
 

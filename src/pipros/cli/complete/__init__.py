@@ -1,8 +1,8 @@
-"""`pipros-complete`: the completions of the word at the cursor, for a ROS command in a shell.
+"""`pipros-complete`: completes the word at the cursor of a ROS command line in a shell.
 
-Called by the shells' completion with the position of the word and all words; prints one candidate per line.
-A candidate of several lines is printed alone, after the character 0x1f.
-With `--find PACKAGE NAME` it prints the files of that name in a package, for roscat, rosed and roscp.
+The shells' completion passes the position of the word and all words; one candidate is printed per line. A
+candidate of several lines is printed alone, after the character 0x1f. With `--find PACKAGE NAME` the command
+prints the files of that name in a package, for roscat, rosed and roscp.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from pipros.cli.streams import command
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Prints the candidates."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     if arguments[:1] == ["--find"] and len(arguments) == 3:
         return _print_files(*arguments[1:])
@@ -35,7 +34,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _is_one_candidate(candidate: str) -> bool:
-    """False for a file name with a line break, for example, which the shell would read as two."""
+    """Return False if the shell would read it as two, such as a file name with a line break."""
     return candidate.startswith(MANY_LINES) or candidate.isprintable()
 
 

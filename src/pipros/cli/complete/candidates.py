@@ -1,4 +1,4 @@
-"""The candidates for a word: packages, programs, files, types, names of the running system."""
+"""Completion candidates for a word: packages, programs, files, types, names of the running system."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _FILES_LIMIT = 2000
 
 
 def candidates(words: Sequence[str]) -> Iterable[str]:
-    """The candidates for the last of the words."""
+    """Return the candidates for the last word."""
     command, *before, current = words
     command = os.path.basename(command)
     if current.startswith("-"):
@@ -29,7 +29,7 @@ def candidates(words: Sequence[str]) -> Iterable[str]:
     if command in SUBCOMMANDS:
         if not before:
             return SUBCOMMANDS[command].split()
-        return _of_subcommand(command, before, current)
+        return _for_subcommand(command, before, current)
     if command in ("roscd", "rosls", "rospd"):
         return [] if before else _folders(current)
     if command == "catkin_make":
@@ -48,7 +48,7 @@ def candidates(words: Sequence[str]) -> Iterable[str]:
     return _files(str(package.path), _ENDINGS.get(command, ("",))) if len(before) == 1 else []
 
 
-def _of_subcommand(command: str, before: Sequence[str], current: str) -> Iterable[str]:
+def _for_subcommand(command: str, before: Sequence[str], current: str) -> Iterable[str]:
     if command in ("rospack", "rosstack"):
         return _packages()
     if command == "pipros":
@@ -67,7 +67,7 @@ def _of_subcommand(command: str, before: Sequence[str], current: str) -> Iterabl
 
 
 def _index() -> PackageIndex:
-    from pipros.workspace.index import PackageIndex  # names of the running system need none
+    from pipros.workspace.index import PackageIndex  # not needed for names of the running system
 
     return PackageIndex.from_environment()
 
@@ -77,7 +77,7 @@ def _packages() -> list[str]:
 
 
 def _folders(current: str) -> list[str]:
-    """Packages, or the folders inside one: `package/folder/`."""
+    """Return packages, or the folders inside one: `package/folder/`."""
     index = _index()
     name, slash, rest = current.partition("/")
     package = index.get(name) if slash else None
@@ -103,7 +103,7 @@ def _files(folder: str, endings: tuple[str, ...]) -> list[str]:
 
 
 def _arguments(folder: str, name: str) -> list[str]:
-    """The arguments of a launch file that may be set: `name:=`."""
+    """Return the settable arguments of a launch file: `name:=`."""
     from pipros.safe.xml import XmlError, parse
 
     for base, folders, files in os.walk(folder):
@@ -123,7 +123,7 @@ def _arguments(folder: str, name: str) -> list[str]:
 
 
 def _types(kind: str, current: str) -> list[str]:
-    """Packages with definitions of this kind (`std_msgs/`), or the types of one."""
+    """Return packages with definitions of this kind (`std_msgs/`), or the types of one."""
     from pipros.msg.importing.hook import installed_library
 
     package, slash, _ = current.partition("/")

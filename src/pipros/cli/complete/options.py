@@ -31,9 +31,9 @@ SUBCOMMANDS = {
 
 
 def options(command: str, before: Sequence[str]) -> list[str]:
-    """The long options of a command, or of its subcommand.
+    """Return the long options of a command or its subcommand.
 
-    They are read from the help text, which commands have whether they use optparse, argparse or neither.
+    They are parsed from the help text, which works for optparse, argparse and hand-written parsers.
     """
     if command in ("roscd", "rosls", "rosed", "roscat", "roscp", "rosmv", "rospd"):
         return ["--help"]

@@ -1,6 +1,6 @@
-"""Completions from the running system: topics, nodes, services, parameters.
+"""Completes names of the running system: topics, nodes, services, parameters.
 
-Only legal graph names are offered: other text that peers registered must not reach a command line.
+Only legal graph names are offered: other text registered by peers must not reach a command line.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ MANY_LINES = "\x1f"
 
 
 def live_names(command: str, before: Sequence[str]) -> list[str]:
-    """Names from the running system; empty when no master answers at once."""
+    """Return names from the running system; empty if no master answers at once."""
     return [name for name in _registered(command, before) if names.is_legal(name)]
 
 
@@ -48,7 +48,7 @@ def _registered(command: str, before: Sequence[str]) -> list[str]:
 
 
 def service_type(service: str) -> str:
-    """The type of a running service; empty when it is unknown."""
+    """Return the type of a running service; empty if unknown."""
     from pipros.graph.client import GraphClient
     from pipros.graph.services import type_of
 
@@ -61,7 +61,7 @@ def service_type(service: str) -> str:
 
 
 def prototype(kind: str, type_name: str) -> list[str]:
-    """A message or a request with default values, to be filled in; empty for an unknown type."""
+    """Return a message or a request template with default values; empty for an unknown type."""
     from pipros.cli.rosmsg_proto import UnknownType, example
     from pipros.graph.skeleton import skeleton
 

@@ -1,4 +1,4 @@
-"""`rosbag`: recorded messages in files."""
+"""`rosbag`: records, plays and processes bag files."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ For additional information, see http://wiki.ros.org/rosbag
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs a subcommand and returns its exit code."""
+    """Run a subcommand and return its exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     name = arguments[0] if arguments else "help"
     if name in ("help", "-h", "--help"):
@@ -75,7 +75,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(name: str, arguments: Sequence[str]) -> int:
-    """Runs a subcommand. What the system refuses, a full disk for example, is a `CommandError`."""
+    """Run a subcommand. Errors of the operating system, such as a full disk, raise `CommandError`."""
     try:
         with nullcontext() if name in _NODES else ended_by_termination():
             return _subcommand(name)(arguments)

@@ -1,4 +1,4 @@
-"""`rosbag convert`: between bags and MCAP."""
+"""`rosbag convert`: converts between bags and MCAP."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _renamed(path: Path) -> Path:
 
 def _convert(source: Path, target: Path, compression: str, force: bool, *, is_quiet: bool) -> None:
     if target.exists() and (not force or source.samefile(target)):
-        raise BagError(f"{target} exists already" + ("" if force else "; --force overwrites it"))
+        raise BagError(f"{target} already exists" + ("" if force else "; --force overwrites it"))
     default = "zstd" if target.suffix == ".mcap" else "none"
     with open_bag(source) as bag, replaced_file(target) as file:
         total = sum(bag.chunk_header(number).size for number in range(len(bag.chunks)))

@@ -1,4 +1,4 @@
-"""`rosbag encrypt` and `decrypt`, which pipros does not do."""
+"""`rosbag encrypt` and `decrypt`, which pipros does not support."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def _refuse(parser: OptionParser, argv: Sequence[str], name: str) -> int:
     if not paths:
         parser.error("You must specify at least one bag file.")
     for path in paths:
-        with BagReader(path):  # says what is wrong with the file, an encrypted one among that
+        with BagReader(path):  # reports problems of the file, including encryption
             pass
     what = "is not encrypted, so there is nothing to decrypt" if name == "decrypt" else "cannot be encrypted"
     raise CommandError(f"[{paths[0]}] {what}; pipros has no encryption of bags. {_CURE}")

@@ -1,4 +1,4 @@
-"""`rosbag export`: topics of a bag to CSV, NumPy and image files."""
+"""`rosbag export`: exports topics of a bag to CSV, NumPy and image files."""
 
 from __future__ import annotations
 
@@ -56,12 +56,12 @@ def export(argv: Sequence[str]) -> int:
 
 
 def _file_names(topics: Iterable[str]) -> dict[str, str]:
-    """The name of the file or folder of each topic, without suffix: `a__b` for `/a/b`.
+    """Return the name without suffix of the file or folder of each topic: `a__b` for `/a/b`.
 
-    If topics would have the same name, also on a file system that ignores case, the later ones get a number.
+    If names would collide, also on a file system that ignores case, later ones get a number.
 
     Raises:
-        CommandError: a topic does not have a legal name, and could be a path to anywhere.
+        CommandError: a topic name is not legal and could be a path to anywhere.
     """
     names: dict[str, str] = {}
     taken: set[str] = set()
@@ -93,7 +93,7 @@ def _export(bag: BagReader, topic: str, path: Path, form: str) -> None:
 
 
 def _table(bag: BagReader, topic: str, file: TextIO) -> int:
-    """The rows that `rostopic echo -p` prints; times are those of the bag."""
+    """Write the rows of `rostopic echo -p`, with the times of the bag; return the number of messages."""
     rows, count = MessageRows(), 0
     for _, message, time, connection in bag.messages(topic):
         part = Part(message, connection.type)
@@ -121,7 +121,7 @@ def _images(bag: BagReader, topic: str, folder: Path) -> int:
 
 
 def _arrays(bag: BagReader, topic: str, path: Path) -> int:
-    """One array for each field; fields of texts, and lists whose length changes, are left out."""
+    """Write one array per field; omit string fields and lists of varying length."""
     try:
         import numpy
     except ImportError:

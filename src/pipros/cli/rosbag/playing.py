@@ -29,7 +29,7 @@ def play(argv: Sequence[str]) -> int:
     if not paths:
         parser.error("You must specify at least 1 bag file to play back.")
     chosen = _chosen(parser, options)
-    say: Callable[[str], object] = _ignore if options.quiet else _say
+    say: Callable[[str], object] = _ignore if options.quiet else _print_line
     try:
         for path in paths:
             say(f"[ INFO] [{time.time():.9f}]: Opening {path}")
@@ -161,7 +161,7 @@ def _parser() -> OptionParser:
 
 
 def _collect_words(option: Any, name: str, _: object, parser: OptionParser) -> None:
-    """Takes all words up to the next option."""
+    """Collect all words up to the next option."""
     words: list[str] = []
     while parser.rargs and not parser.rargs[0].startswith("-"):
         words.append(parser.rargs.pop(0))
@@ -171,7 +171,7 @@ def _collect_words(option: Any, name: str, _: object, parser: OptionParser) -> N
 
 
 class _Terminal:
-    """The keyboard and the line that tells where the playing is."""
+    """The keyboard, and the line that shows the playback position."""
 
     def __init__(self, *, is_keyboard: bool, is_quiet: bool) -> None:
         self._is_keyboard = is_keyboard
@@ -205,7 +205,7 @@ class _Terminal:
             print()
 
 
-def _say(text: str) -> None:
+def _print_line(text: str) -> None:
     print(text, flush=True)
 
 

@@ -1,4 +1,4 @@
-"""How far long work is: one line on a terminal, nothing elsewhere."""
+"""Shows the progress of long work: one line on a terminal, nothing elsewhere."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Progress:
     """Shows how many of `total` bytes are done, at most ten times a second.
 
     Args:
-        label: what is worked on.
+        label: description of the work.
         is_quiet: show nothing.
     """
 
@@ -33,7 +33,7 @@ class Progress:
             self._show(done, now)
 
     def finish(self) -> None:
-        """Shows the end, and ends the line."""
+        """Show the final state, and end the line."""
         if self._is_shown:
             self._show(self._total, time.monotonic())
             print()

@@ -101,8 +101,8 @@ def _parser() -> OptionParser:
     flag("--udp", help="Use the UDP transport hint when subscribing to topics.")
     flag("--repeat-latched", help="Repeat latched msgs at the start of each new bag file.")
     snapshot = (
-        "keep the last messages in memory, and write them to a file when a std_msgs/Empty comes on"
-        " snapshot_trigger or the service ~trigger_snapshot is called. --buffsize and --duration bound what"
+        "keep the last messages in memory, and write them to a file when a std_msgs/Empty arrives on"
+        " snapshot_trigger or the service ~trigger_snapshot is called. --buffsize and --duration limit what"
         " is kept."
     )
     flag("--snapshot", help=snapshot)

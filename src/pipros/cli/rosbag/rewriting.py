@@ -1,4 +1,4 @@
-"""`rosbag compress`, `decompress` and `reindex`: rewrite bags, and keep the old ones beside them."""
+"""`rosbag compress`, `decompress` and `reindex`: rewrite bags and keep the originals beside them."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def reindex(argv: Sequence[str]) -> int:
 
 
 def bag_parser(name: str, description: str) -> OptionParser:
-    """The options of all subcommands that rewrite bags."""
+    """Return a parser with the options shared by all subcommands that rewrite bags."""
     parser = option_parser("rosbag", "", description)
     parser.usage = f"rosbag {name} [options] BAGFILE1 [BAGFILE2 ...]"
     parser.add_option("--output-dir", dest="output_dir", metavar="DIR", help="write to directory DIR")
@@ -81,7 +81,7 @@ def _for_each(parser: OptionParser, argv: Sequence[str], work: Work) -> int:
 
 
 def _with_backup(path: Path, options: Values, work: Work) -> None:
-    """Keeps the old bag as `name.orig.bag`, which the new one is written from."""
+    """Replace the bag by a rewritten one, and keep the old one as `name.orig.bag`."""
     backup = path.with_name(f"{path.stem}.orig{path.suffix}")
     if backup.exists() and not options.force:
         if not options.quiet:
@@ -117,7 +117,7 @@ def _reindex(source: Path, target: Path, options: Values) -> None:
         with replaced_file(target) as file:
             damages = recover(source, file, process_limits(), progress)
         progress.finish()
-        _tell(damages, options)
+        _warn(damages, options)
         return
     with replaced_file(target) as file:
         with source.open("rb") as old:
@@ -125,9 +125,9 @@ def _reindex(source: Path, target: Path, options: Values) -> None:
         writer = reindex_file(file, str(source), process_limits(), progress)
         writer.finish()
     progress.finish()
-    _tell(writer.layout.damage, options)
+    _warn(writer.layout.damage, options)
 
 
-def _tell(damages: Sequence[str], options: Values) -> None:
+def _warn(damages: Sequence[str], options: Values) -> None:
     for damage in () if options.quiet else damages:
         print(f"WARNING: {damage}", file=sys.stderr)

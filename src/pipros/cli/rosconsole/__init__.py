@@ -1,4 +1,4 @@
-"""`rosconsole`: the levels of other nodes' loggers, and what nodes log."""
+"""`rosconsole`: sets logger levels of other nodes, and prints log messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rosconsole echo`: what nodes log, as it comes."""
+"""`rosconsole echo`: prints log messages as they arrive."""
 
 from __future__ import annotations
 
@@ -15,12 +15,13 @@ from pipros.graph.client import GraphClient
 from pipros.graph.errors import GraphError
 from pipros.graph.loggers import LEVELS
 
+# Level numbers of rosgraph_msgs/Log, and the colours of Noetic.
 _NUMBERS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
 _COLOURS = {"DEBUG": 92, "INFO": 97, "WARN": 93, "ERROR": 91, "FATAL": 95}
 _NAMES = {number: name for name, number in _NUMBERS.items()}
 _INDENT = " " * 10
 _LOG_TYPES = ("rosgraph_msgs/Log", "roslib/Log")
-"""The numbers of rosgraph_msgs/Log, and the colours that Noetic gives them."""
+"""Message types that `echo` accepts."""
 
 
 def echo(argv: Sequence[str]) -> int:
@@ -76,7 +77,7 @@ def _follow(topic: str, printer: LogPrinter, *, is_once: bool, argv: Sequence[st
     from pipros.msg import load_message_class
 
     with GraphClient("rosconsole") as graph:
-        graph.master.get_pid()  # so that a missing master is an error, not a wait
+        graph.master.get_pid()  # a missing master is an error, not a wait
         name = graph.resolve(topic)
     log_class = load_message_class("rosgraph_msgs/Log")
     with command_node("rosconsole", argv) as node:
@@ -107,7 +108,7 @@ class LogPrinter:
         is_verbose: bool,
         write: Callable[[str], object] | None = None,
     ) -> None:
-        """`pattern` is looked for in the name of the node; `level` is a number of rosgraph_msgs/Log."""
+        """Create a printer; `pattern` is searched in node names, `level` is a number of rosgraph_msgs/Log."""
         self._pattern = pattern
         self._level = level
         self._is_coloured = is_coloured
@@ -115,7 +116,7 @@ class LogPrinter:
         self._write = write or _to_stdout
 
     def show(self, message: Any) -> bool:
-        """Prints a message, unless it is left out; True when it was printed."""
+        """Print a message unless it is filtered out; return whether it was printed."""
         if message.level < self._level or not self._pattern.search(message.name):
             return False
         level = _NAMES.get(message.level, str(message.level))

@@ -68,18 +68,18 @@ def change_level(argv: Sequence[str]) -> int:
 
 
 def _levels(graph: GraphClient, node: str) -> dict[str, str] | None:
-    """The levels of a node's loggers; None, when it was said that it does not answer."""
+    """Return the levels of a node's loggers; None, after printing an error, if it does not answer."""
     try:
         return levels_of(graph.master, graph.resolve(node))
     except GraphError as error:
-        _complain(f"node '{listed(node)}' doesn't exist or doesn't support query: {error}")
+        _print_error(f"node '{listed(node)}' doesn't exist or doesn't support query: {error}")
         return None
 
 
 def _no_such_logger(node: str, logger: str) -> int:
-    _complain(f"node {listed(node)} does not contain logger {listed(logger)}")
+    _print_error(f"node {listed(node)} does not contain logger {listed(logger)}")
     return NO_SUCH_LOGGER
 
 
-def _complain(text: str) -> None:
+def _print_error(text: str) -> None:
     print(f"rosconsole: error: {text}", file=sys.stderr)

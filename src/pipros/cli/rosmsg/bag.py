@@ -1,4 +1,4 @@
-"""The definitions that a bag carries with its messages."""
+"""Message definitions stored in a bag."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from pipros.cli.command import CommandError
 
 
 def bag_definitions(path: Path) -> dict[str, str]:
-    """The full text of every message type in a bag, by type name.
+    """Return the full text of every message type in a bag, by type name.
 
     Raises:
-        CommandError: the file does not exist, is not a bag, or was not closed and has no index.
+        CommandError: the file does not exist, is not a bag, or has no index because it was not closed.
     """
     if not path.is_file():
         raise CommandError(f"bag file [{path}] does not exist")

@@ -1,4 +1,4 @@
-"""`rosmsg show` and `rosmsg md5`, and the same of `rossrv` and `rosaction`."""
+"""`rosmsg show` and `rosmsg md5`, and the equivalents of `rossrv` and `rosaction`."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def show_md5(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) ->
             except NotFound:
                 print(f"Cannot locate [{type_name}]", file=sys.stderr)
             except DefinitionError as error:
-                _complain(f"Cannot locate [{type_name}]", error)
+                _print_mistakes(f"Cannot locate [{type_name}]", error)
     return 0
 
 
@@ -66,13 +66,13 @@ def _show_one(interfaces: TypeCatalogue, name: str, *, is_raw: bool) -> int:
             print(f"{interfaces.unknown} [{type_name}]: {error}", file=sys.stderr)
             status = 1
         except DefinitionError as error:
-            _complain(f"{interfaces.unknown} [{type_name}]", error)
+            _print_mistakes(f"{interfaces.unknown} [{type_name}]", error)
             status = 1
     return status
 
 
 def _show_from_bag(bag: Path, type_names: Sequence[str], *, is_raw: bool) -> int:
-    """Shows types as the publishers of a bag's messages defined them."""
+    """Show types as defined by the publishers of a bag's messages."""
     texts = bag_definitions(bag)
     status = 0
     for type_name in type_names:
@@ -87,14 +87,14 @@ def _show_from_bag(bag: Path, type_names: Sequence[str], *, is_raw: bool) -> int
     return status
 
 
-def _complain(beginning: str, error: DefinitionError) -> None:
-    """Prints every mistake in the file, not only the first."""
+def _print_mistakes(beginning: str, error: DefinitionError) -> None:
+    """Print every mistake in the file, not only the first."""
     for each in (error, *error.others):
         print(f"{beginning}: {each}", file=sys.stderr)
 
 
 def _type_names(parser: OptionParser, arguments: Sequence[str]) -> list[str]:
-    """The type on the command line, else those from a pipe: `rostopic type /x | rosmsg show`."""
+    """Return the type on the command line, else those read from a pipe: `rostopic type /x | rosmsg show`."""
     if len(arguments) > 1:
         parser.error("you may only specify one message type")
     if arguments:

@@ -25,7 +25,7 @@ def kill_nodes(argv: Sequence[str]) -> int:
         elif arguments:
             nodes = [graph.resolve(name) for name in arguments]
         else:
-            nodes = [_ask(known)]
+            nodes = [_choose(known)]
         if unknown := [node for node in nodes if node not in known]:
             print(bullets("ERROR: Unknown node(s):", unknown), file=sys.stderr)
             return 1
@@ -43,8 +43,8 @@ def kill_nodes(argv: Sequence[str]) -> int:
     return 0
 
 
-def _ask(nodes: Sequence[str]) -> str:
-    """Asks the user to choose one of the nodes."""
+def _choose(nodes: Sequence[str]) -> str:
+    """Let the user choose one of the nodes."""
     for number, node in enumerate(nodes, 1):
         print(f"{number}. {listed(node)}")
     print("\nPlease enter the number of the node you wish to kill.\n> ", end="", flush=True)

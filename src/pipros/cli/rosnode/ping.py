@@ -1,4 +1,4 @@
-"""`rosnode ping`: whether a node answers, and how fast."""
+"""`rosnode ping`: checks whether a node answers, and how fast."""
 
 from __future__ import annotations
 

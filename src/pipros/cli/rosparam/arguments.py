@@ -1,4 +1,4 @@
-"""The options and arguments that several subcommands of `rosparam` have."""
+"""Options and arguments shared by several subcommands of `rosparam`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def add_verbose_option(parser: OptionParser) -> None:
 
 
 def parse_name(parser: OptionParser, argv: Sequence[str]) -> tuple[Values, str]:
-    """The options, and the name of the one parameter."""
+    """Return the options, and the only parameter name."""
     options, arguments = parser.parse_args(list(argv))
     return options, single_argument(
         parser,

@@ -43,7 +43,7 @@ def call_service(argv: Sequence[str]) -> int:
 
 
 def _print_call(caller: ServiceCaller, values: Sequence[Any], *, verbose: bool) -> None:
-    """Calls the service and prints its response; with `verbose` the request as well."""
+    """Call the service and print its response; with `verbose`, print the request as well."""
     request = caller.request(values)
     response = caller.call(request)
     if verbose:

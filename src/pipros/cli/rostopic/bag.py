@@ -1,4 +1,4 @@
-"""`rostopic echo -b` and `rostopic list -b`: what a bag holds, without a master."""
+"""`rostopic echo -b` and `rostopic list -b`: read a bag, without a master."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 
 @contextmanager
 def opened(path: str) -> Iterator[BagReader]:
-    """The bag at a path.
+    """Open the bag at a path.
 
     Raises:
-        CommandError: there is none, or it cannot be read.
+        CommandError: the file does not exist or cannot be read.
     """
     if not Path(path).is_file():
         raise CommandError(f"bag file [{path}] does not exist")
@@ -45,7 +45,7 @@ def opened(path: str) -> Iterator[BagReader]:
 
 
 def echo_bag(path: str, topic: str, options: EchoOptions, *, shows_all: bool) -> None:
-    """Prints the messages of a topic, or of all."""
+    """Print the messages of a topic, or of all topics."""
     from pipros.cli.rostopic.printing import MessagePrinter
 
     topic = topic if topic.startswith("/") else f"/{topic}"
@@ -60,7 +60,7 @@ def echo_bag(path: str, topic: str, options: EchoOptions, *, shows_all: bool) ->
 
 
 def _part(topic: str, topics: set[str]) -> TopicPart:
-    """The topic of the bag that a path such as `/scan/ranges[0]` begins with, and the rest of the path."""
+    """Split a path such as `/scan/ranges[0]` into a topic of the bag and the rest."""
     words = topic.split("/")
     for count in range(len(words), 1, -1):
         name = "/".join(words[:count])
@@ -70,7 +70,7 @@ def _part(topic: str, topics: set[str]) -> TopicPart:
 
 
 def list_bag(path: str, topic: str | None) -> None:
-    """Prints the topics of a bag; for a topic, how many messages it and those below it have, and when."""
+    """Print the topics of a bag, or number and time span of the messages of a topic and those below it."""
     with opened(path) as bag:
         if topic is None:
             print("\n".join(sorted({listed(connection.topic) for connection in bag.connections})))

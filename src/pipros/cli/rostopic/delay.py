@@ -1,4 +1,4 @@
-"""`rostopic delay`: the age of messages on arrival, by the stamp in their header."""
+"""`rostopic delay`: measures the age of messages on arrival, by the timestamp in their header."""
 
 from __future__ import annotations
 
@@ -71,11 +71,11 @@ class Delays:
         self._has_warned = False
 
     def add(self, raw: RawMessage, now_ns: int) -> None:
-        """Counts a message that arrived at `now_ns`; one without a header prints an error, once."""
+        """Count a message that arrived at `now_ns`; the first one without a header prints an error."""
         from pipros.msg.time import Time
 
         message = self._decoder.decode(raw)
-        # A stranger's std_msgs/Header may have other fields.
+        # The publisher's definition of std_msgs/Header may have other fields.
         stamp = getattr(message.header, "stamp", None) if message._has_header else None
         if not isinstance(stamp, Time):
             if not self._has_warned:

@@ -11,16 +11,16 @@ from pipros.cli.command import option_parser
 
 @dataclass(frozen=True, slots=True)
 class EchoOptions:
-    """How messages are shown.
+    """How messages are printed.
 
     Attributes:
-        count: how many; None is for ever.
-        plot: as lines of a table.
-        no_arrays, no_texts: leave them out, or show their size only.
-        width: of numbers, in characters.
+        count: number of messages; None for no limit.
+        plot: print rows of a table.
+        no_arrays, no_texts: leave out arrays or strings, or print only their size.
+        width: width of numbers, in characters.
         clear: clear the screen before each message.
-        offset: times as the difference from now.
-        expression: show only messages for which it is true.
+        offset: print times as offsets from now.
+        expression: print only messages for which it is true.
     """
 
     count: int | None = None
@@ -35,16 +35,16 @@ class EchoOptions:
 
 @dataclass(frozen=True, slots=True)
 class BagChoice:
-    """The bag to echo from, and whether all its topics are meant."""
+    """The bag to echo from, and whether to print all its topics."""
 
     path: str
     shows_all: bool
 
 
 def parse(argv: Sequence[str]) -> tuple[str, EchoOptions, BagChoice | None]:
-    """The topic, how its messages are to be shown, and the bag if one is given.
+    """Return the topic, the options for printing, and the bag if one is given.
 
-    Ends the program when `argv` is wrong.
+    Exit if `argv` is invalid.
     """
     parser = option_parser("rostopic", "echo [options] /topic")
     add = parser.add_option

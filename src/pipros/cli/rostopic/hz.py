@@ -26,10 +26,10 @@ class HzOptions:
     """How rates are measured.
 
     Attributes:
-        window: how many intervals are kept.
+        window: number of intervals to keep.
         expression: measure only messages for which it is true.
-        wall_time: use the machine's clock even when `/use_sim_time` is set.
-        tcp_nodelay: ask publishers to send each message at once.
+        wall_time: use the machine's clock even if `/use_sim_time` is set.
+        tcp_nodelay: request publishers to send each message at once.
     """
 
     window: int = DEFAULT_WINDOW
@@ -49,8 +49,8 @@ def measure_rate(argv: Sequence[str]) -> int:
         try:
             topics = [wait_for_topic(graph.master, graph.resolve(name)).topic for name in names]
         except KeyboardInterrupt:
-            return 1  # as Noetic's, which fails when it has no topic to subscribe to
-    # Noetic's report of one topic is a log; that of several is a table, which a terminal shows in place.
+            return 1  # like Noetic, which fails without a topic to subscribe to
+    # Noetic logs the report of one topic; that of several is a table, which a terminal updates in place.
     block = LiveBlock() if len(topics) > 1 else None
     show = block.show if block else partial(print, flush=True)
     rates = Rates(topics, options.window, say=block.say if block else show)

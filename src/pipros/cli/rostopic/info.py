@@ -33,23 +33,23 @@ def show_type(argv: Sequence[str]) -> int:
     parser.add_argument("topic_or_field", help="Topic or field name")
     options = parser.parse_args(list(parse_arguments(argv).rest))
     with GraphClient("rostopic") as graph:
-        asked = graph.resolve(options.topic_or_field)
-        type_name, topic = topic_type(graph.master, asked)
+        name = graph.resolve(options.topic_or_field)
+        type_name, topic = topic_type(graph.master, name)
     if type_name is None:
-        return _unknown_type(asked)
-    path = asked[len(topic) + 1 :]
+        return _unknown_type(name)
+    path = name[len(topic) + 1 :]
     if not path:
         print(listed(type_name))
         return 0
     try:
         print(type_name, path, field_type(type_name, path.split("/")))
     except NotFound:
-        return _unknown_type(asked)
+        return _unknown_type(name)
     return 0
 
 
-def _unknown_type(asked: str) -> int:
-    print(f"unknown topic type [{asked}]", file=sys.stderr)
+def _unknown_type(name: str) -> int:
+    print(f"unknown topic type [{name}]", file=sys.stderr)
     return 1
 
 

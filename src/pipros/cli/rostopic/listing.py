@@ -63,7 +63,7 @@ def _below(registrations: Registrations, ns: str) -> Registrations:
 def _lines(
     state: SystemState, types: Mapping[str, str], sections: tuple[bool, bool], verbose: bool
 ) -> list[str]:
-    """The lines to print; `sections` says whether to list publishers and subscribers."""
+    """Return the lines to print; `sections` says whether to list publishers and subscribers."""
     if not verbose:
         return [listed(topic) for topic in state.topics()]
     lines = [""]
@@ -84,13 +84,13 @@ def _lines(
 
 
 def _indented(lines: Sequence[str]) -> str:
-    """The lines indented by two spaces as Noetic does: all but empty first and last ones."""
+    """Indent lines by two spaces like Noetic: all but empty first and last ones."""
     last = len(lines) - 1
     return "\n".join(f"  {line}" if line or 0 < at < last else "" for at, line in enumerate(lines))
 
 
 class _Hosts:
-    """The host of each node; asks the master once per node."""
+    """Looks up the host of each node, with one call to the master per node."""
 
     def __init__(self, master: MasterClient) -> None:
         self._master = master

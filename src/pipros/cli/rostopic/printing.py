@@ -1,4 +1,4 @@
-"""Prints the messages of `rostopic echo` in the form that its options ask for."""
+"""Prints the messages of `rostopic echo` in the selected format."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class MessagePrinter:
     def __init__(
         self, options: EchoOptions, source: TopicPart, clock: Clock | None, finish: Callable[[], object]
     ) -> None:
-        """`finish` is called when the last requested message was printed."""
+        """Prepare to print; `finish` is called after the last requested message."""
         self._options = options
         self._source = source
         self._clock = clock
@@ -44,11 +44,11 @@ class MessagePrinter:
             finish()
 
     def show(self, raw: RawMessage) -> None:
-        """Prints a message or the requested part of it; a message without that part prints an error."""
+        """Print a message or the requested part of it; print an error if the message lacks that part."""
         self.show_message(self._decoder.decode(raw), None, self._source.topic)
 
     def show_message(self, message: Any, received_ns: int | None, topic: str) -> None:
-        """As `show`, for a message that was received at a known time: that is the time of its row."""
+        """Print a message like `show`; a known `received_ns` becomes the time of its row."""
         if self._filter is not None and not self._filter(message, topic):
             return
         try:
@@ -90,7 +90,7 @@ class MessagePrinter:
 
 
 def _readable(part: Part) -> Any:
-    """The bytes of a `uint8[]` field as numbers, as they are shown inside a message."""
+    """Return the bytes of a `uint8[]` field as numbers, as printed inside a message."""
     if isinstance(part.value, (bytes, bytearray)) and (part.type_name or "").startswith("uint8["):
         return list(part.value)
     return part.value

@@ -20,30 +20,30 @@ if TYPE_CHECKING:
     from pipros.node import Node, Publisher
 
 ONCE_S = 3.0
-"""How long a message that is published once stays available."""
+"""Time for which a message published once stays available."""
 DOCUMENTS_RATE_HZ = 10.0
 QUEUE_SIZE = 100
 LINK_DEADLINE_S = 1.0
-"""How long to wait for the links to existing subscribers, so that they get the first message."""
+"""Timeout for connecting to existing subscribers, so that they get the first message."""
 SUBSCRIBER_DEADLINE_S = 5.0
-"""How long to wait for some subscriber before the messages of a file or a pipe."""
+"""Timeout for the first subscriber before the messages of a file or a pipe are published."""
 POLL_PERIOD_S = 0.01
 
 
 @dataclass(frozen=True, slots=True)
 class PubOptions:
-    """What is published, and how often.
+    """What to publish, and how often.
 
     Attributes:
         topic, type_name: as typed.
-        words: the values on the command line, as YAML; empty when they come from a file or a pipe.
+        words: YAML values from the command line; empty if they come from a file or a pipe.
         file: YAML documents, one per message.
-        rate_hz: None when it was not given.
+        rate_hz: None if not given.
         once: end after one message.
         latch: keep the first message for later subscribers.
         verbose: print each message.
-        substitute: `now` and `auto` mean the time of each message.
-        ros_time: those times follow a simulated clock.
+        substitute: replace `now` and `auto` by the time of each message.
+        ros_time: take those times from ROS time, which may be simulated.
     """
 
     topic: str
@@ -94,7 +94,7 @@ class _Publishing:
         self._message_class = message_class
 
     def publish_values(self, make: Callable[[], Message]) -> None:
-        """Publishes the message of the command line: latched, or at a rate."""
+        """Publish the message of the command line: latched, or at a rate."""
         options, first = self._options, make()
         if options.rate_hz is None:
             publisher = self._advertise(latch=True)
@@ -104,21 +104,21 @@ class _Publishing:
             return
         publisher = self._advertise(latch=options.latch)
         message = first
-        for _ in self._beats(options.rate_hz):
-            self._say(message)
+        for _ in self._ticks(options.rate_hz):
+            self._print_message(message)
             publisher.publish(message)
             if options.substitute:
                 message = make()
 
     def publish_documents(self, messages: Iterator[Message]) -> None:
-        """Publishes the messages in order, at a rate; with `once`, or `latch` and no rate, only the first.
+        """Publish the messages in order, at a rate; with `once`, or `latch` and no rate, only the first.
 
-        The only message of a file is repeated at the rate.
+        If a file has only one message, it is repeated at the rate.
         """
         options, rate_hz = self._options, self._options.rate_hz
         publisher = self._advertise(
             latch=rate_hz is None or options.latch, queue_size=None
-        )  # so that no message is queued at the end
+        )  # no message stays queued at the end
         self._wait_for_subscriber(publisher)
         if rate_hz is None and (options.once or options.latch):
             for message in islice(messages, 1):
@@ -130,23 +130,23 @@ class _Publishing:
             print("Got one message and a rate, publishing repeatedly", flush=True)
             self._repeat(publisher, next(messages), rate_hz or DOCUMENTS_RATE_HZ)
             return
-        for message, _ in zip(messages, self._beats(rate_hz or DOCUMENTS_RATE_HZ), strict=False):
+        for message, _ in zip(messages, self._ticks(rate_hz or DOCUMENTS_RATE_HZ), strict=False):
             self._announce(message, ends=True)
             publisher.publish(message)
 
     def _repeat(self, publisher: Publisher[Any], message: Message, rate_hz: float) -> None:
-        for _ in self._beats(rate_hz):
-            self._say(message)
+        for _ in self._ticks(rate_hz):
+            self._print_message(message)
             publisher.publish(message)
 
     def _wait_for_subscriber(self, publisher: Publisher[Any]) -> None:
-        """Gives one that looks for topics from time to time the chance to get the first message."""
+        """Give subscribers that poll for topics the chance to get the first message."""
         deadline = time.monotonic() + SUBSCRIBER_DEADLINE_S
         while publisher.connection_count == 0 and time.monotonic() < deadline and not self._node.is_shutdown:
             self._wait(POLL_PERIOD_S)
 
     def _advertise(self, *, latch: bool, queue_size: int | None = QUEUE_SIZE) -> Publisher[Any]:
-        """Advertises the topic, and waits up to `LINK_DEADLINE_S` for its existing subscribers."""
+        """Advertise the topic, and wait up to `LINK_DEADLINE_S` for its existing subscribers."""
         publisher = self._node.advertise(
             self._options.topic, self._message_class, queue_size=queue_size, latch=latch
         )
@@ -156,8 +156,8 @@ class _Publishing:
             self._wait(POLL_PERIOD_S)
         return publisher
 
-    def _beats(self, rate_hz: float) -> Iterator[None]:
-        """Yields at once, then at the given rate, until the node shuts down."""
+    def _ticks(self, rate_hz: float) -> Iterator[None]:
+        """Yield at once, then at the given rate, until the node shuts down."""
         clock, period_s = self._node.clock, 1.0 / rate_hz
         due = time.monotonic()
         while not self._node.is_shutdown:
@@ -176,7 +176,7 @@ class _Publishing:
         end = f" for {ONCE_S} seconds" if ends else ". Press ctrl-C to terminate"
         print(f"publishing and latching {shown}{end}", flush=True)
 
-    def _say(self, message: Message) -> None:
+    def _print_message(self, message: Message) -> None:
         if self._options.verbose:
             print(f"publishing {message}", flush=True)
 
@@ -186,7 +186,7 @@ def _is_one_document(file: str | None) -> bool:
 
 
 def _documents(file: str | None) -> Iterator[Any]:
-    """The YAML documents of a file, or of standard input as they arrive."""
+    """Yield the YAML documents of a file, or of standard input as they arrive."""
     from pipros.cli.yaml_args import documents_of
 
     if file is None:

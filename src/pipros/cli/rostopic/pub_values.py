@@ -1,4 +1,4 @@
-"""Messages from the YAML values of a command line."""
+"""Creates messages from the YAML values of a command line."""
 
 from __future__ import annotations
 
@@ -17,8 +17,10 @@ from pipros.safe.yaml import YamlError
 
 
 def message_class_of(type_name: str) -> type[Message]:
-    """Raises:
-    CommandError: the type does not exist.
+    """Load the class of a message type.
+
+    Raises:
+        CommandError: the type does not exist.
     """
     try:
         return load_message_class(type_name)
@@ -31,9 +33,9 @@ def message_class_of(type_name: str) -> type[Message]:
 
 
 def read_values(parser: OptionParser, words: Sequence[str]) -> list[Any] | None:
-    """The values of the words of a command line, None without words. An empty word is an empty string.
+    """Parse the words of a command line; return None without words. An empty word is an empty string.
 
-    A word that is not valid YAML exits with an error.
+    Exit with an error if a word is not valid YAML.
     """
     if not words:
         return None
@@ -44,14 +46,16 @@ def read_values(parser: OptionParser, words: Sequence[str]) -> list[Any] | None:
 
 
 class Template:
-    """Makes messages of one class from values. `now` is the time, `auto` a header with that time."""
+    """Creates messages of one class from values. `now` is the time, `auto` a header with that time."""
 
     def __init__(self, message_class: type[Message]) -> None:
         self._message_class = message_class
 
     def fill(self, values: Sequence[Any], now_ns: int) -> Message:
-        """Raises:
-        CommandError: too many or too few values, an unknown field, or one of the wrong type.
+        """Create a message from the values.
+
+        Raises:
+            CommandError: there are too many or too few values, or a field is unknown or has the wrong type.
         """
         try:
             return message_from_yaml(self._message_class, list(values), now_ns)

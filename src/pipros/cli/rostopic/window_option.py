@@ -16,7 +16,7 @@ def add_window_option(parser: OptionParser) -> None:
 
 
 def window_of(parser: OptionParser, options: Values, default: int) -> int:
-    """The window in messages. Exits with an error when it is not a whole number."""
+    """Return the window in messages. Exit with an error if it is not an integer."""
     try:
         return default if options.window is None else int(options.window)
     except ValueError:

@@ -1,1 +1,1 @@
-"""Drawings of the graph: its contents, its layout, and its output as DOT, SVG, PNG and PDF. No sockets."""
+"""Drawings of the graph: contents, layout, and output as DOT, SVG, PNG and PDF. No network access."""

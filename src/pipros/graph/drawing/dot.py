@@ -1,4 +1,4 @@
-"""The graph in Graphviz's language, without a layout."""
+"""Writes the graph in Graphviz's language, without a layout."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
 
 
 def to_dot(graph: NodeGraph) -> str:
-    """A digraph: nodes as ellipses, topics as boxes, namespaces as clusters."""
+    """Return a digraph with nodes as ellipses, topics as boxes and namespaces as clusters."""
     lines = ["digraph graph_of_nodes {", "  rankdir=LR;", "  compound=True;"]
     groups: dict[str, list[Vertex]] = {}
     for vertex in graph.vertices.values():

@@ -1,11 +1,11 @@
-"""The layout of a directed graph: vertices in layers from left to right, in the direction of the arrows.
+"""Lays out a directed graph in layers from left to right, in the direction of the arrows.
 
 The method is that of Sugiyama, Tagawa and Toda (1981). Arrows that close a cycle are reversed. Each vertex is
-placed in a layer to the right of its predecessors; in large graphs with many cycles, to the right of its
-nearest one. Long arrows get a bend in each layer that they cross, the order within layers is improved by
-barycentres, and heights are fitted by least squares. The vertices of a group form a band across all layers,
-so that a rectangle can be drawn around them. The page and the pictures share this module: no Python library
-does this without a compiled program.
+placed in a layer to the right of its predecessors or, in large graphs with many cycles, of its nearest one.
+Long arrows get a bend in each layer they cross, the order within layers is improved by barycentres, and
+heights are fitted by least squares. The vertices of a group form a band across all layers, so that a
+rectangle can be drawn around them. The page and the pictures share this module: no Python library lays out
+graphs like this without a compiled program.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ BAND_GAP = 34.0
 _SWEEPS = 6
 _FITTINGS = 6
 _MAX_BENDS = 20_000
-"""Above this number of vertices, long arrows are drawn straight."""
+"""With more vertices than this, long arrows are drawn straight."""
 _LAYERS_PER_ROOT = 3
-"""The most layers of a graph, as a multiple of the square root of the number of its vertices."""
+"""Maximum number of layers, as a multiple of the square root of the number of vertices."""
 
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A rectangle with its centre at `x`, `y`. Lengths are in pixels at full size, y points down."""
+    """A rectangle with centre (`x`, `y`). Lengths are in pixels at full size; y points down."""
 
     x: float
     y: float
@@ -41,13 +41,13 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Layout(Generic[Key]):
-    """The positions of everything.
+    """Positions of all vertices, arrows and groups.
 
     Attributes:
-        boxes: of the vertices.
-        routes: of each arrow, in the order given: the points that it passes, ends included.
-        bands: of the groups; vertices without a group have none.
-        width, height: of everything; the upper left corner is (0, 0).
+        boxes: box of each vertex.
+        routes: points along each arrow, ends included, in the given order of arrows.
+        bands: box of each group; vertices without a group are in none.
+        width, height: total size; the upper left corner is (0, 0).
     """
 
     boxes: Mapping[Key, Box] = field(default_factory=dict)
@@ -64,13 +64,13 @@ def layered_layout(
     *,
     gap: float = LAYER_GAP,
 ) -> Layout[Key]:
-    """Lays out a graph. The same graph gives the same layout.
+    """Lay out a graph. The same graph always gets the same layout.
 
     Args:
         sizes: width and height of each vertex.
-        arrows: pairs of vertices; loops and several arrows of a pair are allowed.
-        groups: the group of each vertex; empty for none.
-        gap: between the layers, in pixels.
+        arrows: pairs of vertices; loops and parallel arrows are allowed.
+        groups: group of each vertex; empty for none.
+        gap: distance between layers in pixels.
     """
     if not sizes:
         return Layout()
@@ -78,7 +78,7 @@ def layered_layout(
 
 
 class _LayeredLayout(Generic[Key]):
-    """One layout. Vertices are numbers: those of the caller first, then the bends of long arrows."""
+    """One layout. Vertices are numbered: those of the caller first, then the bends of long arrows."""
 
     def __init__(
         self,
@@ -95,11 +95,11 @@ class _LayeredLayout(Generic[Key]):
         names = ["", *sorted({groups.get(key, "") for key in self._keys} - {""})]
         self._group_names = names
         self._group = [names.index(groups.get(key, "")) for key in self._keys]
-        self._turned = _arrows_that_close_a_cycle(len(self._keys), self._arrows)
+        self._reversed = _back_arrows(len(self._keys), self._arrows)
         self._layer = self._layers()
         if max(self._layer) > _LAYERS_PER_ROOT * math.isqrt(len(self._keys)) + 6:
             self._layer = self._nearest_layers()
-            self._turned = {
+            self._reversed = {
                 index
                 for index, (start, end) in enumerate(self._arrows)
                 if self._layer[end] < self._layer[start]
@@ -108,16 +108,16 @@ class _LayeredLayout(Generic[Key]):
         self._order = self._ordered_layers()
 
     def _directed(self) -> list[tuple[int, int]]:
-        """The arrows without cycles and loops; each pair of vertices once."""
+        """Return the arrows without cycles and loops, each pair of vertices once."""
         pairs = {
-            (end, start) if index in self._turned else (start, end)
+            (end, start) if index in self._reversed else (start, end)
             for index, (start, end) in enumerate(self._arrows)
             if start != end
         }
         return sorted(pairs)
 
     def _layers(self) -> list[int]:
-        """The layer of each vertex: right of its predecessors; sources are next to a successor."""
+        """Assign layers: each vertex right of its predecessors, each source next to a successor."""
         count = len(self._keys)
         after: list[list[int]] = [[] for _ in range(count)]
         missing = [0] * count
@@ -142,7 +142,7 @@ class _LayeredLayout(Generic[Key]):
         return layer
 
     def _nearest_layers(self) -> list[int]:
-        """The layer of each vertex: its distance from the nearest vertex without predecessors."""
+        """Assign each vertex the layer of its distance from the nearest vertex without predecessors."""
         count = len(self._keys)
         after: list[list[int]] = [[] for _ in range(count)]
         is_source = [True] * count
@@ -165,12 +165,12 @@ class _LayeredLayout(Generic[Key]):
         return layer
 
     def _add_bends(self) -> list[list[int]]:
-        """The vertices that each arrow passes, from left to right."""
+        """Add the bends of long arrows; return the vertices along each arrow, from left to right."""
         chains = []
         bends: dict[tuple[int, int], list[int]] = {}
         straight = sum(abs(self._layer[end] - self._layer[start]) for start, end in self._arrows) > _MAX_BENDS
         for index, (start, end) in enumerate(self._arrows):
-            left, right = (end, start) if index in self._turned else (start, end)
+            left, right = (end, start) if index in self._reversed else (start, end)
             if straight or start == end:
                 chains.append([left, right])
                 continue
@@ -187,11 +187,11 @@ class _LayeredLayout(Generic[Key]):
         return len(self._layer) - 1
 
     def _ordered_layers(self) -> list[list[int]]:
-        """The vertices of each layer from top to bottom, with few crossings; groups stay together."""
+        """Return the vertices of each layer from top to bottom, with few crossings and contiguous groups."""
         neighbours = self._neighbours()
         self._left, self._right = neighbours
         layers: list[list[int]] = [[] for _ in range(max(self._layer) + 1)]
-        for vertex in self._by_component():
+        for vertex in self._in_component_order():
             layers[self._layer[vertex]].append(vertex)
         position = [0.0] * len(self._layer)
 
@@ -227,8 +227,8 @@ class _LayeredLayout(Generic[Key]):
                     left[end].append(start)
         return left, right
 
-    def _by_component(self) -> list[int]:
-        """All vertices, with connected ones next to each other, so that separate parts stay separate."""
+    def _in_component_order(self) -> list[int]:
+        """Return all vertices, with connected ones next to each other, so that components stay separate."""
         seen = [False] * len(self._layer)
         found = []
         for first in range(len(self._layer)):
@@ -265,7 +265,7 @@ class _LayeredLayout(Generic[Key]):
         return Layout(boxes, routes, rectangles, width, height)
 
     def _columns(self) -> tuple[list[float], float]:
-        """The middle of each layer, and the width of all."""
+        """Return the horizontal centre of each layer, and the total width."""
         columns = []
         right = 0.0
         for layer in self._order:
@@ -275,7 +275,7 @@ class _LayeredLayout(Generic[Key]):
         return columns, right - self._gap
 
     def _heights(self) -> tuple[list[float], dict[int, tuple[float, float]]]:
-        """The y of each vertex, and top and bottom of each group's band."""
+        """Return the y of each vertex, and the top and bottom of each group's band."""
         heights = [0.0] * len(self._layer)
         bands: dict[int, tuple[float, float]] = {}
         top = 0.0
@@ -294,7 +294,7 @@ class _LayeredLayout(Generic[Key]):
         return heights, bands
 
     def _fit(self, rows: Sequence[Sequence[int]], heights: list[float]) -> None:
-        """Moves the vertices of a group towards their neighbours, keeping their order and distances."""
+        """Move the vertices of a group towards their neighbours, keeping their order and distances."""
         for row in rows:
             below = 0.0
             for vertex in row:
@@ -326,13 +326,13 @@ class _LayeredLayout(Generic[Key]):
     ) -> list[tuple[float, float]]:
         start, end = self._arrows[index]
         chain = self._chains[index]
-        if start == end:  # a loop: out on the right, back on the left, above the vertex
+        if start == end:  # a loop: leaves and returns on the right, above the vertex
             x, y = columns[self._layer[start]], heights[start]
             width, height = self._sizes[start]
             peak = y - height / 2 - ROW_GAP / 2
             return [(x + width / 2, y), (x + width / 4, peak), (x - width / 4, peak), (x - width / 2, y)]
         left, right = chain[0], chain[-1]
-        if self._layer[left] == self._layer[right]:  # out on the right, and back
+        if self._layer[left] == self._layer[right]:  # leaves and returns on the right
             x = columns[self._layer[left]]
             edges = [(x + self._sizes[vertex][0] / 2, heights[vertex]) for vertex in (left, right)]
             beyond = max(edges)[0] + self._gap / 2
@@ -340,11 +340,11 @@ class _LayeredLayout(Generic[Key]):
         points = [(columns[self._layer[left]] + self._sizes[left][0] / 2, heights[left])]
         points += [(columns[self._layer[vertex]], heights[vertex]) for vertex in chain[1:-1]]
         points.append((columns[self._layer[right]] - self._sizes[right][0] / 2, heights[right]))
-        return points[::-1] if index in self._turned else points
+        return points[::-1] if index in self._reversed else points
 
 
-def _arrows_that_close_a_cycle(count: int, arrows: Sequence[tuple[int, int]]) -> set[int]:
-    """The numbers of the arrows that lead back to a vertex on the current path, depth first."""
+def _back_arrows(count: int, arrows: Sequence[tuple[int, int]]) -> set[int]:
+    """Return the indices of arrows that lead back to a vertex on the current path, depth first."""
     leaving: list[list[tuple[int, int]]] = [[] for _ in range(count)]
     incoming = [0] * count
     for index, (start, end) in enumerate(arrows):
@@ -352,7 +352,7 @@ def _arrows_that_close_a_cycle(count: int, arrows: Sequence[tuple[int, int]]) ->
             leaving[start].append((index, end))
             incoming[end] += 1
     closing = set()
-    state = [0] * count  # 1 on the path, 2 done
+    state = [0] * count  # 1: on the path, 2: done
     for first in sorted(range(count), key=lambda vertex: (incoming[vertex] > 0, vertex)):
         if state[first]:
             continue
@@ -374,12 +374,12 @@ def _arrows_that_close_a_cycle(count: int, arrows: Sequence[tuple[int, int]]) ->
 
 
 def _ascending(wanted: Sequence[float]) -> list[float]:
-    """The ascending numbers nearest to the wanted ones, by least squares (pool adjacent violators).
+    """Return the ascending sequence nearest to `wanted` by least squares (pool adjacent violators).
 
     >>> _ascending([1.0, 5.0, 3.0, 9.0])
     [1.0, 4.0, 4.0, 9.0]
     """
-    pools: list[tuple[float, int]] = []  # the sum and the number of equal members
+    pools: list[tuple[float, int]] = []  # sum and number of members with an equal value
     for value in wanted:
         total, count = value, 1
         while pools and pools[-1][0] / pools[-1][1] > total / count:

@@ -1,4 +1,4 @@
-"""Nodes, topics and the arrows between them, selected as by rqt_graph: modes, filters, hidden parts."""
+"""Selects nodes, topics and arrows to draw, as rqt_graph does: modes, filters, hidden parts."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ _PARAMETER_TOPICS = ("/parameter_descriptions", "/parameter_updates")
 
 @dataclass(frozen=True, slots=True)
 class GraphOptions:
-    """What to show.
+    """Selection of the parts of the graph to draw.
 
-    Attributes:
+    mode: see `Mode`.
         mode: see `Mode`.
-        nodes, topics: patterns separated by commas, see `NameFilter`.
+        nodes, topics: comma-separated patterns, see `NameFilter`.
         hide_dead_sinks: leave out topics without a subscriber.
         hide_leaf_topics: leave out topics with a single neighbour.
         hide_debug: leave out `/rosout`, `/clock`, `/statistics` and the nodes of tools.
@@ -54,7 +54,7 @@ class Vertex:
 
     Attributes:
         key: unique in the graph; a node and a topic may have the same name.
-        group: the namespace in which it is drawn, empty for none.
+        group: namespace in which it is drawn; empty for none.
         is_reachable: False for a node that does not answer.
     """
 
@@ -67,7 +67,7 @@ class Vertex:
 
 @dataclass(frozen=True, slots=True)
 class Arrow:
-    """An arrow from one vertex to another, with the topic whose messages it stands for."""
+    """An arrow between two vertices, and the topic of its messages."""
 
     start: str
     end: str
@@ -76,16 +76,16 @@ class Arrow:
 
 @dataclass(frozen=True, slots=True)
 class NodeGraph:
-    """The vertices by their keys, and the arrows, both in a stable order."""
+    """Vertices by key, and arrows, both in a stable order."""
 
     vertices: Mapping[str, Vertex] = field(default_factory=dict)
     arrows: tuple[Arrow, ...] = ()
 
 
 class NameFilter:
-    """Patterns of names, separated by commas; `-` in front excludes, `*` stands for any characters.
+    """Comma-separated patterns of names; a leading `-` excludes, `*` matches any characters.
 
-    A pattern without `*` means a name and all that is below it. rqt_graph's `.*` is the same as `*`.
+    A pattern without `*` matches a name and everything below it. rqt_graph's `.*` is equivalent to `*`.
 
     >>> keeps = NameFilter("/robot, -/robot/camera*")
     >>> [name for name in ("/robot", "/robot/scan", "/robot/camera_left", "/robots") if keeps(name)]
@@ -106,7 +106,7 @@ class NameFilter:
 
 
 class _Pattern:
-    """One pattern, split at its stars, so that no comparison takes long."""
+    """One pattern, split at its stars, so that matching takes linear time."""
 
     def __init__(self, pattern: str) -> None:
         self._parts = pattern.replace(".*", "*").split("*")
@@ -133,11 +133,11 @@ def node_graph(
     unreachable: Collection[str] = (),
     options: GraphOptions | None = None,
 ) -> NodeGraph:
-    """The graph of the registrations and connections.
+    """Build the graph of the registrations and connections.
 
     Args:
-        connections: as reported by the nodes that answered.
-        unreachable: the nodes that did not answer; their registrations count as connections.
+        connections: connections reported by the nodes that answered.
+        unreachable: nodes that did not answer; their registrations count as connections.
     """
     return _Builder(state, frozenset(connections), frozenset(unreachable), options or GraphOptions()).build()
 
@@ -208,7 +208,7 @@ class _Builder:
         return self._keeps_topic(topic)
 
     def _topics(self, nodes: set[str]) -> dict[str, tuple[list[str], list[str]]]:
-        """The publishers and subscribers of each shown topic."""
+        """Return the publishers and subscribers of each shown topic."""
         topics = {}
         for topic in self._state.topics():
             if not self._shows_topic(topic):
@@ -243,7 +243,7 @@ class _Builder:
         ]
 
     def _is_connected(self, connection: TopicConnection) -> bool:
-        """Also true if neither end answered."""
+        """Return True if an end reported the connection, or neither end answered."""
         return (
             connection in self._connections
             or {connection.publisher, connection.subscriber} <= self._unreachable
@@ -259,7 +259,7 @@ def topic_key(topic: str) -> str:
 
 
 def _groups(nodes: Iterable[str]) -> set[str]:
-    """The top-level namespaces with at least two nodes."""
+    """Return the top-level namespaces with at least two nodes."""
     counts: dict[str, int] = {}
     for node in nodes:
         group = _top_namespace(node)
@@ -273,6 +273,6 @@ def _group_of(name: str, groups: set[str]) -> str:
 
 
 def _top_namespace(name: str) -> str:
-    """`/robot` for `/robot/arm/joint`, nothing for `/joint`."""
+    """Return the first component: `/robot` for `/robot/arm/joint`, an empty string for `/joint`."""
     end = name.find("/", 1)
     return name[:end] if end > 0 else ""

@@ -1,4 +1,4 @@
-"""A drawing as a PDF of one page, with lines and texts. Needs no program and no library."""
+"""Writes a drawing as a PDF of one page, with lines and texts, without any program or library."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from pipros.graph.drawing.svg import middle_of
 
 _TEXT_SIZE = 12.0
 _CHARACTER = 0.6
-"""The width of each character of Courier, relative to the font size."""
+"""Width of each character of Courier, relative to the font size."""
 _ROUND = 0.5523
-"""The distance of the control points of a quarter of an ellipse, in radii."""
+"""Distance of the control points of a quarter ellipse, in radii."""
 
 _INK, _PALE, _LINE = "0.11 0.15 0.2", "0.36 0.4 0.45", "0.42 0.47 0.52"
 _NODE = "0.91 0.95 0.99 rg 0.18 0.44 0.7 RG"
@@ -22,7 +22,7 @@ _BAND = "0.96 0.96 0.97 rg 0.76 0.79 0.82 RG"
 
 
 def to_pdf(scene: Scene) -> bytes:
-    """The drawing as a document. Characters outside of Latin-1 become question marks."""
+    """Return the drawing as a PDF document. Characters outside Latin-1 become question marks."""
     page = _Page(scene.height)
     for name, box in scene.bands.items():
         page.rectangle(box, _BAND)
@@ -42,7 +42,7 @@ def to_pdf(scene: Scene) -> bytes:
 
 
 class _Page:
-    """The drawing commands of a page. Its y points up, that of a scene down."""
+    """The drawing commands of a page, whose y points up; that of a scene points down."""
 
     def __init__(self, height: float) -> None:
         self.commands: list[str] = ["1.2 w"]

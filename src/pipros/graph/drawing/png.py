@@ -1,4 +1,4 @@
-"""A drawing as PNG. Needs Pillow (`pipros[pictures]`)."""
+"""Writes a drawing as PNG. Requires Pillow (`pipros[pictures]`)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipros.graph.drawing.svg import middle_of
 
 _SCALE = 2
 _SMOOTHING = 2
-"""The picture is drawn larger by this factor and then reduced, because Pillow draws hard edges."""
+"""Factor by which the picture is enlarged and then reduced, because Pillow draws hard edges."""
 _MAX_PIXELS = 60_000_000
 _CURVE_STEPS = 24
 
@@ -25,11 +25,11 @@ _UNREACHABLE: Colours = {"fill": "#fdeceb", "outline": "#c0392b"}
 
 
 class PictureFailed(PiprosError):
-    """The picture cannot be made."""
+    """The picture cannot be created."""
 
 
 def to_png(scene: Scene) -> bytes:
-    """The drawing as a file of twice its size in pixels.
+    """Return the drawing as a PNG file, at twice its size in pixels.
 
     Raises:
         PictureFailed: Pillow is not installed, or the picture is too large; SVG has no such limit.

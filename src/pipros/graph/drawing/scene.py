@@ -1,4 +1,4 @@
-"""A drawing as values: the boxes, lines and texts that SVG, PNG, PDF and the page show."""
+"""A drawing as values: the boxes, lines and texts shared by SVG, PNG, PDF and the page."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from pipros.graph.drawing.layered_layout import Box, layered_layout
 from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
 
 CHARACTER_WIDTH = 7.4
-"""The width of a character in the widest usual fonts, at the size of a label, in pixels."""
+"""Width in pixels of a character in the widest usual fonts, at the size of a label."""
 FONT_SIZE = 13
 NODE_HEIGHT = 40.0
 TOPIC_HEIGHT = 28.0
 MARGIN = 24.0
 TRAFFIC_WIDTH = 150.0
-"""The width of a rate and a bandwidth on an arrow."""
-_LONGEST_LABEL = 60
+"""Width of a rate and a bandwidth on an arrow."""
+_MAX_LABEL_CHARACTERS = 60
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,10 +25,10 @@ class Scene:
     """A complete drawing.
 
     Attributes:
-        boxes: each vertex with its place and its text.
-        arrows: each arrow with the points that it passes, and the text at its middle.
-        bands: the rectangle of each namespace.
-        width, height: of all, with a margin; the upper left corner is (0, 0).
+        boxes: vertices with their boxes and texts.
+        arrows: arrows with the points along them and the texts at their middle.
+        bands: rectangle of each namespace.
+        width, height: total size including the margin; the upper left corner is (0, 0).
     """
 
     boxes: Sequence[tuple[Vertex, Box, str]] = ()
@@ -39,45 +39,45 @@ class Scene:
 
 
 def draw(graph: NodeGraph, *, with_traffic: bool = False) -> Scene:
-    """Lays the graph out; `with_traffic` leaves room for rates on the arrows."""
-    texts = {key: printable(vertex.name, _LONGEST_LABEL) for key, vertex in graph.vertices.items()}
+    """Lay out the graph; `with_traffic` reserves room for rates on the arrows."""
+    texts = {key: printable(vertex.name, _MAX_LABEL_CHARACTERS) for key, vertex in graph.vertices.items()}
     has_topics = any(vertex.kind == "topic" for vertex in graph.vertices.values())
     sizes = {key: _size(vertex, texts[key]) for key, vertex in graph.vertices.items()}
     groups = {key: vertex.group for key, vertex in graph.vertices.items()}
-    joined = _joined(graph.arrows) if not has_topics else dict.fromkeys(graph.arrows, "")
+    joined = _join_parallel(graph.arrows) if not has_topics else dict.fromkeys(graph.arrows, "")
     arrows = list(joined)
     label_width = CHARACTER_WIDTH * max((len(text) for text in joined.values()), default=0)
     gap = max(TRAFFIC_WIDTH, label_width) if with_traffic else 60 + label_width
     layout = layered_layout(sizes, [(arrow.start, arrow.end) for arrow in arrows], groups, gap=gap)
     return Scene(
-        [(vertex, _moved(layout.boxes[key]), texts[key]) for key, vertex in graph.vertices.items()],
+        [(vertex, _with_margin(layout.boxes[key]), texts[key]) for key, vertex in graph.vertices.items()],
         [
             (arrow, [(x + MARGIN, y + MARGIN) for x, y in route], joined[arrow])
             for arrow, route in zip(arrows, layout.routes, strict=True)
         ],
-        {printable(group, _LONGEST_LABEL): _moved(box) for group, box in layout.bands.items()},
+        {printable(group, _MAX_LABEL_CHARACTERS): _with_margin(box) for group, box in layout.bands.items()},
         layout.width + 2 * MARGIN,
         layout.height + 2 * MARGIN,
     )
 
 
 def _size(vertex: Vertex, text: str) -> tuple[float, float]:
-    if vertex.kind == "node":  # the text must fit into an ellipse
+    if vertex.kind == "node":  # the text must fit inside an ellipse
         return len(text) * CHARACTER_WIDTH * 1.12 + 34, NODE_HEIGHT
     return len(text) * CHARACTER_WIDTH + 20, TOPIC_HEIGHT
 
 
-def _joined(arrows: Sequence[Arrow]) -> dict[Arrow, str]:
-    """One arrow for each pair of nodes, labelled with its topics."""
+def _join_parallel(arrows: Sequence[Arrow]) -> dict[Arrow, str]:
+    """Join the arrows of each pair of vertices into one, labelled with all topics."""
     pairs: dict[tuple[str, str], list[Arrow]] = {}
     for arrow in arrows:
         pairs.setdefault((arrow.start, arrow.end), []).append(arrow)
     joined = {}
     for same in pairs.values():
         more = f" +{len(same) - 1}" if len(same) > 1 else ""
-        joined[same[0]] = printable(same[0].topic, _LONGEST_LABEL // 2) + more
+        joined[same[0]] = printable(same[0].topic, _MAX_LABEL_CHARACTERS // 2) + more
     return joined
 
 
-def _moved(box: Box) -> Box:
+def _with_margin(box: Box) -> Box:
     return Box(box.x + MARGIN, box.y + MARGIN, box.width, box.height)

@@ -1,4 +1,4 @@
-"""A drawing as a standalone SVG, light or dark like the reader's desktop."""
+"""Writes a drawing as a standalone SVG that follows the desktop's light or dark mode."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ svg {{ background: #14191f; color: #e4eaf0; }}
 
 
 def to_svg(scene: Scene) -> str:
-    """The drawing as a document."""
+    """Return the drawing as an SVG document."""
     width, height = round(scene.width), round(scene.height)
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '
@@ -47,7 +47,7 @@ def to_svg(scene: Scene) -> str:
 
 
 def path(route: Sequence[tuple[float, float]]) -> str:
-    """A smooth line through the points, level at each of them."""
+    """Return a smooth line through the points, horizontal at each of them."""
     (x, y), *rest = route
     commands = [f"M{x:.1f},{y:.1f}"]
     for next_x, next_y in rest:
@@ -75,7 +75,7 @@ def _arrow(route: Sequence[tuple[float, float]], text: str) -> str:
 
 
 def middle_of(route: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """The place for the text of an arrow: nearer to its start, so that opposite arrows differ."""
+    """Return the position of an arrow's text: nearer to its start, so that opposite arrows differ."""
     index = (len(route) - 1) // 2
     (x, y), (next_x, next_y) = route[index], route[index + 1]
     part = 0.4
