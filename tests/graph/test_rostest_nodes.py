@@ -69,4 +69,4 @@ def test_without_simulated_time_a_test_node_says_so_and_ends(ros: RosSystem) -> 
     ran = ros.pipros.run("rosrun", "rostest", "paramtest", "_param_name_target:=/run_id")
 
     assert ran.returncode == 1
-    assert "/use_sim_time is true, but no message came on /clock in 10 s" in ran.output
+    assert "/use_sim_time is true, but no message arrived on /clock within 10 s" in ran.output
