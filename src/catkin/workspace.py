@@ -1,4 +1,4 @@
-"""`catkin.workspace`: built workspaces and the sources that they were built from."""
+"""`catkin.workspace`: built workspaces and their source folders."""
 
 from pipros.workspace.find_in_workspaces import source_paths as get_source_paths
 from pipros.workspace.find_in_workspaces import workspaces as get_workspaces
