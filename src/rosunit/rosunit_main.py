@@ -20,7 +20,7 @@ __all__ = [
 
 
 def rosunitmain() -> None:
-    """The command, with the command line of this process. Ends the process when it fails."""
+    """Run the command with the command line of this process. Exit the process on failure."""
     from pipros.cli.rosunit import main
 
     code = main()
