@@ -81,7 +81,7 @@ class PackageIndex:
         """Return the package called `name`.
 
         Raises:
-            NotFound: there is no such package; the message lists the searched folders.
+            NotFound: the package does not exist; the message lists the searched folders.
         """
         package = self.get(name)
         if package is None:

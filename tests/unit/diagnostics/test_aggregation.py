@@ -181,7 +181,7 @@ def test_analyzers_come_and_go_with_their_owner() -> None:
         aggregation.add("/node", added)
     with pytest.raises(BadAnalyzer, match="unknown analyzer type B"):
         aggregation.add("/other", {**added, "b": {"type": "B"}})
-    with pytest.raises(BadAnalyzer, match="has no parameters"):
+    with pytest.raises(BadAnalyzer, match="has no parameter"):
         aggregation.add("/other", {})
     feed(aggregation, 0.0, x=OK)
     assert list(reported(aggregation, 0.0)) == ["/Added", "/Added/x"]
