@@ -263,8 +263,7 @@ def topics_without_publishers(system: SystemReport) -> Findings:
         hint = f" Published topics with similar names: {', '.join(map(listed, like))}." if like else ""
         yield warning(
             "no-publishers",
-            f"No node publishes [{listed(topic)}], subscribed by {', '.join(map(listed, alive))}"
-            + ("s" if len(alive) == 1 else ""),
+            f"No node publishes [{listed(topic)}], subscribed by {', '.join(map(listed, alive))}",
             f"Start its publisher, or remap one of the two names.{hint}",
             topic,
             *alive,
@@ -348,8 +347,8 @@ def clocks(system: SystemReport) -> Findings:
                     "Stamp with rospy.Time.now(), not with a clock of a device or a simulation; if data is "
                     "played back, use simulated time (/use_sim_time and `rosbag play --clock`)."
                     if is_of_another_clock
-                    else "Synchronize the clocks of both machines with NTP; if data is played back, use simulated time "
-                    "(/use_sim_time and `rosbag play --clock`).",
+                    else "Synchronize the clocks of both machines with NTP; if data is played back, use "
+                    "simulated time (/use_sim_time and `rosbag play --clock`).",
                     topic,
                     node,
                 )
