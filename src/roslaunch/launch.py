@@ -296,7 +296,7 @@ class ROSLaunchRunner:
         self.pm.add_process_listener(l)
 
     def spin_once(self) -> bool:
-        """Process pending events; return False if the launch is over."""
+        """Return False if the launch is over."""
         return self.pm.mainthread_spin_once()
 
     def spin(self) -> None:

@@ -138,7 +138,7 @@ class ROSLaunchParent:
             self.pm.add_process_listener(listener)
 
     def spin_once(self) -> bool:
-        """Process pending events; return False if the launch is over."""
+        """Return False if the launch is over."""
         return self.runner is not None and self.runner.spin_once()
 
     def spin(self) -> None:

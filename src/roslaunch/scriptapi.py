@@ -62,7 +62,7 @@ class ROSLaunch:
         self.parent.spin()
 
     def spin_once(self) -> bool:
-        """Process pending events; return False if the launch is over."""
+        """Return False if the launch is over."""
         return self.parent.spin_once()
 
     def stop(self) -> None:

@@ -11,7 +11,7 @@ from pipros.cmake.language import split_list
 from pipros.cmake.regex import search
 
 Word = tuple[str, bool]
-"""A word with variables replaced, and whether it was quoted; a quoted word is no keyword or variable."""
+"""A word with variables replaced, and whether it was quoted, so neither a keyword nor a variable."""
 
 _CLOSING: Word = (")", False)
 _FALSE = frozenset(("", "0", "off", "no", "false", "n", "ignore", "notfound"))

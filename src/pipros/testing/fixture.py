@@ -40,7 +40,7 @@ class RequiredNodeEnded(PiprosError):
 
 
 class LaunchFixture:
-    """Runs the tests of a launch file in this environment; see `pipros.testing.rostest.SystemFixture`."""
+    """Fixture for the tests of a launch file; implements `pipros.testing.rostest.SystemFixture`."""
 
     def __init__(
         self,

@@ -8,7 +8,7 @@ from enum import Enum
 
 
 class Outcome(Enum):
-    """How a test case ended. FAILURE is a failed assertion, ERROR any other exception."""
+    """Outcome of a test case. FAILURE is a failed assertion, ERROR any other exception."""
 
     PASSED = "passed"
     FAILURE = "failure"

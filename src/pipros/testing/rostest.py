@@ -78,7 +78,7 @@ class Plan:
 
 
 class Rostest:
-    """Makes the unittest cases of a plan, and collects the results of the test programs.
+    """The unittest cases of a plan, and the results of their test programs.
 
     Attributes:
         results: the result suites, each with the prefix `package.rosunit-name`.

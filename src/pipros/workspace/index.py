@@ -52,7 +52,7 @@ class PackageIndex:
 
     @property
     def advice(self) -> str:
-        """A hint for the user if a package was not found; empty if other folders are searched as well."""
+        """Hint to set ROS_PACKAGE_PATH if a package was not found; empty if it is set."""
         if any(folder != SHARED_PACKAGES for folder in self.folders):
             return ""
         return (

@@ -216,7 +216,7 @@ class FaultProxy:
 
 
 class _Forwarder(RpcServer):
-    """Forwards each call to another XML-RPC server."""
+    """Server that forwards each call to another XML-RPC server."""
 
     def __init__(self, proxy: FaultProxy, target: str) -> None:
         super().__init__({})

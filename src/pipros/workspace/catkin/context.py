@@ -29,7 +29,7 @@ class FoundPackage:
 
 
 FindPackage = Callable[[str], FoundPackage | None]
-"""Finds a package by name; None if it does not exist."""
+"""Function that returns a package by name, or None if it does not exist."""
 
 
 class ReadContext:
@@ -128,4 +128,4 @@ Raises CMakeError, ValueError for wrong arguments, or `Unsupported` if only CMak
 HARMLESS_MODULES = frozenset(
     ("CMakeParseArguments", "CTest", "GNUInstallDirs", "CheckCXXCompilerFlag", "CheckCCompilerFlag")
 )
-"""Modules of CMake without commands that a package without compiled code would call."""
+"""CMake modules whose commands are of no use to a package without compiled code."""

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class StepRunner:
-    """Runs steps that are out of date, each at most once.
+    """Runner for outdated steps; runs each at most once.
 
     Attributes:
         has_run: whether any command was run.
