@@ -56,17 +56,17 @@ def test_an_aggregator_and_what_others_add_to_it(ros: RosSystem) -> None:
         good, bad = newest["/Good/good: 1"], newest["/bad"]
         assert (good.level, good.message, good.hardware_id) == (0, "m", "hw")
         assert (bad.level, bad.message) == (2, "Pluginlib exception loading analyzer")
-        assert bad.values[0].value.startswith("there is no analyzer my_pkg/MyAnalyzer")
+        assert bad.values[0].value.startswith("unknown analyzer type my_pkg/MyAnalyzer")
         wait_until(lambda: states and states[-1] == 2, 30, "the level of everything")
-        assert "the analyzer /bad is left out" in launched.output
+        assert "the analyzer /bad is ignored" in launched.output
 
         told = ros.pipros.run("rosrun", "rosdiagnostic", "rosdiagnostic", "-l", "warning", "-d")
         assert told.returncode == 0, told.output
         assert "Error    /bad: Pluginlib exception loading analyzer" in told.stdout
-        assert any("there is no analyzer my_pkg/MyAnalyzer" in line for line in told.stdout)
+        assert any("unknown analyzer type my_pkg/MyAnalyzer" in line for line in told.stdout)
         assert not any("/Good" in line for line in told.stdout)
         told = ros.pipros.run("rosrun", "rosdiagnostic", "rosdiagnostic", "-t", "/nothing", "-w", "0.1")
-        assert (told.returncode, "nothing came on /nothing in 0.1 s" in told.output) == (1, True)
+        assert (told.returncode, "no message on /nothing within 0.1 s" in told.output) == (1, True)
 
         node.master.set_param(
             "/lender/analyzers", {"a": {"type": "GenericAnalyzer", "path": "L", "name": "lent"}}
@@ -82,4 +82,4 @@ def test_an_aggregator_and_what_others_add_to_it(ros: RosSystem) -> None:
         assert (refused.returncode, "/poor/analyzers is not set" in refused.output) == (1, True)
         node.master.set_param("/wrong/analyzers", {"a": {"type": "my_pkg/MyAnalyzer", "path": "L"}})
         refused = ros.pipros.run("rosrun", "diagnostic_aggregator", "add_analyzers", "__name:=wrong")
-        assert (refused.returncode, "there is no analyzer my_pkg" in refused.output) == (1, True)
+        assert (refused.returncode, "unknown analyzer type my_pkg" in refused.output) == (1, True)

@@ -175,7 +175,7 @@ SCENES = (
         "publishtest",
         "{topics: [{name: level, timeout: 5, negative: true}]}",
         _publish(False),
-        "a message on [/level] exists, and must not",
+        "a message on [/level] exists, but must not",
     ),
     Scene(
         "advertisetest",

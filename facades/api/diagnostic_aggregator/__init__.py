@@ -1,1 +1,1 @@
-"""diagnostic_aggregator: sorts what is reported on /diagnostics into a tree."""
+"""diagnostic_aggregator: arranges the statuses on /diagnostics in a tree."""

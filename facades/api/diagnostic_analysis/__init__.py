@@ -1,1 +1,1 @@
-"""diagnostic_analysis: recorded diagnostics as CSV files."""
+"""diagnostic_analysis: export of recorded diagnostics to CSV files."""

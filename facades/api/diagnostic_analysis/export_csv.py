@@ -1,4 +1,4 @@
-"""`rosrun diagnostic_analysis export_csv.py`: writes the diagnostics of bags to CSV files."""
+"""`rosrun diagnostic_analysis export_csv.py`: write the diagnostics of bags to CSV files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pipros.basics.errors import PiprosError
 
 
 def main() -> int:
-    """Writes the files of each bag. Returns the exit code: 1 where a bag cannot be read."""
+    """Write the files of each bag. Return the exit code: 1 if a bag cannot be read."""
     parser = argparse.ArgumentParser("export_csv.py", description="Writes recorded diagnostics to CSV files.")
     parser.add_argument(
         "-d", "--directory", default=".", metavar="DIR", help="write to DIR/output, by default here"

@@ -1,4 +1,4 @@
-"""`LogExporter`, which writes the diagnostics of a bag to CSV files."""
+"""`LogExporter`: export of a bag's diagnostics to CSV files."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ _TOPIC = "/diagnostics"
 
 
 class LogExporter:
-    """Writes a file for each name of a status on `/diagnostics`.
+    """Exporter that writes one file per status name on `/diagnostics`.
 
     Attributes:
         logfile: the bag.
-        output_dir: a folder for it in the folder that was given, `name_csv` for `name.bag`.
+        output_dir: the output folder: `name_csv` for `name.bag`, in the given folder.
     """
 
     def __init__(self, output_dir: str, logfile: str) -> None:
-        """Makes the folder."""
+        """Create the output folder."""
         self.logfile = logfile
         self.output_dir = str(Path(output_dir) / f"{Path(logfile).stem}_csv")
         self._files: dict[str, str] = {}
         Path(self.output_dir).mkdir(parents=True, exist_ok=True)
 
     def process_log(self) -> None:
-        """Reads the bag, and writes the files.
+        """Read the bag and write the files.
 
         Raises:
-            OSError, pipros.bag.BagError: it cannot be read.
+            OSError, pipros.bag.BagError: the bag cannot be read.
         """
         columns: dict[str, Columns] = defaultdict(Columns)
         for _, status in self._statuses():
@@ -55,14 +55,14 @@ class LogExporter:
             self._append(name, lines)
 
     def finish_logfile(self) -> None:
-        """Does nothing: `process_log` has written the files."""
+        """Do nothing, because `process_log` has written the files."""
 
     def remove_files(self) -> None:
-        """Removes the folder."""
+        """Remove the output folder."""
         shutil.rmtree(self.output_dir, ignore_errors=True)
 
     def get_filename(self, name: str) -> str | None:
-        """The file of a status; None for a name that the bag does not have."""
+        """Return the file of a status; None if the bag does not contain that name."""
         return str(self._path(name)) if name in self._files else None
 
     def _path(self, name: str) -> Path:

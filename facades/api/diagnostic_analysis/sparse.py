@@ -1,4 +1,4 @@
-"""CSV files with fewer rows, such as a spreadsheet can show."""
+"""Reduction of CSV files to fewer rows, for spreadsheets."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ _star_names(__name__, "os roslib sys")
 
 
 def make_sparse_skip(csv_file: str, skip: int) -> str:
-    """Writes the first row and each `skip`-th after it to `NAME_sparse.csv`. Returns its path.
+    """Write the first row and each `skip`-th row after it to `NAME_sparse.csv`. Return its path.
 
     Raises:
         OSError: a file cannot be read or written.
         ValueError: `skip` is below 1.
     """
     if skip < 1:
-        raise ValueError(f"rows can be skipped by 1 or more, not by {skip}")
+        raise ValueError(f"skip must be >= 1, got {skip}")
     return _thinned(csv_file, "_sparse", skip)
 
 
 def make_sparse_length(csv_file: str, length: int) -> str:
-    """Writes at least `length` rows, evenly spread, to `NAME_sprs_len.csv`. Returns its path.
+    """Write at least `length` evenly spaced rows to `NAME_sprs_len.csv`. Return its path.
 
-    All rows are written where there are fewer than twice as many.
+    All rows are written if there are fewer than twice as many.
 
     Raises:
         OSError: a file cannot be read or written.
         ValueError: `length` is below 1.
     """
     if length < 1:
-        raise ValueError(f"a file can have 1 row or more, not {length}")
+        raise ValueError(f"length must be >= 1, got {length}")
     with open(csv_file, encoding="utf-8") as file:
         lines = sum(1 for _ in file) + 1
     return _thinned(csv_file, "_sprs_len", max(lines // length, 1))

@@ -1,4 +1,4 @@
-"""`rosrun diagnostic_analysis sparse_csv.py`: writes a CSV file with fewer rows."""
+"""`rosrun diagnostic_analysis sparse_csv.py`: write a CSV file with fewer rows."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import sys
 from diagnostic_analysis.sparse import make_sparse_length, make_sparse_skip
 
 _LARGEST = 65000
-"""Rows that any spreadsheet can show."""
+"""Number of rows that any spreadsheet supports."""
 
 
 def main() -> int:
-    """Writes the file. Returns the exit code: 1 where a file cannot be read or written."""
+    """Write the file. Return the exit code: 1 if a file cannot be read or written."""
     parser = argparse.ArgumentParser("sparse_csv.py", description="Writes a CSV file with fewer rows.")
     parser.add_argument("-l", "--length", type=int, metavar="LEN", help="about how many rows to keep")
     parser.add_argument(

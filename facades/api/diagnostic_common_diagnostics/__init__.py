@@ -1,1 +1,1 @@
-"""diagnostic_common_diagnostics: programs that report on the machine they run on."""
+"""diagnostic_common_diagnostics: nodes that report on their machine."""

@@ -1,4 +1,4 @@
-"""diagnostic_updater, as Noetic has it, on pipros: tasks that report on a device, sent on /diagnostics."""
+"""Drop-in replacement for Noetic's diagnostic_updater: tasks that report on a device on /diagnostics."""
 
 from diagnostic_msgs.msg import DiagnosticArray as DiagnosticArray
 from diagnostic_msgs.msg import DiagnosticStatus as DiagnosticStatus

@@ -1,4 +1,4 @@
-"""Topics that report how often, and how late, messages come."""
+"""Diagnostics of topics: message frequency and delay."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from diagnostic_updater.tasks import CompositeDiagnosticTask, FrequencyStatus, T
 
 
 class HeaderlessTopicDiagnostic(CompositeDiagnosticTask):
-    """Reports how often `tick` is called for a topic. Adds itself to the updater `diag`."""
+    """Task that reports the frequency of calls of `tick`. Adds itself to the updater `diag`."""
 
     def __init__(self, name: str, diag: Any, freq: Any) -> None:
         super().__init__(f"{name} topic status")
@@ -18,16 +18,16 @@ class HeaderlessTopicDiagnostic(CompositeDiagnosticTask):
         self.diag.add(self)
 
     def tick(self) -> None:
-        """Counts a message."""
+        """Count a message."""
         self.freq.tick()
 
     def clear_window(self) -> None:
-        """Resets the window."""
+        """Reset the frequency window."""
         self.freq.clear()
 
 
 class TopicDiagnostic(HeaderlessTopicDiagnostic):
-    """Reports also how old the stamps of messages are."""
+    """Task that also reports the age of message timestamps."""
 
     def __init__(self, name: str, diag: Any, freq: Any, stamp: Any) -> None:
         super().__init__(name, diag, freq)
@@ -35,19 +35,19 @@ class TopicDiagnostic(HeaderlessTopicDiagnostic):
         self.addTask(self.stamp)
 
     def tick(self, stamp: Any) -> None:  # type: ignore[override] # as Noetic has it
-        """Counts a message with its stamp."""
+        """Count a message with its timestamp."""
         self.stamp.tick(stamp)
         super().tick()
 
 
 class DiagnosedPublisher(TopicDiagnostic):
-    """A publisher whose messages, which must have a header, are counted."""
+    """Publisher with diagnostics of its messages, which must have a header."""
 
     def __init__(self, pub: Any, diag: Any, freq: Any, stamp: Any) -> None:
         super().__init__(pub.name, diag, freq, stamp)
         self.publisher = pub
 
     def publish(self, message: Any) -> None:
-        """Counts a message and publishes it."""
+        """Count a message and publish it."""
         self.tick(message.header.stamp)
         self.publisher.publish(message)

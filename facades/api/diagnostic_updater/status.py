@@ -1,4 +1,4 @@
-"""A status that tasks write to."""
+"""The status that tasks fill in."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ ERROR = DiagnosticStatus.ERROR
 
 
 class DiagnosticStatusWrapper(DiagnosticStatus):
-    """A DiagnosticStatus with a summary, and with values that anything can be added to."""
+    """A DiagnosticStatus with methods that set the summary and add values of any type."""
 
     def summary(self, *args: Any) -> None:
-        """Sets level and message: those of another status, or the two given."""
+        """Set level and message, given as another status or as two arguments."""
         level, message = _level_and_message(args)
         self.level, self.message = level, str(message)
 
     def clearSummary(self) -> None:
-        """Level OK without a message."""
+        """Set the level to OK and the message to an empty text."""
         self.summary(0, "")
 
     def mergeSummary(self, *args: Any) -> None:
-        """Adds a level and a message: the worse level counts; good messages, or bad ones, are joined."""
+        """Merge a level and message: the worse level wins; messages of the same severity are joined."""
         level, message = _level_and_message(args)
         self.level, self.message = merged(self.level, self.message, level, message)
 
     def add(self, key: str, val: Any) -> None:
-        """Adds a value."""
+        """Add a key with a value, which is converted to text."""
         self.values.append(KeyValue(key, str(val)))
 
 

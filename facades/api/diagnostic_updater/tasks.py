@@ -1,4 +1,4 @@
-"""The tasks that report."""
+"""Diagnostic tasks."""
 
 from __future__ import annotations
 
@@ -13,45 +13,45 @@ from pipros.libraries.diagnostics.stamps import StampDelays
 
 
 class DiagnosticTask:
-    """Something that reports when it is run."""
+    """Base class of tasks, which write a report when they run."""
 
     def __init__(self, name: str) -> None:
         self.name = name
 
     def getName(self) -> str:
-        """The name of the task."""
+        """Return the name of the task."""
         return self.name
 
     def run(self, stat: Any) -> Any:
-        """Writes to the status, and returns it."""
+        """Write to the status and return it."""
         return stat
 
 
 class FunctionDiagnosticTask(DiagnosticTask):
-    """Runs a function, which takes a status and returns it."""
+    """Task that calls a function, which takes a status and returns it."""
 
     def __init__(self, name: str, fn: Callable[[Any], Any]) -> None:
         super().__init__(name)
         self.fn = fn
 
     def run(self, stat: Any) -> Any:
-        """Calls the function."""
+        """Call the function."""
         return self.fn(stat)
 
 
 class CompositeDiagnosticTask(DiagnosticTask):
-    """Several tasks that report together: their values, and a merged summary."""
+    """Several tasks with a joint report: all their values, and a merged summary."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.tasks: list[Any] = []
 
     def addTask(self, t: Any) -> None:
-        """Adds a task."""
+        """Add a task."""
         self.tasks.append(t)
 
     def run(self, stat: Any) -> Any:
-        """Runs all tasks, in order."""
+        """Run all tasks in order."""
         before, combined = DiagnosticStatusWrapper(), DiagnosticStatusWrapper()
         before.summary(stat)
         for task in self.tasks:
@@ -63,12 +63,12 @@ class CompositeDiagnosticTask(DiagnosticTask):
 
 
 class FrequencyStatusParam:
-    """What a FrequencyStatus expects.
+    """Parameters of a FrequencyStatus.
 
     Args:
-        freq_bound: a dictionary with `min` and, if there is one, `max`, in Hz.
-        tolerance: the share by which they may be missed.
-        window_size: how many reports the frequency is taken over.
+        freq_bound: a dictionary with `min` and optionally `max`, in Hz.
+        tolerance: the accepted relative deviation from these bounds.
+        window_size: the number of reports over which the frequency is averaged.
     """
 
     def __init__(self, freq_bound: dict[str, float], tolerance: float = 0.1, window_size: int = 5) -> None:
@@ -78,7 +78,7 @@ class FrequencyStatusParam:
 
 
 class FrequencyStatus(DiagnosticTask):
-    """Reports how often `tick` is called."""
+    """Task that reports the frequency of calls of `tick`."""
 
     def __init__(self, params: FrequencyStatusParam, name: str = "FrequencyStatus") -> None:
         super().__init__(name)
@@ -87,17 +87,17 @@ class FrequencyStatus(DiagnosticTask):
         self.clear()
 
     def clear(self) -> None:
-        """Resets the counts."""
+        """Reset the counts."""
         with self.lock:
             self._window = EventWindow(self.params.window_size, rospy.get_time())
 
     def tick(self) -> None:
-        """Counts an event."""
+        """Count an event."""
         with self.lock:
             self._window.count += 1
 
     def run(self, stat: Any) -> Any:
-        """Reports the events of the last `window_size` reports."""
+        """Report the events in the window of the last `window_size` reports."""
         bounds, tolerance = self.params.freq_bound, self.params.tolerance
         least = bounds["min"] * (1 - tolerance)
         most = bounds["max"] * (1 + tolerance) if "max" in bounds else None
@@ -119,7 +119,7 @@ class FrequencyStatus(DiagnosticTask):
 
 
 class TimeStampStatusParam:
-    """How many seconds a stamp may be old; a negative number is a stamp in the future."""
+    """Parameters of a TimeStampStatus: the accepted age in s; negative for timestamps in the future."""
 
     def __init__(self, min_acceptable: float = -1, max_acceptable: float = 5) -> None:
         self.max_acceptable = max_acceptable
@@ -127,7 +127,7 @@ class TimeStampStatusParam:
 
 
 class TimeStampStatus(DiagnosticTask):
-    """Reports how old the stamps are that `tick` is called with."""
+    """Task that reports the age of the timestamps passed to `tick`."""
 
     def __init__(self, params: TimeStampStatusParam | None = None, name: str = "Timestamp Status") -> None:
         super().__init__(name)
@@ -136,13 +136,13 @@ class TimeStampStatus(DiagnosticTask):
         self._delays = StampDelays()
 
     def tick(self, stamp: Any) -> None:
-        """Counts a stamp: a `rospy.Time` or seconds."""
+        """Count a timestamp: a `rospy.Time` or seconds."""
         seconds = stamp if isinstance(stamp, int | float) else stamp.to_sec()
         with self.lock:
             self._delays.add(seconds, rospy.get_time())
 
     def run(self, stat: Any) -> Any:
-        """Reports the stamps since the last report."""
+        """Report the timestamps since the last report."""
         least, greatest = self.params.min_acceptable, self.params.max_acceptable
         with self.lock:
             delays = self._delays
@@ -159,12 +159,12 @@ class TimeStampStatus(DiagnosticTask):
 
 
 class Heartbeat(DiagnosticTask):
-    """Reports that the node runs."""
+    """Task that reports that the node is alive."""
 
     def __init__(self) -> None:
         super().__init__("Heartbeat")
 
     def run(self, stat: Any) -> Any:
-        """Always OK."""
+        """Report OK."""
         stat.summary(0, "Alive")
         return stat

@@ -1,4 +1,4 @@
-"""`Updater`: runs tasks and sends what they report."""
+"""`Updater`: runs tasks and publishes their reports."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ class DiagnosticTaskVector:
     """Tasks by their names."""
 
     class DiagnosticTaskInternal:
-        """A task's name and what it runs."""
+        """A task's name and function."""
 
         def __init__(self, name: str, fn: Callable[[Any], Any]) -> None:
             self.name = name
             self.fn = fn
 
         def run(self, stat: Any) -> Any:
-            """Runs the task under its name."""
+            """Run the task under its name."""
             stat.name = self.name
             return self.fn(stat)
 
@@ -35,10 +35,10 @@ class DiagnosticTaskVector:
         self.lock = RLock()
 
     def addedTaskCallback(self, task: Any) -> None:
-        """Called with each task that is added."""
+        """Handle the addition of a task; for subclasses."""
 
     def add(self, *args: Any) -> None:
-        """Adds a task, or a name and a function that takes a status and returns it."""
+        """Add a task, or a name and a function that takes a status and return it."""
         name, function = (args[0].getName(), args[0].run) if len(args) == 1 else args
         task = DiagnosticTaskVector.DiagnosticTaskInternal(name, function)
         with self.lock:
@@ -46,7 +46,7 @@ class DiagnosticTaskVector:
             self.addedTaskCallback(task)
 
     def removeByName(self, name: str) -> bool:
-        """Removes the first task with that name. Returns whether there was one."""
+        """Remove the first task with that name. Return whether there was one."""
         with self.lock:
             for task in self.tasks:
                 if task.name == name:
@@ -56,9 +56,9 @@ class DiagnosticTaskVector:
 
 
 class Updater(DiagnosticTaskVector):
-    """Sends what its tasks report on `/diagnostics`, as often as the parameter `~diagnostic_period` says.
+    """Publisher of the tasks' reports on `/diagnostics`, every `~diagnostic_period` seconds.
 
-    Call `update` at least as often. A task that raises is reported as an error, and stops no other.
+    Call `update` at least as often. A task that raises is reported as an error; the other tasks still run.
     """
 
     def __init__(self) -> None:
@@ -72,11 +72,11 @@ class Updater(DiagnosticTaskVector):
         self.warn_nohwid_done = False
 
     def setHardwareID(self, hwid: str) -> None:
-        """What the device is known by; "none" where it has nothing of that kind."""
+        """Set the identifier of the device; "none" if it has none."""
         self.hwid = hwid
 
     def update(self) -> None:
-        """Publishes the reports if the period is over."""
+        """Publish the reports if the period has elapsed."""
         now = rospy.Time.now()
         if now >= self.last_time_period_checked + rospy.Duration(_PERIOD_CHECK_S):
             self.period = rospy.get_param_cached("~diagnostic_period", 1)
@@ -85,7 +85,7 @@ class Updater(DiagnosticTaskVector):
             self.force_update()
 
     def force_update(self) -> None:
-        """Reports now."""
+        """Publish the reports immediately."""
         self.last_time = rospy.Time.now()
         with self.lock:
             found = [self._report(task) for task in self.tasks]
@@ -109,7 +109,7 @@ class Updater(DiagnosticTaskVector):
         return status
 
     def broadcast(self, lvl: int, msg: str) -> None:
-        """Sends the same level and message for every task."""
+        """Publish the same level and message for every task."""
         with self.lock:
             found = [DiagnosticStatusWrapper(name=task.name) for task in self.tasks]
         for status in found:
@@ -117,7 +117,7 @@ class Updater(DiagnosticTaskVector):
         self.publish(found)
 
     def publish(self, msg: Any) -> None:
-        """Sends a status, or a list of them, with the node's name in front of theirs."""
+        """Publish a status or a list of statuses, with the node's name as prefix."""
         found = msg if isinstance(msg, list) else [msg]
         for status in found:
             status.name = f"{rospy.get_name()[1:]}: {status.name}"
@@ -126,7 +126,7 @@ class Updater(DiagnosticTaskVector):
         self.publisher.publish(message)
 
     def addedTaskCallback(self, task: Any) -> None:
-        """Says that the task's device starts."""
+        """Publish that the task's device is starting up."""
         status = DiagnosticStatusWrapper(name=task.name)
         status.summary(0, "Node starting up")
         self.publish(status)

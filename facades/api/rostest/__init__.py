@@ -1,4 +1,4 @@
-"""The names of genuine `rostest` that test scripts use; the work is done in `pipros.testing`."""
+"""Drop-in replacement for Noetic's rostest; a facade of `pipros.testing`."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ _TOOL = "script"
 def rosrun(
     package: str, test_name: str, test: script_runner.Tests, sysargs: Sequence[str] | None = None
 ) -> None:
-    """Runs tests of nodes and topics; `test_name` names the result file and starts nothing.
+    """Run tests of nodes and topics; `test_name` is the name of the result file.
 
-    The node that the tests made is shut down afterwards, and the process ends with 1 when they did not pass.
+    Afterwards, shut down the node created by the tests, and exit with code 1 if they did not pass.
     """
     passed = script_runner.run_program(package, test_name, test, sys.argv if sysargs is None else sysargs)
-    # Late: a test program that never asked for a node does not need to load what makes one.
+    # Imported late, because test programs without a node do not need rospy.
     import rospy
 
     rospy.signal_shutdown("test complete")
@@ -48,7 +48,7 @@ run = rosrun
 
 
 def deprecated(func: Callable[..., Any]) -> Callable[..., Any]:
-    """The function, with a warning at each call that it is deprecated."""
+    """Wrap a function so that each call issues a DeprecationWarning."""
 
     @functools.wraps(func)
     def call(*args: Any, **kwargs: Any) -> Any:
@@ -61,7 +61,7 @@ def deprecated(func: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def rostestmain() -> None:
-    """The command `rostest`, with the command line of this process. Ends the process when it fails."""
+    """Run the command `rostest` with the command line of this process. Exit the process on failure."""
     from rostest.rostest_main import rostestmain as main
 
     main()
@@ -76,17 +76,17 @@ def unitrun(*args: Any, **kwargs: Any) -> None:
 
 
 def is_subscriber(topic: str, subscriber_id: str) -> bool:
-    """True when the master knows the node `subscriber_id` as a subscriber of `topic`."""
+    """Return True if the node `subscriber_id` is registered as a subscriber of `topic`."""
     return graph.is_subscriber(topic, subscriber_id, _TOOL)
 
 
 def is_publisher(topic: str, publisher_id: str) -> bool:
-    """True when the master knows the node `publisher_id` as a publisher of `topic`."""
+    """Return True if the node `publisher_id` is registered as a publisher of `topic`."""
     return graph.is_publisher(topic, publisher_id, _TOOL)
 
 
 def get_master() -> Any:
-    """An XML-RPC proxy of the master, for tests that ask it themselves."""
+    """Return an XML-RPC proxy of the master."""
     from xmlrpc.client import ServerProxy
 
     from pipros.basics.env import Environment

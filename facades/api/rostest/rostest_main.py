@@ -37,7 +37,7 @@ ROS_TEST_RESULTS_DIR = "ROS_TEST_RESULTS_DIR"
 
 
 def configure_logging() -> str | None:
-    """Opens the log file of a rostest, says where it is and returns its path."""
+    """Open the log file of a rostest, print and return its path."""
     file = roslogging.configure_logging(
         "rostest", filename=f"rostest-{socket.gethostname()}-{os.getpid()}.log"
     )
@@ -47,14 +47,14 @@ def configure_logging() -> str | None:
 
 
 def write_bad_filename_failure(test_file: str, results_file: str, outname: str) -> None:
-    """Writes a result file that says that a launch file does not exist."""
+    """Write a result file that reports a missing launch file."""
     path = Path(results_file)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(test_failure_junit_xml(outname, f"rostest file [{test_file}] does not exist"))
 
 
 def rostestmain() -> None:
-    """The command, with the command line of this process. Ends the process when it fails."""
+    """Run the command with the command line of this process. Exit the process on failure."""
     from pipros.cli.rostest import main
 
     code = main()

@@ -1,4 +1,4 @@
-"""`ROSTestLaunchParent`: a launch with a master of its own, on which tests run."""
+"""`ROSTestLaunchParent`: a launch with its own master, in which tests run."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ class ROSTestLaunchParent(ROSLaunchParent):
         self._is_set_up = False
 
     def _load_config(self) -> None:
-        """Does nothing: the configuration was given."""
+        """Do nothing: the constructor received the configuration."""
 
     def setUp(self) -> None:  # unittest's name
-        """Starts the master, or finds the one to be used.
+        """Start the master, or find the existing one.
 
         Raises:
-            RLException: it does not answer, or there is no port.
+            RLException: the existing master does not answer, or no port is available.
         """
         self._fixture.set_up()
         self._is_set_up = True
@@ -63,20 +63,20 @@ class ROSTestLaunchParent(ROSLaunchParent):
         self.master = self.config.master
 
     def tearDown(self) -> None:
-        """Ends everything that was started. May be repeated."""
+        """End everything that was started. Idempotent."""
         if self._is_set_up:
             self._is_set_up = False
             self.master = None
             self._fixture.tear_down()
 
     def launch(self) -> tuple[list[str], list[str]]:
-        """Sets the parameters and starts the nodes, but no tests.
+        """Set the parameters and start the nodes, but not the tests.
 
         Returns:
-            The names of the processes that run, and of the nodes that did not start.
+            The names of the running processes, and of the nodes that did not start.
 
         Raises:
-            RuntimeError: before `setUp`.
+            RuntimeError: `setUp` was not called.
         """
         if not self._is_set_up:
             raise RuntimeError("no runner to launch")
@@ -84,12 +84,12 @@ class ROSTestLaunchParent(ROSLaunchParent):
         return list(self._fixture.run.running()), failed
 
     def run_test(self, test: Test) -> None:
-        """Runs a test to its end.
+        """Run a test until it exits.
 
         Raises:
-            RLTestTimeoutException: its time limit is over; it runs until `tearDown`.
-            RLException: it could not be started, or a required node ended.
-            RuntimeError: before `setUp`.
+            RLTestTimeoutException: the test exceeded its time limit; it keeps running until `tearDown`.
+            RLException: the test could not be started, or a required node exited.
+            RuntimeError: `setUp` was not called.
         """
         if not self._is_set_up:
             raise RuntimeError("no runner")

@@ -1,4 +1,4 @@
-"""What rostest prints, and the names of rosunit that it uses."""
+"""Output of rostest, and the functions of rosunit that it uses."""
 
 from __future__ import annotations
 
@@ -33,21 +33,21 @@ _latest: list[unittest.TestResult] = []
 
 
 def printlog(msg: str, *args: object) -> None:
-    """Prints to standard output; `args` are for the `%` forms of the text."""
+    """Print to standard output; `args` are the arguments of the `%` format."""
     print(f"[ROSTEST]{msg % args if args else msg}")
 
 
 def printlogerr(msg: str, *args: object) -> None:
-    """As `printlog`, to standard error."""
+    """Print to standard error; `args` are the arguments of the `%` format."""
     print(f"[ROSTEST]{msg % args if args else msg}", file=sys.stderr)
 
 
 def printRostestSummary(result: unittest.TestResult, rostest_results: Result) -> None:
-    """Prints the cases of test programs, and which programs could not be run."""
+    """Print the cases of test programs, and the programs that could not run."""
     _latest[:] = [result]
     rosunit.print_runner_summary(result, rostest_results, runner_name="ROSTEST")
 
 
 def getErrors() -> object:
-    """The errors of the result that was printed last; None before the first."""
+    """Return the errors of the last printed result; None before the first."""
     return _latest[0].errors if _latest else None

@@ -1,4 +1,4 @@
-"""Makes the unittest class of a launch file with tests, and holds what came of it."""
+"""Creation of unittest classes for launch files with tests, and their results."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ _Method = Callable[[unittest.TestCase], None]
 
 
 class _Made:
-    """The runs that `createUnitTest` made, with what is needed to tell about them."""
+    """The runs created by `createUnitTest`, and the module's settings."""
 
     def __init__(self) -> None:
         self.runs: list[tuple[Rostest, ROSLaunchConfig]] = []
@@ -73,14 +73,14 @@ def createUnitTest(  # Noetic's name
     clear: bool = False,
     results_base_dir: str | None = None,
 ) -> type[unittest.TestCase]:
-    """A unittest class with a case for each `<test>` of a launch file.
+    """Return a unittest class with a case for each `<test>` of a launch file.
 
     Args:
-        pkg: the package whose results these are.
-        results_base_dir: takes the place of the folder of test results.
+        pkg: the package of the results.
+        results_base_dir: replaces the default folder of test results.
 
     Raises:
-        RLException: the file is wrong.
+        RLException: the file is invalid.
     """
     index, environment = PackageIndex.from_environment(), Environment.from_os()
     launch = load([test_file], context=LoadContext.of_process(index))
@@ -105,14 +105,14 @@ def createUnitTest(  # Noetic's name
 
 
 def setTextMode(val: bool) -> None:
-    """Whether test programs report on the console, and write no results."""
+    """Set whether test programs report on the console and write no results."""
     _made.has_text = bool(val)
     for run, _ in _made.runs:
         run.write_text(text=_made.has_text)
 
 
 def getResults() -> Result:
-    """The results that test programs left so far."""
+    """Return the results written by test programs so far."""
     total = Result("rostest")
     for run, _ in _made.runs:
         for prefix, suite in run.results:
@@ -121,17 +121,17 @@ def getResults() -> Result:
 
 
 def getConfig() -> ROSLaunchConfig | None:
-    """The configuration of the launch file that was made a class last; None before the first."""
+    """Return the configuration of the last launch file passed to `createUnitTest`, or None."""
     return _made.runs[-1][1] if _made.runs else None
 
 
 def getRostestParents() -> list[ROSTestLaunchParent]:
-    """Launches to be torn down at the end: none, for each case ends its own."""
+    """Return the launches to tear down at the end: none, because each case ends its own."""
     return _made.parents
 
 
 def failRunner(testName: str, message: str) -> _Method:
-    """A test method that fails with a message."""
+    """Return a test method that fails with a message."""
     _ = testName
 
     def fn(self: unittest.TestCase) -> None:
@@ -142,17 +142,17 @@ def failRunner(testName: str, message: str) -> _Method:
 
 
 def failDuplicateRunner(testName: str) -> _Method:
-    """A test method that fails because another test has its name."""
+    """Return a test method that fails because another test has its name."""
     return failRunner(testName, f"Duplicate tests named [{testName}] in rostest suite")
 
 
 def setUp(self: unittest.TestCase) -> None:
-    """`setUp` of the classes that `createUnitTest` makes: starts master and nodes."""
+    """Start master and nodes; `setUp` of the classes created by `createUnitTest`."""
     _run_of(self).set_up()
 
 
 def tearDown(self: unittest.TestCase) -> None:
-    """`tearDown` of the classes that `createUnitTest` makes: ends them."""
+    """End master and nodes; `tearDown` of the classes created by `createUnitTest`."""
     _run_of(self).tear_down()
 
 

@@ -1,4 +1,4 @@
-"""The names of genuine `rosunit` that test scripts use; the work is done in `pipros.testing`."""
+"""Drop-in replacement for Noetic's rosunit; a facade of `pipros.testing`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _LATE = ("pmon", "rosunit_main")
 
 
 def __getattr__(name: str) -> ModuleType:
-    """Modules that `import rosunit` makes attributes in Noetic, and that no test script waits for here."""
+    """Import a module that is an attribute of rosunit in Noetic; on first use, to start scripts faster."""
     if name not in _LATE:
         raise AttributeError(f"module 'rosunit' has no attribute {name!r}")
     return importlib.import_module(f"rosunit.{name}")

@@ -38,7 +38,7 @@ __all__ = [
     "xml_results_file",
 ]
 
-# unittest leaves the frames of modules with this variable out of its reports.
+# unittest omits the frames of modules with this variable from its reports.
 __unittest = True
 
 BARE_TIME_LIMIT = 60.0
@@ -55,17 +55,17 @@ _star_names(
 
 
 class TestTimeoutException(Exception):
-    """A test program ran longer than its time limit."""
+    """A test program exceeded its time limit."""
 
     __test__ = False  # not for pytest
 
 
 class BareTestCase(unittest.TestCase):
-    """A case that passes when a program ended and left results, which are in `results` then.
+    """A case that passes if a program exits and has written results, which are then in `results`.
 
     Attributes:
         args: the command line of the program.
-        retry: how often a program with failures is run again.
+        retry: the remaining number of retries if there are failures.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class BareTestCase(unittest.TestCase):
         self._arguments = list(args)
 
     def runTest(self) -> None:  # unittest's name
-        """Runs the program, again while it fails and may be retried."""
+        """Run the program, and repeat it while it fails and retries are left."""
         if self.package is None:
             self.fail("unable to determine package of executable")
         test = BareTest(
@@ -130,7 +130,7 @@ class BareTestCase(unittest.TestCase):
 
 
 def print_unittest_summary(result: unittest.TestResult) -> None:
-    """Prints how many tests ran, and which had errors and failures."""
+    """Print the number of tests, and the names of those with errors and failures."""
     names: list[list[str]] = [
         [test.id().rpartition(".")[2] for test, _ in broken] for broken in (result.errors, result.failures)
     ]
@@ -140,7 +140,7 @@ def print_unittest_summary(result: unittest.TestResult) -> None:
 def print_runner_summary(
     runner_results: unittest.TestResult, junit_results: junitxml.Result, runner_name: str = "ROSUNIT"
 ) -> None:
-    """Prints the cases of test programs, and which programs could not be run."""
+    """Print the cases of test programs, and the programs that could not run."""
     lines = "".join(result.description for result in junit_results.test_case_results).splitlines()
     not_run = [test.id().rpartition(".")[2] for test, _ in runner_results.failures]
     lines += [f"[{name}][failed]" for name in not_run]

@@ -1,4 +1,4 @@
-"""Result files of test programs, and what rosunit prints."""
+"""Result files of test programs, and output of rosunit."""
 
 from __future__ import annotations
 
@@ -35,32 +35,32 @@ def _filled_in(msg: str, args: tuple[object, ...]) -> str:
 
 
 def printlog(msg: str, *args: object) -> None:
-    """Prints to standard output; `args` are for the `%` forms of the text."""
+    """Print to standard output; `args` are the arguments of the `%` format."""
     print(_filled_in(msg, args))
 
 
 def printlog_bold(msg: str, *args: object) -> None:
-    """As `printlog`, in bold letters."""
+    """Print to standard output in bold; see `printlog`."""
     print(f"\033[1m{_filled_in(msg, args)}\033[0m")
 
 
 def printerrlog(msg: str, *args: object) -> None:
-    """As `printlog`, to standard error."""
+    """Print to standard error; see `printlog`."""
     print(_filled_in(msg, args), file=sys.stderr)
 
 
 def makedirs_with_parent_perms(p: str) -> None:
-    """Makes a folder and those above it, each with owner and permissions of the folder that it is in."""
+    """Create a folder and its missing parents, each with the owner and permissions of its parent."""
     make_folders_as_parent(Path(os.path.abspath(p)))
 
 
 def xml_results_file(
     test_pkg: str, test_name: str, is_rostest: bool = False, env: dict[str, Any] | None = None
 ) -> str:
-    """The path of a test's result file, of which the folder is made.
+    """Return the path of a test's result file, and create its folder.
 
     Raises:
-        OSError: it cannot be made.
+        OSError: the folder cannot be created.
     """
     name = test_name.translate(dict.fromkeys(map(ord, _BAD_IN_NAMES), "_"))
     path = result_paths.results_file(
@@ -74,7 +74,7 @@ _BAD_IN_NAMES = " \"'&$!`/\\"
 
 
 def rostest_name_from_path(pkg_dir: str, test_file: str) -> str:
-    """The name of a launch file among the results of its package; outside of it as its path says."""
+    """Return a launch file's name in result files: its path in the package, or its full path outside."""
     path = Path(os.path.abspath(test_file))
     if not path.is_relative_to(pkg_dir):
         return str(Path(test_file).with_suffix("")).replace(os.sep, "_")
@@ -84,5 +84,5 @@ def rostest_name_from_path(pkg_dir: str, test_file: str) -> str:
 def create_xml_runner(
     test_pkg: str, test_name: str, results_file: str | None = None, is_rostest: bool = False
 ) -> XmlRunner:
-    """A unittest runner that leaves a result file."""
+    """Return a unittest runner that writes a result file."""
     return script_runner.make_xml_runner(test_pkg, test_name, results_file, is_rostest=is_rostest)

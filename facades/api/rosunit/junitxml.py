@@ -1,4 +1,4 @@
-"""Test results in Noetic's classes, read from result files and written as XML."""
+"""Test results as Noetic's classes, read from result files and written as XML."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _DASHES = "-" * 80
 
 
 class TestInfo:
-    """Why a case did not pass: the type of the exception, and what it says."""
+    """Why a case did not pass: the type and text of the exception."""
 
     __test__ = False  # not for pytest
     tag = ""
@@ -51,7 +51,7 @@ class TestFailure(TestInfo):
 
 
 class TestCaseResult:
-    """The outcome of one test case. It passed when it has neither failures nor errors."""
+    """The outcome of one test case, which passed if it has neither failures nor errors."""
 
     __test__ = False
 
@@ -68,7 +68,7 @@ class TestCaseResult:
 
     @property
     def description(self) -> str:
-        """What a summary says about the case."""
+        """The text about the case in a summary."""
         if self.passed:
             return f"[{self.name}][passed]\n"
         return "".join(
@@ -118,7 +118,7 @@ class Result:
         self.time = 0.0
 
     def accumulate(self, r: Result) -> None:
-        """Adds the results of another run to these."""
+        """Add the results of another run to these."""
         self.num_errors += r.num_errors
         self.num_failures += r.num_failures
         self.num_tests += r.num_tests
@@ -128,11 +128,11 @@ class Result:
         self.system_err = "\n".join(filter(None, (self.system_err, r.system_err)))
 
     def add_test_case_result(self, r: TestCaseResult) -> None:
-        """Adds a case. The numbers stay as they were given."""
+        """Add a case. The constructor's counts do not change."""
         self.test_case_results.append(r)
 
     def xml_element(self) -> bytes:
-        """The content of a result file."""
+        """Return the content of a result file."""
         element = ElementTree.Element(
             "testsuite",
             tests=str(self.num_tests),
@@ -148,7 +148,7 @@ class Result:
 
 
 def read(test_file: str, test_name: str) -> Result:
-    """The results of a file, under the name `test_name`; none, with a warning, when it cannot be read."""
+    """Return the results of a file as `test_name`; empty, with a warning, if it cannot be read."""
     result = Result(test_name)
     try:
         content = read_file(test_file)
@@ -169,7 +169,7 @@ def read(test_file: str, test_name: str) -> Result:
 
 
 def result_of(suite: Suite, test_name: str, prefix: str) -> Result:
-    """A suite of `pipros.testing` in Noetic's classes. `prefix` comes before the names of its cases."""
+    """Convert a suite of `pipros.testing` to Noetic's classes. `prefix` is prepended to case names."""
     result = Result(test_name, suite.errors, suite.failures, suite.tests)
     result.time = suite.seconds
     result.test_case_results = [_from_case(case, test_name, prefix) for case in suite.cases]
@@ -201,7 +201,7 @@ def test_failure_junit_xml(
     class_name: str = "Results",
     testcase_name: str = "test_ran",
 ) -> bytes:
-    """A result file that says that one test failed, and why."""
+    """Return a result file with one failed test and the reason."""
     suite, case = _one_case(test_name, class_name, testcase_name, failures=1)
     ElementTree.SubElement(case, "failure", message=escape_controls(message), type="")
     if stdout:
@@ -212,7 +212,7 @@ def test_failure_junit_xml(
 def test_success_junit_xml(
     test_name: str, class_name: str = "Results", testcase_name: str = "test_ran"
 ) -> bytes:
-    """A result file that says that one test passed."""
+    """Return a result file with one passed test."""
     return ElementTree.tostring(_one_case(test_name, class_name, testcase_name, failures=0)[0])
 
 
@@ -232,7 +232,7 @@ def _one_case(
 
 
 def print_summary(junit_results: Result, runner_name: str = "ROSUNIT") -> None:
-    """Prints all cases, and the numbers of tests, errors and failures."""
+    """Print all cases, and the numbers of tests, errors and failures."""
     cases = "".join(
         test_case_result.description for test_case_result in junit_results.test_case_results
     ).splitlines()
@@ -241,7 +241,7 @@ def print_summary(junit_results: Result, runner_name: str = "ROSUNIT") -> None:
 
 
 def read_all(filter_: Sequence[str] = ()) -> Result:
-    """All results of this user, or those of some packages."""
+    """Return all results in the test results folder, or only those of the packages in `filter_`."""
     total = Result("ros")
     folder = Environment.from_os().test_results_dir
     for package in sorted(path for path in folder.glob("*") if path.is_dir()):
@@ -252,17 +252,17 @@ def read_all(filter_: Sequence[str] = ()) -> Result:
 
 
 def cdata(cdata_text: str) -> str:
-    """A CDATA section."""
+    """Return a CDATA section."""
     return CDATA_START + cdata_text + CDATA_END
 
 
 def filter_nonprintable_text(text: str) -> str:
-    """The text with each character that XML forbids replaced by a written-out reference."""
+    """Return the text with each character that XML forbids replaced by a visible reference."""
     return escape_controls(text)
 
 
 def invalid_char_replacer(m: re.Match[str]) -> str:
-    """The written-out reference of the character that a pattern found."""
+    """Return the visible reference for a matched character."""
     return f"&#x{ord(m.group(0)):04X};"
 
 

@@ -1,4 +1,4 @@
-"""Processes and their monitor: those of `roslaunch.pmon`, under the names that rosunit has for them."""
+"""Processes and their monitor: `roslaunch.pmon` under rosunit's names."""
 
 from __future__ import annotations
 
@@ -37,15 +37,15 @@ start_process_monitor = pmon.start_process_monitor
 
 
 class PmonException(Exception):
-    """A process cannot be watched or started."""
+    """A process cannot be monitored or started."""
 
 
 class FatalProcessLaunch(PmonException):
-    """A process cannot be started, and another try would fail as well."""
+    """A process cannot be started, and a retry would fail as well."""
 
 
 class Process(pmon.Process):
-    """A process as a `ProcessMonitor` needs it; subclasses start and stop something."""
+    """Base class of the processes of a `ProcessMonitor`; subclasses implement starting and stopping."""
 
     def __init__(
         self,
@@ -60,7 +60,7 @@ class Process(pmon.Process):
 
 
 class LocalProcess(nodeprocess.LocalProcess):
-    """A program on this computer, as `rosunit.baretest.LocalProcess`."""
+    """A program on this computer, for `rosunit.baretest.LocalProcess`."""
 
     def __init__(
         self,

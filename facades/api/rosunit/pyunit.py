@@ -1,4 +1,4 @@
-"""`unitrun`: the end of a Python test script."""
+"""`unitrun`, which a Python test script calls at its end."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ def unitrun(
     sysargs: Sequence[str] | None = None,
     coverage_packages: Sequence[str] | None = None,
 ) -> None:
-    """Runs tests that need no ROS; ends the process with 1 when they do not pass.
+    """Run tests that need no ROS system; exit with code 1 if they do not pass.
 
     Args:
         sysargs: the command line. `--cov` and `--covhtml` measure coverage, if `coverage` is installed.
-        coverage_packages: of which coverage is reported; by default that of the test.
+        coverage_packages: the packages to report coverage for; by default that of the test.
     """
     argv = sys.argv if sysargs is None else sysargs
     packages = [package] if coverage_packages is None else list(coverage_packages)
@@ -52,12 +52,12 @@ _measuring: list[Any] = []
 
 
 def start_coverage(packages: Sequence[str]) -> None:
-    """Begins to measure coverage, adding to the data of earlier runs; prints a message when it cannot."""
+    """Start measuring coverage, appending to earlier data; print a warning if it is not possible."""
     _ = packages
     try:
         import coverage
     except ImportError:
-        print("WARNING: coverage is not installed (pip install coverage): none is measured", file=sys.stderr)
+        print("WARNING: cannot measure coverage: run pip install coverage", file=sys.stderr)
         return
     measuring = coverage.Coverage()
     measuring.load()
@@ -66,7 +66,7 @@ def start_coverage(packages: Sequence[str]) -> None:
 
 
 def stop_coverage(packages: Sequence[str], html: str | None = None) -> None:
-    """Ends what `start_coverage` began, and reports on packages; also as pages in the folder `html`."""
+    """Stop measuring coverage and report on packages, optionally also as HTML in the folder `html`."""
     if not _measuring:
         return
     measuring = _measuring.pop()
@@ -79,7 +79,7 @@ def stop_coverage(packages: Sequence[str], html: str | None = None) -> None:
         and getattr(module, "__file__", None)
     ]
     if not modules:
-        print(f"WARNING: nothing of {', '.join(packages)} was imported: no coverage", file=sys.stderr)
+        print(f"WARNING: no coverage: {', '.join(packages)} was not imported", file=sys.stderr)
         return
     measuring.report(modules, show_missing=True)
     if html:

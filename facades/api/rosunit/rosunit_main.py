@@ -23,7 +23,7 @@ _star_names(__name__, "os rospkg rosunit.pmon sys unittest")
 
 
 def rosunitmain() -> None:
-    """The command, with the command line of this process. Ends the process when it fails."""
+    """Run the command with the command line of this process. Exit the process on failure."""
     from pipros.cli.rosunit import main
 
     code = main()

@@ -17,12 +17,12 @@ _star_names(
 
 
 def cdata(cdata_text: str) -> str:
-    """A CDATA section."""
+    """Return a CDATA section."""
     return CDATA_START + cdata_text + CDATA_END
 
 
 class XMLTestRunner:
-    """Writes results to a stream, or to a file `TEST-module.Class.xml` in the folder `path`."""
+    """A runner that writes results to a stream, or to `TEST-module.Class.xml` in the folder `path`."""
 
     def __init__(self, stream: TextIO | None = None) -> None:
         self._stream = stream
@@ -30,7 +30,7 @@ class XMLTestRunner:
 
     @property
     def path(self) -> str:
-        """The folder of the file; has no effect with a stream."""
+        """The folder of the result file; not used with a stream."""
         return self._path
 
     @path.setter
@@ -38,7 +38,7 @@ class XMLTestRunner:
         self._path = path
 
     def run(self, test: unittest.TestSuite | unittest.TestCase) -> CaseResult:
-        """Runs tests; what they print goes to the results."""
+        """Run tests; their output becomes part of the results."""
         result, suite = run_captured(test)
         content = format_suite(suite)
         if self._stream is None:
@@ -46,7 +46,7 @@ class XMLTestRunner:
             name = f"TEST-{kind.__module__}.{kind.__name__}.xml"
             Path(self._path, name).write_text(content, encoding="utf-8")
         else:
-            # Whoever opened the stream wrote the declaration, as genuine rosunit's own does.
+            # The owner of the stream has written the XML declaration, as in genuine rosunit.
             self._stream.write(content.partition("\n")[2])
             self._stream.flush()
         return result

@@ -1,1 +1,1 @@
-"""The names of catkin that ROS code imports; a facade of `pipros.workspace` and `pipros.testing`."""
+"""Drop-in replacement for the parts of catkin's Python API that ROS code imports."""

@@ -1,4 +1,4 @@
-"""`catkin.cmake`: where the CMake modules of catkin are."""
+"""`catkin.cmake`: the location of catkin's CMake modules."""
 
 from catkin.find_in_workspaces import find_in_workspaces as find_in_workspaces
 from pipros.basics.lazy_names import star_names as _star_names
@@ -7,10 +7,10 @@ _star_names(__name__, "os")
 
 
 def get_cmake_path() -> str:
-    """The folder of the CMake modules of a genuine catkin; pipros carries out `CMakeLists.txt` without them.
+    """Return the folder of genuine catkin's CMake modules, which pipros itself does not use.
 
     Raises:
-        RuntimeError: no workspace of `CMAKE_PREFIX_PATH` has a genuine catkin.
+        RuntimeError: no workspace of `CMAKE_PREFIX_PATH` contains a genuine catkin.
     """
     found = find_in_workspaces(["share"], "catkin", "cmake")
     if not found:

@@ -13,10 +13,10 @@ _star_names(__name__, "shutil sys")
 
 
 def init_workspace(workspace_dir: str) -> None:
-    """Writes the top-level `CMakeLists.txt` of a source folder, and prints what was done.
+    """Write the top-level `CMakeLists.txt` of a source folder, and print the action.
 
     Raises:
-        RuntimeError: the folder has one, or does not exist.
+        RuntimeError: the file already exists, or the folder does not exist.
     """
     file = os.path.join(workspace_dir, "CMakeLists.txt")
     if os.path.lexists(file):

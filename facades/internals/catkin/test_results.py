@@ -1,4 +1,4 @@
-"""`catkin.test_results`: result files of tests, read and summed up."""
+"""`catkin.test_results`: reading and summarizing test result files."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ Four = tuple[int, int, int, int]
 
 
 def read_junit(filename: str) -> Three:
-    """`(tests, errors, failures)` of a result file; raises as `read_junit2`."""
+    """Return `(tests, errors, failures)` of a result file. Raises like `read_junit2`."""
     return read_junit2(filename)[:3]
 
 
 def read_junit2(filename: str) -> Four:
-    """`(tests, errors, failures, skipped)` of a result file.
+    """Return `(tests, errors, failures, skipped)` of a result file.
 
     Raises:
-        ValueError: it is not a result file.
-        xml.etree.ElementTree.ParseError: it is not XML.
-        OSError: it cannot be read.
+        ValueError: the file is not a result file.
+        xml.etree.ElementTree.ParseError: the file is not XML.
+        OSError: the file cannot be read.
     """
     try:
         return _four(count_results(parse(Path(filename).read_bytes(), filename)))
@@ -40,7 +40,7 @@ def read_junit2(filename: str) -> Four:
 def test_results(
     test_results_dir: str, show_verbose: bool = False, show_all: bool = False
 ) -> dict[str, Three]:
-    """The result files below a folder, each with `(tests, errors, failures)`; see `test_results2`."""
+    """Return the result files below a folder, each with `(tests, errors, failures)`; see `test_results2`."""
     found = test_results2(test_results_dir, show_verbose, show_all)
     return {file: counts[:3] for file, counts in found.items()}
 
@@ -48,11 +48,11 @@ def test_results(
 def test_results2(
     test_results_dir: str, show_verbose: bool = False, show_all: bool = False
 ) -> dict[str, Four]:
-    """The result files below a folder, each with `(tests, errors, failures, skipped)`.
+    """Return the result files below a folder, each with `(tests, errors, failures, skipped)`.
 
     Args:
-        show_verbose: prints files with errors and failures.
-        show_all: prints which files are not result files, and why.
+        show_verbose: whether to print files with errors and failures.
+        show_all: whether to print which files are not result files, and why.
     """
     folder = Path(test_results_dir).absolute()
     found: dict[str, Four] = {}
@@ -75,14 +75,14 @@ def _four(counts: ResultCounts) -> Four:
 def aggregate_results(
     results: Mapping[str, Four], callback_per_result: Callable[..., object] | None = None
 ) -> Three:
-    """As `aggregate_results2`, without the number of skipped tests in the sums."""
+    """Return the sums of `aggregate_results2` without the number of skipped tests."""
     return aggregate_results2(results, callback_per_result)[:3]
 
 
 def aggregate_results2(
     results: Mapping[str, Four], callback_per_result: Callable[..., object] | None = None
 ) -> Four:
-    """The sums of all counts; calls the function with name and counts of each file, in order of names."""
+    """Return the sums of all counts; call the callback with name and counts of each file, sorted by name."""
     total = ResultCounts()
     for name in sorted(results):
         counts = ResultCounts(*_checked(results[name]))
@@ -98,7 +98,7 @@ def _checked(counts: Four) -> Four:
 
 
 def print_summary(results: Mapping[str, Four], show_stable: bool = False, show_unstable: bool = True) -> None:
-    """As `print_summary2`, without the number of skipped tests."""
+    """Print the summary of `print_summary2` without the number of skipped tests."""
     print_summary2(results, show_stable, show_unstable, print_skipped=False)
 
 
@@ -108,12 +108,12 @@ def print_summary2(
     show_unstable: bool = True,
     print_skipped: bool = True,
 ) -> None:
-    """Prints the counts of each file and their sums.
+    """Print the counts of each file and their sums.
 
     Args:
-        show_stable: prints files in which all tests passed.
-        show_unstable: prints the others.
-        print_skipped: prints how many tests were skipped.
+        show_stable: whether to print files in which all tests passed.
+        show_unstable: whether to print the others.
+        print_skipped: whether to print the number of skipped tests.
     """
 
     def text(counts: ResultCounts) -> str:
@@ -130,13 +130,13 @@ def print_summary2(
 
 
 def remove_junit_result(filename: str) -> None:
-    """Removes a result file, and the one that `ensure_junit_result_exist` wrote for it, if they are there."""
+    """Remove a result file, and the substitute written by `ensure_junit_result_exist`, if they exist."""
     for file in (Path(filename), _missing(filename)):
         file.unlink(missing_ok=True)
 
 
 def ensure_junit_result_exist(filename: str) -> bool:
-    """Tidies a result file that is not XML, and says whether it did; one that is missing is written."""
+    """Tidy a result file that is not XML and return whether it was tidied; write a missing file."""
     if Path(filename).is_file():
         try:
             read_junit2(filename)

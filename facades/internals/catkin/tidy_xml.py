@@ -1,4 +1,4 @@
-"""`catkin.tidy_xml`: files that a program wrote as XML, without characters that XML does not allow."""
+"""`catkin.tidy_xml`: removal of characters that XML does not allow."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ _ILLEGAL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 
 def tidy_xml(filename: str) -> bool:
-    """Replaces characters that XML does not allow by question marks. Returns True.
+    """Replace characters that XML does not allow by question marks. Return True.
 
     Raises:
         ValueError: the file does not exist.
-        OSError: it cannot be read or written.
+        OSError: the file cannot be read or written.
     """
     file = Path(filename)
     if not file.is_file():

@@ -1,4 +1,4 @@
-"""`catkin.workspace`: built workspaces and the sources that they were built from."""
+"""`catkin.workspace`: built workspaces and their source folders."""
 
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.workspace.find_in_workspaces import source_paths as get_source_paths

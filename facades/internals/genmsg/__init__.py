@@ -1,4 +1,4 @@
-"""`genmsg`, for those who import it. The code is in `pipros.msg`."""
+"""Drop-in replacement for Noetic's genmsg; a facade of `pipros.msg`."""
 
 from genmsg import base, gentools, msg_loader, msgs, names, srvs
 from genmsg.base import (

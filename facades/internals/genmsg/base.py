@@ -1,4 +1,4 @@
-"""`genmsg.base`: the constants of the definition language, its errors, and what generators print."""
+"""`genmsg.base`: constants of the definition language, its errors, and the output of generators."""
 
 from pipros.basics.lazy_names import star_names as _star_names
 
@@ -15,11 +15,11 @@ IODELIM = "---"
 
 
 class InvalidMsgSpec(Exception):
-    """A definition breaks the rules of the language."""
+    """A definition violates the rules of the language."""
 
 
 class MsgGenerationException(Exception):
-    """A definition cannot be made into a class."""
+    """No class can be generated from a definition."""
 
 
 verbose = False
@@ -28,18 +28,18 @@ _is_verbose = [verbose]
 
 
 def log_verbose(value: bool) -> None:
-    """Whether `log` and `plog` print from now on. They do not at first."""
+    """Set whether `log` and `plog` print. They are silent by default."""
     _is_verbose[0] = value
 
 
 def log(*args: object) -> None:
-    """Prints what a generator does, for those who asked by `log_verbose`."""
+    """Print an action of a generator if enabled by `log_verbose`."""
     if _is_verbose[0]:
         print("LOG:", *args)
 
 
 def plog(msg: object, obj: object) -> None:
-    """As `log`, of an object with a text in front."""
+    """Print a text and an object if enabled by `log_verbose`."""
     if _is_verbose[0]:
         from pprint import pformat
 

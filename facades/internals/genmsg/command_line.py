@@ -1,4 +1,4 @@
-"""`genmsg.command_line`: the arguments of generators of message code."""
+"""`genmsg.command_line`: arguments of message code generators."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 
 def includepath_to_dict(includepath: Iterable[str]) -> dict[str, list[str]]:
-    """The search path, `{package: [folders]}`, that arguments `package:folder` mean."""
+    """Convert arguments of the form `package:folder` to a search path, `{package: [folders]}`."""
     found: dict[str, list[str]] = {}
     for argument in includepath:
         package, sign, folder = argument.partition(":")

@@ -1,4 +1,4 @@
-"""`genmsg.deps`: the files that a definition needs."""
+"""`genmsg.deps`: files of the types that a definition embeds."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ Dependency = tuple[str, str | None]
 def find_msg_dependencies_with_type(
     pkg_name: str, msg_file: str, search_paths: SearchPath
 ) -> list[Dependency]:
-    """`(type, file)` of each type that a message embeds, those that these embed included.
+    """Return `(type, file)` of each type that a message embeds, directly or indirectly.
 
     Raises:
-        genmsg.MsgNotFound: one of them is not on the search path.
-        genmsg.InvalidMsgSpec: one of them breaks the rules.
+        genmsg.MsgNotFound: a type is not on the search path.
+        genmsg.InvalidMsgSpec: a definition is invalid.
     """
     context = MsgContext.create_default()
     spec = load_msg_from_file(context, msg_file, f"{pkg_name}/{Path(msg_file).stem}")
@@ -35,14 +35,14 @@ def find_msg_dependencies_with_type(
 
 
 def find_msg_dependencies(pkg_name: str, msg_file: str, search_paths: SearchPath) -> list[str | None]:
-    """The files of `find_msg_dependencies_with_type`."""
+    """Return the files of `find_msg_dependencies_with_type`."""
     return [file for _, file in find_msg_dependencies_with_type(pkg_name, msg_file, search_paths)]
 
 
 def find_srv_dependencies_with_type(
     pkg_name: str, msg_file: str, search_paths: SearchPath
 ) -> list[Dependency]:
-    """As `find_msg_dependencies_with_type`, of a service."""
+    """Return `(type, file)` of each type that a service embeds; see `find_msg_dependencies_with_type`."""
     context = MsgContext.create_default()
     spec = load_srv_from_file(context, msg_file, f"{pkg_name}/{Path(msg_file).stem}")
     halves = [spec.request.full_name, spec.response.full_name]
@@ -50,7 +50,7 @@ def find_srv_dependencies_with_type(
 
 
 def find_srv_dependencies(pkg_name: str, msg_file: str, search_paths: SearchPath) -> list[str | None]:
-    """The files of `find_srv_dependencies_with_type`."""
+    """Return the files of `find_srv_dependencies_with_type`."""
     return [file for _, file in find_srv_dependencies_with_type(pkg_name, msg_file, search_paths)]
 
 

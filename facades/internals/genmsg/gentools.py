@@ -28,12 +28,12 @@ _star_names(__name__, "genmsg.base genmsg.msgs genmsg.names hashlib io:StringIO 
 
 
 def compute_md5_text(msg_context: MsgContext, spec: MsgSpec) -> str:
-    """The text over which the md5 is computed. The types that `spec` embeds must be loaded."""
+    """Return the text over which the md5 is computed. Types embedded by `spec` must be loaded."""
     return digest.md5_text(spec.definition(), _lookup(msg_context))
 
 
 def compute_md5(msg_context: MsgContext, spec: MsgSpec | SrvSpec) -> str:
-    """The md5 of a message or a service. The types that it embeds must be loaded."""
+    """Return the md5 of a message or a service. The types that it embeds must be loaded."""
     if isinstance(spec, SrvSpec):
         return digest.service_md5(_service(spec), _lookup(msg_context))
     return digest.message_md5(spec.definition(), _lookup(msg_context))
@@ -43,10 +43,10 @@ compute_md5_v2 = compute_md5
 
 
 def compute_full_text(msg_context: MsgContext, spec: MsgSpec) -> str:
-    """The definition followed by those of all types it embeds. These must be loaded.
+    """Return the definition followed by those of all embedded types, which must be loaded.
 
     Raises:
-        KeyError: it is not registered itself, as a service, which has no such text.
+        KeyError: the definition is not registered, or it is a service, which has no full text.
     """
     if not msg_context.is_registered(spec.full_name):
         raise KeyError(spec.full_name)
@@ -54,10 +54,10 @@ def compute_full_text(msg_context: MsgContext, spec: MsgSpec) -> str:
 
 
 def compute_full_type_name(package_name: str, file_name: str) -> str:
-    """`package/Name` for a file Name.msg or Name.srv.
+    """Return `package/Name` for a file Name.msg or Name.srv.
 
     Raises:
-        MsgGenerationException: for another file.
+        MsgGenerationException: the file has another extension.
     """
     for extension in (".msg", ".srv"):
         if file_name.endswith(extension):

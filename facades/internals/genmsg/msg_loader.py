@@ -59,7 +59,7 @@ class MsgNotFound(Exception):  # the name in genmsg
 
 
 class MsgContext:
-    """The loaded definitions, and the types that they embed."""
+    """Loaded definitions, and the types that they embed."""
 
     def __init__(self) -> None:
         self._registered: dict[str, MsgSpec] = {}
@@ -68,7 +68,7 @@ class MsgContext:
 
     @staticmethod
     def create_default() -> MsgContext:
-        """A context that knows `time` and `duration`."""
+        """Return a context in which `time` and `duration` are registered."""
         context = MsgContext()
         for name, text in ((TIME, TIME_MSG), (DURATION, DURATION_MSG)):
             kind = text.partition(" ")[0]
@@ -82,7 +82,7 @@ class MsgContext:
         return bare_msg_type(full_msg_type) in self._registered
 
     def get_registered(self, full_msg_type: str) -> MsgSpec:
-        """Raises KeyError for a type that was not registered."""
+        """Return the definition of a type. Raises KeyError if it is not registered."""
         return self._registered[bare_msg_type(full_msg_type)]
 
     def set_file(self, full_msg_type: str, file_path: str) -> None:
@@ -98,10 +98,10 @@ class MsgContext:
         return self._depends.get(full_msg_type)
 
     def get_all_depends(self, full_msg_type: str) -> list[str]:
-        """The types that a type embeds, each followed by those that it embeds itself.
+        """Return the types that a type embeds, each followed by its own embedded types.
 
         Raises:
-            KeyError: when the dependencies of a type were not loaded.
+            KeyError: the dependencies of a type are not loaded.
         """
         found: list[str] = []
         for name in self._depends[full_msg_type]:
@@ -113,7 +113,7 @@ class MsgContext:
 
 
 def get_msg_file(package: str, base_type: str, search_path: SearchPath, ext: str = EXT_MSG) -> str:
-    """The file of a type.
+    """Return the file of a type.
 
     Raises:
         MsgNotFound: the package or the type is not on the search path.
@@ -141,11 +141,11 @@ def get_srv_file(package: str, base_type: str, search_path: SearchPath) -> str:
 
 
 def convert_constant_value(field_type: str, val: str) -> bool | int | float | str:
-    """The value that a text means for a constant of that type.
+    """Convert a text to the value of a constant.
 
     Raises:
-        InvalidMsgSpec: the type cannot hold it, or constants cannot have it.
-        ValueError: the text is not such a value.
+        InvalidMsgSpec: the value is out of bounds, or the type is not allowed for constants.
+        ValueError: the text is not a value of the type.
     """
     if not is_valid_constant_type(field_type):
         raise InvalidMsgSpec(f"invalid constant type: [{field_type}]")
@@ -165,10 +165,10 @@ def convert_constant_value(field_type: str, val: str) -> bool | int | float | st
 
 
 def load_msg_from_string(msg_context: MsgContext, text: str, full_name: str) -> MsgSpec:
-    """Reads and registers a definition.
+    """Parse and register a definition.
 
     Raises:
-        InvalidMsgSpec: the definition breaks the rules.
+        InvalidMsgSpec: the definition is invalid.
     """
     spec = MsgSpec.of(_parsed(parse_message, text, full_name))
     msg_context.register(full_name, spec)
@@ -185,11 +185,11 @@ def load_msg_from_file(msg_context: MsgContext, file_path: str, full_name: str) 
 
 
 def load_msg_by_type(msg_context: MsgContext, msg_type: str, search_path: SearchPath) -> MsgSpec:
-    """Finds, reads and registers a definition.
+    """Find, parse and register a definition.
 
     Raises:
-        MsgNotFound: it is not on the search path.
-        InvalidMsgSpec: it breaks the rules.
+        MsgNotFound: the type is not on the search path.
+        InvalidMsgSpec: the definition is invalid.
     """
     _check_search_path(search_path)
     full_name = HEADER_FULL_NAME if msg_type == HEADER else msg_type
@@ -210,16 +210,16 @@ def load_srv_from_file(msg_context: MsgContext, file_path: str, full_name: str) 
 
 
 def load_srv_by_type(msg_context: MsgContext, srv_type: str, search_path: SearchPath) -> SrvSpec:
-    """As `load_msg_by_type`, for a service."""
+    """Find, parse and register the definition of a service; see `load_msg_by_type`."""
     package, base_type = package_resource_name(srv_type)
     return load_srv_from_file(msg_context, get_srv_file(package, base_type, search_path), srv_type)
 
 
 def load_msg_depends(msg_context: MsgContext, spec: MsgSpec, search_path: SearchPath) -> list[str]:
-    """Loads all types that a message embeds, and those that these embed.
+    """Load all types that a message embeds, directly or indirectly.
 
     Returns:
-        The types that it embeds itself.
+        The directly embedded types.
     """
     depends = [name for name in map(bare_msg_type, spec.types) if not is_builtin(name)]
     for name in depends:
@@ -233,10 +233,10 @@ def load_msg_depends(msg_context: MsgContext, spec: MsgSpec, search_path: Search
 
 
 def load_depends(msg_context: MsgContext, spec: MsgSpec | SrvSpec, msg_search_path: SearchPath) -> list[str]:
-    """As `load_msg_depends`, also for both halves of a service.
+    """Load all types that a message or a service embeds; see `load_msg_depends`.
 
     Raises:
-        ValueError: `spec` is neither.
+        ValueError: `spec` is neither a message nor a service.
     """
     if not isinstance(spec, (MsgSpec, SrvSpec)):
         raise ValueError("spec does not appear to be a message or service")  # as in genmsg

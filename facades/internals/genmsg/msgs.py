@@ -64,12 +64,12 @@ def bare_msg_type(msg_type: str) -> str: ...
 @overload
 def bare_msg_type(msg_type: None) -> None: ...
 def bare_msg_type(msg_type: str | None) -> str | None:
-    """The type without `[]` or `[n]`."""
+    """Return the type without `[]` or `[n]`."""
     return None if msg_type is None else msg_type.partition("[")[0]
 
 
 def resolve_type(msg_type: str, package_context: str) -> str:
-    """The complete name of a type that a definition of the package uses."""
+    """Return the full name of a type in a definition of the package `package_context`."""
     bare = bare_msg_type(msg_type)
     if bare in BUILTINS or SEP in bare:
         return msg_type
@@ -79,10 +79,10 @@ def resolve_type(msg_type: str, package_context: str) -> str:
 
 
 def parse_type(msg_type: str | None) -> tuple[str, bool, int | None]:
-    """The bare type, whether it is an array, and the length of a fixed array.
+    """Return the base type, whether it is an array, and the length of a fixed-size array.
 
     Raises:
-        ValueError: for an empty type, an array of arrays, and a length that is not a number.
+        ValueError: the type is empty or an array of arrays, or the length is not a number.
     """
     if not msg_type:
         raise ValueError("Invalid empty type")
@@ -98,7 +98,7 @@ def parse_type(msg_type: str | None) -> tuple[str, bool, int | None]:
 
 
 def is_valid_msg_type(x: str | None) -> bool:
-    """True for a type that a field may have, with or without brackets."""
+    """Return True for a valid field type, with or without brackets."""
     if not x:
         return False
     base, bracket, length = x.partition("[")
@@ -150,7 +150,7 @@ class Constant:
 
 
 class Field:
-    """A field of a message, with the parts of its type."""
+    """A field of a message, with its type split into parts."""
 
     def __init__(self, name: str, type: str) -> None:  # noqa: A002 # the name in genmsg
         self.name = name
@@ -209,10 +209,10 @@ class MsgSpec:
         )
 
     def definition(self) -> MessageSpec:
-        """The definition as an object of pipros.
+        """Return the definition as an object of pipros.
 
         Raises:
-            InvalidMsgSpec: the text breaks the rules.
+            InvalidMsgSpec: the text is invalid.
         """
         try:
             return parse_message(self.text, self.full_name)

@@ -14,20 +14,20 @@ _LEGAL_BASE = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
 
 def is_legal_resource_name(name: str | None) -> bool:
-    """True for a name that may have a package."""
+    """Return True for a valid name, with or without a package."""
     return name is not None and _LEGAL.fullmatch(name) is not None and "//" not in name
 
 
 def is_legal_resource_base_name(name: str | None) -> bool:
-    """True for a name without a package."""
+    """Return True for a valid name without a package."""
     return name is not None and _LEGAL_BASE.fullmatch(name) is not None
 
 
 def package_resource_name(name: str) -> tuple[str, str]:
-    """Package and name; the package is empty when there is none.
+    """Split a name into package and name; the package is empty if there is none.
 
     Raises:
-        ValueError: for more than one separator.
+        ValueError: the name contains more than one separator.
     """
     package, _, base = name.rpartition(PRN_SEPARATOR)
     if PRN_SEPARATOR in package:
@@ -36,7 +36,7 @@ def package_resource_name(name: str) -> tuple[str, str]:
 
 
 def resource_name(res_pkg_name: str, name: str, my_pkg: str | None = None) -> str:
-    """`package/name`, or only the name in the package `my_pkg`."""
+    """Return `package/name`, or only the name if the package is `my_pkg`."""
     if res_pkg_name == my_pkg:
         return name
     return f"{res_pkg_name}{PRN_SEPARATOR}{name}"
@@ -51,5 +51,5 @@ def resource_name_package(name: str) -> str | None:
 
 
 def normalize_package_context(package_context: str) -> str:
-    """The package without blanks around it and slashes behind it."""
+    """Return the package without surrounding blanks and trailing slashes."""
     return package_context.strip().rstrip(PRN_SEPARATOR)

@@ -1,6 +1,6 @@
-"""`genmsg.template_tools`: made code of other languages from templates, which run as Python code.
+"""`genmsg.template_tools`, which in Noetic generates code of other languages from empy templates.
 
-pipros needs no generated code, and runs no templates: these functions exist, and raise an error that says so.
+pipros neither needs generated code nor runs templates: these functions only raise an error that says so.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def generate_from_file(
     msg_template_dict: dict[str, str],
     srv_template_dict: dict[str, str],
 ) -> NoReturn:
-    """Made code for a definition.
+    """Raise NotImplementedError: code generation for a definition is not supported.
 
     Raises:
         NotImplementedError: always.
@@ -33,7 +33,7 @@ def generate_from_file(
 def generate_module(
     package_name: str, output_dir: str, template_dir: str, template_dict: dict[str, str]
 ) -> NoReturn:
-    """Made code for a package; raises as `generate_from_file`."""
+    """Raise NotImplementedError: code generation for a package is not supported."""
     del output_dir, template_dir, template_dict
     _refuse(f"code for {package_name}")
 
@@ -44,10 +44,12 @@ def generate_from_command_line_options(
     srv_template_dict: dict[str, str],
     module_template_dict: dict[str, str] | None = None,
 ) -> NoReturn:
-    """Made the code that a command line asks for; raises as `generate_from_file`."""
+    """Raise NotImplementedError: code generation by command line options is not supported."""
     del msg_template_dict, srv_template_dict, module_template_dict
-    _refuse(f"what {argv} asks for")
+    _refuse(f"code for the arguments {argv}")
 
 
 def _refuse(what: str) -> NoReturn:
-    raise NotImplementedError(f"cannot make {what}: pipros has no templates. `catkin_make` makes C++ headers")
+    raise NotImplementedError(
+        f"cannot generate {what}: pipros has no templates. `catkin_make` generates C++ headers"
+    )

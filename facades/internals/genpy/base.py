@@ -1,4 +1,4 @@
-"""`genpy.base`: which types are one number on the wire."""
+"""`genpy.base`: the types that are serialized as a single number."""
 
 from pipros.msg.generated_parts import SIMPLE as SIMPLE_TYPES_DICT
 from pipros.msg.generated_parts import is_simple

@@ -12,19 +12,19 @@ _star_names(__name__, "atexit genmsg os re shutil io:StringIO sys tempfile")
 
 
 class _BrokenText(InvalidMsgSpec, MsgGenerationException):
-    """An error that is both of the exceptions that programs catch."""
+    """The text is invalid; derived from both exceptions that programs catch."""
 
 
 class _IncompleteText(MsgNotFound, MsgGenerationException):
-    """As `_BrokenText`, for a type that the text lacks."""
+    """The text lacks an embedded type; derived from both exceptions that programs catch."""
 
 
 def generate_dynamic(core_type: str, msg_cat: str) -> dict[str, type[Message]]:
-    """Classes for `core_type` and all types that its full text embeds.
+    """Return classes for `core_type` and all types embedded in its full text, by name.
 
     Raises:
-        MsgGenerationException: the text is broken; it is an `InvalidMsgSpec` as well, or `MsgNotFound` when
-            a type is missing.
+        MsgGenerationException: the text is invalid. The exception is also an `InvalidMsgSpec`, or a
+            `MsgNotFound` if a type is missing.
     """
     try:
         return message_classes_from_text(core_type, msg_cat)

@@ -12,7 +12,7 @@ _star_names(__name__, "os")
 
 
 def write_modules(outdir: str) -> int:
-    """Writes the `__init__.py` of a folder with generated modules, `_Name.py` each. Returns 0.
+    """Write the `__init__.py` of a folder with generated modules called `_Name.py`. Return 0.
 
     Raises:
         OSError: the folder cannot be read or written.
@@ -22,7 +22,7 @@ def write_modules(outdir: str) -> int:
 
 
 def write_module(basedir: str, generated_modules: Iterable[str]) -> None:
-    """Writes an `__init__.py` that has the names of these modules; leaves a file alone that says the same."""
+    """Write an `__init__.py` that imports the names of these modules, unless the file is up to date."""
     text = "".join(f"from .{name} import *\n" for name in generated_modules)
     file = Path(basedir, "__init__.py")
     if not file.is_file() or file.read_text("utf-8") != text:

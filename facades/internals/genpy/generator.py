@@ -1,4 +1,4 @@
-"""`genpy.generator`: what tools use of the generator of Python classes; see `pipros.msg.generated_parts`."""
+"""`genpy.generator`: parts of the Python generator that tools use; see `pipros.msg.generated_parts`."""
 
 from __future__ import annotations
 
@@ -32,63 +32,63 @@ def _generated(function: Callable[..., T], *args: Any) -> T:
 
 
 def get_registered_ex(msg_context: MsgContext, type_: str) -> MsgSpec:
-    """The specification of a type.
+    """Return the specification of a type.
 
     Raises:
-        MsgGenerationException: it is not registered.
+        MsgGenerationException: the type is not registered.
     """
     found: MsgSpec = _generated(_parts.registered, msg_context, type_)
     return found
 
 
 def is_special(type_: str) -> bool:
-    """True for a type that is not generated: `time`, `duration` and `Header`."""
+    """Return True for a type that is not generated: `time`, `duration` and `Header`."""
     return _parts.is_special(type_)
 
 
 def get_special(type_: str) -> Special | None:
-    """What replaces a type that is not generated; None for others."""
+    """Return the substitute for a type that is not generated; None for other types."""
     return _parts.special(type_)
 
 
 def compute_post_deserialize(type_: str, varname: str) -> str | None:
-    """The call that follows the reading of a variable; None for nothing."""
+    """Return the call to generate after a variable is deserialized, or None."""
     special = get_special(type_)
     return None if special is None else special.get_post_deserialize(varname)
 
 
 def compute_constructor(msg_context: MsgContext, package: str, type_: str) -> str | None:
-    """The expression that makes a message, or a time; None for numbers, texts and arrays."""
+    """Return the expression that creates a message or a time; None for numbers, strings and arrays."""
     return _generated(_parts.constructor, msg_context, package, type_)
 
 
 def compute_import(msg_context: MsgContext, package: str, type_: str) -> list[str]:
-    """The imports that the source of a field needs; raises as `get_registered_ex`."""
+    """Return the imports for the generated code of a field. Raises like `get_registered_ex`."""
     return _generated(_parts.imports, msg_context, package, type_)
 
 
 def compute_pkg_type(package: str, type_: str) -> tuple[str, str]:
-    """Package and name of a type that a definition of the package uses.
+    """Return package and name of a type in a definition of the package.
 
     Raises:
-        MsgGenerationException: it has more than one slash.
+        MsgGenerationException: the type has more than one slash.
     """
     return _generated(_parts.package_and_name, package, type_)
 
 
 def default_value(msg_context: MsgContext, field_type: str, default_package: str) -> str | None:
-    """The expression for the default value of a field."""
+    """Return the expression for the default value of a field."""
     return _generated(_parts.default_value, msg_context, field_type, default_package)
 
 
 def make_python_safe(spec: MsgSpec) -> MsgSpec:
-    """A copy in which names that are keywords of Python end in an underscore."""
+    """Return a copy in which an underscore is appended to names that are Python keywords."""
     safe: MsgSpec = _parts.without_keywords(spec)
     return safe
 
 
 def flatten(msg_context: MsgContext, msg: MsgSpec) -> MsgSpec:
-    """A specification with the fields of embedded messages in their place, as `header.seq`.
+    """Return a specification with embedded messages replaced by their fields, such as `header.seq`.
 
     Raises:
         MsgGenerationException: an embedded type is not registered.
@@ -99,25 +99,25 @@ def flatten(msg_context: MsgContext, msg: MsgSpec) -> MsgSpec:
 
 
 def compute_struct_pattern(types: Sequence[str] | None) -> str | None:
-    """The letters of `struct` for types; None if one is not a number."""
+    """Return the `struct` format characters for types; None if a type is not a number."""
     return _parts.struct_pattern(types)
 
 
 def reduce_pattern(pattern: str) -> str:
-    """A pattern of `struct` with counts for repeated letters."""
+    """Return a `struct` format with counts for repeated characters."""
     return _parts.reduced_pattern(pattern)
 
 
 def compute_resource_name(filename: str, ext: str) -> str:
-    """The name of the type that a file defines."""
+    """Return the name of the type defined by a file."""
     return _parts.resource_name(filename, ext)
 
 
 def compute_outfile_name(outdir: str, infile_name: str, ext: str) -> str:
-    """The path of the module that is generated for the file of a type."""
+    """Return the path of the module generated for a definition file."""
     return _parts.outfile_name(outdir, infile_name, ext)
 
 
 def compute_full_text_escaped(msg_context: MsgContext, spec: MsgSpec) -> str:
-    """The full text of a definition, fit for a Python string in three double quotes."""
+    """Return the full text of a definition, escaped for a triple-quoted Python string."""
     return compute_full_text(msg_context, spec).replace('"""', r"\"\"\"")

@@ -44,23 +44,23 @@ _star_names(
 
 
 def isstring(s: object) -> bool:
-    """Whether it is a text."""
+    """Return whether an object is a string."""
     return isinstance(s, str)
 
 
 def get_message_class(message_type: str, reload_on_error: bool = False) -> Any:  # noqa: ARG001
-    """The class of a message type, also of `time` and `duration`; None when there is none.
+    """Return the class of a message type, including `time` and `duration`; None if there is none.
 
-    `reload_on_error` has no effect: definitions are looked up again each time.
+    `reload_on_error` has no effect: definitions are looked up at each call.
 
     Raises:
-        ValueError: when the package is missing, or there are too many parts.
+        ValueError: the name lacks a package, or has too many parts.
     """
     return _load(load_message_class, message_type)
 
 
 def get_service_class(service_type: str, reload_on_error: bool = False) -> Any:  # noqa: ARG001
-    """The class of a service type; None when there is none. Otherwise as `get_message_class`."""
+    """Return the class of a service type; None if there is none. See `get_message_class`."""
     return _load(load_service_class, service_type)
 
 

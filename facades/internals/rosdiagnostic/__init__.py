@@ -1,1 +1,1 @@
-"""rosdiagnostic: prints what is reported on /diagnostics_agg."""
+"""rosdiagnostic: prints the statuses on /diagnostics_agg."""

@@ -1,4 +1,4 @@
-"""`rosrun rosdiagnostic rosdiagnostic`: prints the statuses of a topic of diagnostics once."""
+"""`rosrun rosdiagnostic rosdiagnostic`: print the statuses on a diagnostics topic once."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LEVELS = [name.lower() for name in LEVEL_NAMES]
 
 @exits_after_ctrl_c(130)
 def main() -> int:
-    """Prints one array of statuses. Returns the exit code: 1 when none came in time."""
+    """Print one array of statuses. Return the exit code: 1 if none arrived in time."""
     parser = argparse.ArgumentParser("rosdiagnostic", description="Prints the newest diagnostics.")
     parser.add_argument("name", nargs="?", default="", help="only statuses with this in their names")
     parser.add_argument("-t", "--topic", default="/diagnostics_agg", help="default: /diagnostics_agg")
@@ -33,7 +33,7 @@ def main() -> int:
         return 130
     except rospy.ROSException:
         print(
-            f"ERROR: nothing came on {options.topic} in {options.wait:g} s; /diagnostics_agg needs an "
+            f"ERROR: no message on {options.topic} within {options.wait:g} s; /diagnostics_agg needs an "
             "aggregator (rosrun diagnostic_aggregator aggregator_node), -t /diagnostics does not",
             file=sys.stderr,
         )

@@ -1,4 +1,4 @@
-"""`roslaunch`, the Python API that scripts of Noetic use, on top of `pipros.launch`."""
+"""Drop-in replacement for the Python API of Noetic's roslaunch, based on `pipros.launch`."""
 
 from __future__ import annotations
 
@@ -82,12 +82,12 @@ _star_names(
 
 
 def configure_logging(uuid: str) -> None:
-    """Does nothing; for scripts that call it before they launch. The launcher opens its log file itself."""
+    """Do nothing, for compatibility. The launcher opens its log file itself."""
     _ = uuid
 
 
 def write_pid_file(options_pid_fn: str | None, options_core: bool, port: int | None) -> None:
-    """Writes our process id to a file; for a core without one to `~/.ros/roscore-PORT.pid`."""
+    """Write the process id to a file; the default for a core is `~/.ros/roscore-PORT.pid`."""
     file = options_pid_fn and os.path.expanduser(options_pid_fn)
     if not file and options_core:
         file = str(Environment.from_os().ros_home / f"roscore-{port or DEFAULT_MASTER_PORT}.pid")
@@ -96,7 +96,7 @@ def write_pid_file(options_pid_fn: str | None, options_core: bool, port: int | N
 
 
 def handle_exception(roslaunch_core: Any, logger: Any, msg: str, e: Exception) -> NoReturn:
-    """Prints an error by a module that has `printerrlog`, and ends the process with 1."""
+    """Print an error with `roslaunch_core.printerrlog`, and exit with code 1."""
     roslaunch_core.printerrlog(msg + str(e))
     roslaunch_core.printerrlog("The traceback for the exception was written to the log file")
     if logger:
@@ -105,7 +105,7 @@ def handle_exception(roslaunch_core: Any, logger: Any, msg: str, e: Exception) -
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """The command `roslaunch`; `argv` has the program's name first, as `sys.argv` does."""
+    """Run the command `roslaunch`; `argv` starts with the program's name, like `sys.argv`."""
     from pipros.cli.roslaunch import main as run
 
     return run(None if argv is None else list(argv)[1:])

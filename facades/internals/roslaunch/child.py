@@ -1,4 +1,4 @@
-"""`ROSLaunchChild`: starts nodes for the roslaunch of another machine."""
+"""`ROSLaunchChild`: starts nodes for a roslaunch on another machine."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _star_names(__name__, "logging roslaunch traceback")
 
 
 class ROSLaunchChild:
-    """A launch child: `run` returns when the parent ends it, or all nodes have ended."""
+    """A launch child; `run` returns when the parent shuts it down or all nodes have exited."""
 
     def __init__(
         self,
@@ -38,7 +38,7 @@ class ROSLaunchChild:
         self._child = Child(name, server_uri, run_id, options, Console(has_title=False))
 
     def run(self) -> None:
-        """Registers with the parent, and starts what it orders.
+        """Register with the parent, and start the nodes that it requests. Blocks until shutdown.
 
         Raises:
             RLException: the parent cannot be reached.
@@ -50,5 +50,5 @@ class ROSLaunchChild:
             self._child.stop()
 
     def shutdown(self) -> None:
-        """Ends `run`; may be called from another thread."""
+        """End `run`. Thread-safe."""
         self._child.request_stop()

@@ -48,11 +48,11 @@ _star_names(__name__, "logging os rosgraph roslaunch rospkg types")
 
 
 def namespaces_of(name: str | None) -> list[str]:
-    """The namespaces above a name, the outermost first: `["/", "/a"]` for `/a/b`.
+    """Return the parent namespaces of a name, outermost first: `["/", "/a"]` for `/a/b`.
 
     Raises:
-        ValueError: for None.
-        TypeError: for what is not a text.
+        ValueError: the name is None.
+        TypeError: the name is not a string.
     """
     if not isinstance(name, str):
         raise ValueError("name") if name is None else TypeError("name")
@@ -61,27 +61,27 @@ def namespaces_of(name: str | None) -> list[str]:
 
 
 def get_roscore_filename() -> str:
-    """The launch file of the core."""
+    """Return the path of the core's launch file."""
     from pipros.workspace.index import PackageIndex
 
     return str(PackageIndex.from_environment().find("roslaunch").path / "resources" / "roscore.xml")
 
 
 def load_roscore(loader: XmlLoader, config: ROSLaunchConfig, verbose: bool = True) -> None:
-    """Loads the launch file of the core into the configuration."""
+    """Load the core's launch file into the configuration."""
     loader.load(get_roscore_filename(), config, core=True, verbose=verbose)
 
 
 def calculate_env_loader(env: Mapping[str, str] | None = None) -> str:
-    """Where an installation of Noetic on another computer has its env-loader."""
+    """Return the path of the env-loader in a Noetic installation on another computer."""
     _ = env
     return f"/opt/ros/{ROS_DISTRO}/env.sh"
 
 
 class ROSLaunchConfig:
-    """Nodes, tests, parameters and machines of launch files; the local machine has the name "".
+    """Nodes, tests, parameters and machines of launch files; the local machine's name is "".
 
-    `to_launch` returns its contents as a value of pipros.
+    `to_launch` converts it to a value of pipros.
     """
 
     def __init__(self) -> None:
@@ -100,32 +100,32 @@ class ROSLaunchConfig:
         self._has_remote_nodes: bool | None = None
 
     def add_roslaunch_file(self, f: str) -> None:
-        """Notes a file that was read."""
+        """Record a launch file that was read."""
         self.roslaunch_files.append(f)
 
     def add_config_error(self, msg: str) -> None:
-        """Notes a mistake that does not prevent the launch."""
+        """Record an error that does not prevent the launch."""
         self.config_errors.append(msg)
 
     def set_master(self, m: Master) -> None:
-        """Takes another master than that of the environment."""
+        """Set the master, in place of that of the environment."""
         self.master = m
 
     def has_remote_nodes(self) -> bool:
-        """Whether a node runs on another computer.
+        """Return whether a node runs on another computer.
 
         Raises:
-            RLException: machines were not assigned yet.
+            RLException: machines have not been assigned yet.
         """
         if self._has_remote_nodes is None:
             raise RLException("ERROR: has_remote_nodes() cannot be called until prelaunch check is complete")
         return self._has_remote_nodes
 
     def assign_machines(self) -> None:
-        """Sets `machine` of all nodes and tests; machines that differ in their name only become one.
+        """Set `machine` of all nodes and tests; machines that only differ in their name are merged.
 
         Raises:
-            RLException: no file describes a machine, or nobody knows its address.
+            RLException: a machine is not defined, or its address cannot be resolved.
         """
         if self._has_remote_nodes is not None:
             return
@@ -141,10 +141,10 @@ class ROSLaunchConfig:
         self._has_remote_nodes = not all(map(is_machine_local, used.values()))
 
     def summary(self, local: bool = False) -> str:
-        """The lists of parameters, machines and nodes, as roslaunch prints them.
+        """Return the lists of parameters, machines and nodes in roslaunch's output format.
 
         Args:
-            local: leaves out machines, and the nodes of others.
+            local: whether to omit machines, and nodes on other machines.
         """
         nodes = [
             node for node in self.nodes if not local or node.machine is None or is_machine_local(node.machine)
@@ -158,21 +158,21 @@ class ROSLaunchConfig:
         )
 
     def add_executable(self, exe: Executable) -> None:
-        """Adds a command.
+        """Add a command.
 
         Raises:
-            ValueError: it is None.
+            ValueError: the command is None.
         """
         if not exe:
             raise ValueError("exe is None")
         self.executables.append(exe)
 
     def add_clear_param(self, param: str) -> None:
-        """Adds a namespace of which the parameters are deleted first."""
+        """Add a namespace whose parameters are deleted before the launch."""
         self.clear_params.append(param)
 
     def add_param(self, p: Param, filename: str | None = None, verbose: bool = True) -> None:
-        """Adds a parameter; a later one of the same name wins."""
+        """Add a parameter; it replaces an earlier one with the same name."""
         _ = filename
         for parent in namespaces_of(p.key):
             if parent in self.params:
@@ -182,10 +182,10 @@ class ROSLaunchConfig:
             print(f"Added parameter [{p.key}]")
 
     def add_machine(self, m: Machine, verbose: bool = True) -> bool:
-        """Adds a machine; False when it was there already.
+        """Add a machine; return False if it was already added.
 
         Raises:
-            RLException: a different one has its name.
+            RLException: a different machine has the same name.
         """
         if m.name in self.machines:
             if m != self.machines[m.name]:
@@ -197,18 +197,18 @@ class ROSLaunchConfig:
         return True
 
     def add_test(self, test: Test, verbose: bool = True) -> None:
-        """Adds a test."""
+        """Add a test."""
         _ = verbose
         self.tests.append(test)
 
     def add_node(self, node: Node, core: bool = False, verbose: bool = True) -> None:
-        """Adds a node.
+        """Add a node.
 
         Args:
-            core: whether it belongs to the core, as `/rosout` does.
+            core: whether it belongs to the core, like `/rosout`.
 
         Raises:
-            RLException: another one has its name, or a node of the core has none.
+            RLException: another node has the same name, or a core node has none.
         """
         if node.name:
             name = names.join(node.namespace, node.name)
@@ -227,7 +227,7 @@ class ROSLaunchConfig:
             print(f"Added {kind} of type [{node.package}/{node.type}] in namespace [{node.namespace}]")
 
     def to_launch(self) -> model.Launch:
-        """What is in the configuration, as a value of pipros; without the nodes of the core."""
+        """Return the configuration as a value of pipros, without the core's nodes."""
         return model.Launch(
             files=tuple(self.roslaunch_files),
             params={key: param.value for key, param in self.params.items()},
@@ -245,7 +245,7 @@ class ROSLaunchConfig:
 
 
 def _command(words: Sequence[Any]) -> ParameterCommand:
-    """The `rosparam` command that words such as `("dump", "/file", "/ns")` mean."""
+    """Return the `rosparam` command for words such as `("dump", "/file", "/ns")`."""
     action, *rest = words
     key = rest[-1] if rest else "/"
     return ParameterCommand(ParameterAction(action), key, (rest[0] or "") if len(rest) > 1 else "")
@@ -260,15 +260,15 @@ def load_config_default(
     assign_machines: bool = True,
     ignore_unset_args: bool = False,
 ) -> ROSLaunchConfig:
-    """Loads the core's launch file, then others.
+    """Load the core's launch file, then the given files.
 
     Args:
-        roslaunch_files: paths, or pairs of a path and the words of a command line for it.
-        port: of the master, when not that of the environment.
+        roslaunch_files: paths, or pairs of a path and its command line arguments.
+        port: the port of the master; by default that of the environment.
         roslaunch_strs: contents of further launch files.
 
     Raises:
-        RLException: with file, line and element.
+        RLException: a file is invalid; with file, line and element.
     """
     from roslaunch.xmlloader import XmlLoader
 

@@ -1,4 +1,4 @@
-"""The parts of a launch under Noetic's names: mutable, made of and into values of `pipros.launch.model`."""
+"""The parts of a launch under Noetic's names: mutable, convertible to and from `pipros.launch.model`."""
 
 from __future__ import annotations
 
@@ -68,10 +68,10 @@ _star_names(
 )
 
 FileAndArguments = str | tuple[str, Sequence[str]]
-"""A launch file, alone or with the `name:=value` words for it."""
+"""A launch file, optionally with its `name:=value` arguments."""
 
 RLException = LaunchError
-"""The class of all errors of roslaunch."""
+"""Base class of all errors of roslaunch."""
 
 PHASE_SETUP = "setup"
 PHASE_RUN = "run"
@@ -84,7 +84,7 @@ _Result = TypeVar("_Result")
 
 
 class Master:
-    """A master by its URI; by default that of the environment."""
+    """A master with its URI, by default that of the environment."""
 
     __slots__ = ("auto", "type", "uri")
 
@@ -98,23 +98,23 @@ class Master:
         self.uri: str = uri or get_master_uri_env()
 
     def get_host(self) -> str:
-        """The host of the URI."""
+        """Return the host of the URI."""
         return parse_http_host_and_port(self.uri)[0]
 
     def get_port(self) -> int:
-        """The port of the URI."""
+        """Return the port of the URI."""
         return parse_http_host_and_port(self.uri)[1]
 
     def get(self) -> ServerProxy:
-        """An XML-RPC proxy of the master."""
+        """Return an XML-RPC proxy of the master."""
         return ServerProxy(self.uri)
 
     def get_multi(self) -> MultiCall:
-        """An XML-RPC proxy that makes several calls in one."""
+        """Return an XML-RPC proxy that combines several calls in one request."""
         return MultiCall(self.get())
 
     def is_running(self) -> bool:
-        """Whether the master answers within five seconds."""
+        """Return whether the master answers. Blocks for up to five seconds."""
         from pipros.basics.errors import PiprosError
         from pipros.net.master_client import MasterClient
 
@@ -161,18 +161,18 @@ class Machine:
         self.timeout = timeout or _REGISTER_TIMEOUT_S
 
     def config_key(self) -> str:
-        """A text that is equal for machines that differ in nothing but their names."""
+        """Return a text that is equal for machines that only differ in their names."""
         return (
             f"Machine(address[{self.address}] env_loader[{self.env_loader}] ssh_port[{self.ssh_port}] "
             f"user[{self.user or ''}] password[{self.password or ''}] timeout[{self.timeout}])"
         )
 
     def config_equals(self, m2: object) -> bool:
-        """Whether the other is a machine that differs in nothing but its name."""
+        """Return whether `m2` is a machine that differs at most in its name."""
         return isinstance(m2, Machine) and self.config_key() == m2.config_key()
 
     def to_model(self) -> model.Machine:
-        """The machine as a value of pipros."""
+        """Return the machine as a value of pipros."""
         return model.Machine(
             name=self.name,
             address=self.address,
@@ -185,7 +185,7 @@ class Machine:
 
     @classmethod
     def from_model(cls, machine: model.Machine) -> Machine:
-        """The machine of a launch file, under Noetic's names."""
+        """Create a machine from a value of pipros."""
         return cls(
             machine.name,
             machine.address,
@@ -235,8 +235,8 @@ class Node:
     """A node to launch: `Node("rospy_tutorials", "talker.py", name="talker")`.
 
     Attributes:
-        process_name: its name among the processes, once it was launched.
-        machine: where it runs, once machines were assigned.
+        process_name: the name of its process, after the launch.
+        machine: the machine that it runs on, after machines were assigned.
     """
 
     __slots__ = (
@@ -294,11 +294,11 @@ class Node:
             raise ValueError("cwd must be one of 'ROS_HOME', 'node'")
 
     def xmltype(self) -> str:
-        """The tag of its element."""
+        """Return the tag of the node's XML element."""
         return "node"
 
     def xmlattrs(self) -> list[tuple[str, Any]]:
-        """The attributes of its element with their values; None for those that are not set."""
+        """Return the attributes of the node's XML element; the value is None if one is not set."""
         return [
             ("pkg", self.package),
             ("type", self.type),
@@ -315,11 +315,11 @@ class Node:
         ]
 
     def to_xml(self) -> str:
-        """Its element, without parameters."""
+        """Return the node's XML element, without parameters."""
         return self._xml(())
 
     def to_remote_xml(self) -> str:
-        """Its element for the launch child of another machine, which is its machine."""
+        """Return the node's XML element for a launch child, without the attribute `machine`."""
         return self._xml(("machine",))
 
     def _xml(self, left_out: Sequence[str]) -> str:
@@ -335,7 +335,7 @@ class Node:
         return "\n".join([*lines, f"</{tag}>"])
 
     def to_model(self) -> model.Node:
-        """The node as a value of pipros; without a name it is named after its program."""
+        """Return the node as a value of pipros; its default name is that of its program."""
         return model.Node(
             package=self.package,
             type=self.type,
@@ -355,7 +355,7 @@ class Node:
 
     @classmethod
     def from_model(cls, node: model.Node) -> Node:
-        """The node of a launch file, under Noetic's names."""
+        """Create a node from a value of pipros."""
         made = Node(
             node.package,
             node.type,
@@ -371,7 +371,7 @@ class Node:
 
 
 def _shared(node: model.Node) -> dict[str, Any]:
-    """What nodes and tests of a launch file have in common, besides their names."""
+    """Return the arguments common to `Node` and `Test`, except names."""
     return {
         "machine_name": node.machine or None,
         "args": node.arguments,
@@ -388,7 +388,7 @@ def _escaped(value: object) -> object:
 
 
 class Test(Node):
-    """A test of a launch file: a node that ends, and leaves results."""
+    """A test in a launch file: a node that exits after writing results."""
 
     __test__ = False  # not for pytest
     __slots__ = ("retry", "test_name", "time_limit")
@@ -446,12 +446,12 @@ class Test(Node):
         return attributes
 
     def to_test(self) -> model.Test:
-        """The test as a value of pipros."""
+        """Return the test as a value of pipros."""
         return model.Test(self.to_model(), self.test_name, self.time_limit, self.retry)
 
     @classmethod
     def from_test(cls, test: model.Test) -> Test:
-        """The test of a launch file, under Noetic's names."""
+        """Create a test from a value of pipros."""
         node = test.node
         return cls(
             test.test_name,
@@ -490,15 +490,15 @@ class RosbinExecutable(Executable):
 
 @cache
 def local_machine() -> Machine:
-    """This computer; always the same object."""
+    """Return the machine of this computer; always the same object."""
     return Machine("", "localhost")
 
 
 def is_machine_local(machine: Machine) -> bool:
-    """Whether nodes of the machine are started without ssh: it is this computer, and its user is ours.
+    """Return whether nodes of the machine are started without ssh: same computer and user.
 
     Raises:
-        RLException: nobody knows its address.
+        RLException: the machine's address cannot be resolved.
     """
     try:
         socket.getaddrinfo(machine.address, 0, 0, 0, socket.SOL_TCP)
@@ -508,7 +508,7 @@ def is_machine_local(machine: Machine) -> bool:
 
 
 def rle_wrapper(fn: Callable[..., _Result]) -> Callable[..., _Result]:
-    """The function with all its errors turned into RLException."""
+    """Wrap a function so that all its errors are raised as RLException."""
 
     def wrapped_fn(*args: Any) -> _Result:
         try:
@@ -526,21 +526,21 @@ def _master_uri(*args: Any) -> str:
 
 
 get_master_uri_env = rle_wrapper(_master_uri)
-"""The URI of the master that the environment names. Raises RLException when it is not a URI with a port."""
+"""Return the environment's master URI. Raises RLException if it is not a URI with a port."""
 
 
 def get_ros_root(env: Mapping[str, str] | None = None) -> str | None:
-    """`ROS_ROOT` of the environment."""
+    """Return `ROS_ROOT` of the environment."""
     return (os.environ if env is None else env).get("ROS_ROOT")
 
 
 def get_ros_package_path(env: Mapping[str, str] | None = None) -> str | None:
-    """`ROS_PACKAGE_PATH` of the environment."""
+    """Return `ROS_PACKAGE_PATH` of the environment."""
     return (os.environ if env is None else env).get("ROS_PACKAGE_PATH")
 
 
 def remap_localhost_uri(uri: str, force_localhost: bool = False) -> str:
-    """The URI with this computer's address in place of `localhost`; of any host, when forced."""
+    """Replace the host `localhost` in a URI, or any host if forced, by this computer's address."""
     host, port = parse_http_host_and_port(uri)
     return create_local_xmlrpc_uri(port) if force_localhost or host == "localhost" else uri
 
@@ -548,7 +548,7 @@ def remap_localhost_uri(uri: str, force_localhost: bool = False) -> str:
 def setup_env(
     node: Node | None, machine: Machine | None, master_uri: str, env: Mapping[str, str] | None = None
 ) -> dict[str, str]:
-    """The variables for a node: those of `env` (by default of this process), its namespace, its own."""
+    """Return the environment of a node: `env` (by default of this process), namespace, and own variables."""
     _ = machine
     variables = dict(os.environ if env is None else env)
     variables[ROS_MASTER_URI] = master_uri
@@ -562,7 +562,7 @@ def setup_env(
 
 
 def generate_run_id() -> str:
-    """A new run id."""
+    """Return a new run id."""
     return run_id.new_run_id()
 
 
@@ -573,10 +573,10 @@ class _Child:
 
 
 def is_child_mode() -> bool:
-    """Whether `set_child_mode` said that this process is a launch child."""
+    """Return whether this process is a launch child, as set by `set_child_mode`."""
     return _Child.mode
 
 
 def set_child_mode(child_mode: bool) -> None:
-    """Says whether this process is a launch child."""
+    """Set whether this process is a launch child."""
     _Child.mode = child_mode

@@ -1,4 +1,4 @@
-"""Which packages launch files need."""
+"""Package dependencies of launch files."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ NAME = "roslaunch-deps"
 
 
 class RoslaunchDepsException(Exception):
-    """What a launch file needs cannot be found out."""
+    """The dependencies of a launch file cannot be determined."""
 
 
 class RoslaunchDeps:
-    """What a launch file needs: nodes as pairs (package, type), included files, packages."""
+    """Dependencies of a launch file: nodes as (package, type), included files, packages."""
 
     def __init__(
         self,
@@ -85,10 +85,10 @@ def _package_of(file: str, index: PackageIndex) -> str | None:
 def parse_launch(
     launch_file: str, file_deps: FileDeps, verbose: bool, *, ignore_unset_args: bool = False
 ) -> None:
-    """Adds what a launch file and the files that it includes need, by file.
+    """Add the dependencies of a launch file and of its included files to `file_deps`, by file.
 
     Raises:
-        RoslaunchDepsException: the file is wrong.
+        RoslaunchDepsException: the file is invalid.
     """
     if verbose:
         print(f"processing launch {launch_file}")
@@ -123,7 +123,7 @@ def parse_launch(
 
 
 def rl_file_deps(file_deps: FileDeps, launch_file: str, verbose: bool = False) -> None:
-    """As `parse_launch`."""
+    """Call `parse_launch`."""
     parse_launch(launch_file, file_deps, verbose)
 
 
@@ -133,7 +133,7 @@ def calculate_missing(
     file_deps: Mapping[str, RoslaunchDeps],
     use_test_depends: bool = False,
 ) -> dict[str, set[str]]:
-    """Adds, by package, what its launch files need and its manifest does not name; returns `missing`."""
+    """Add the dependencies that manifests lack to `missing`, by package, and return it."""
     _ = base_pkg
     index = PackageIndex.from_environment()
     kinds = ("exec_depends", *(("test_depends",) if use_test_depends else ()))
@@ -153,10 +153,10 @@ def roslaunch_deps(
     use_test_depends: bool = False,
     ignore_unset_args: bool = False,
 ) -> tuple[str | None, FileDeps, dict[str, set[str]]]:
-    """The package of the files, what each file needs, and what the manifests do not name.
+    """Return the package of the files, the dependencies by file, and those missing in manifests.
 
     Raises:
-        RoslaunchDepsException: a file is wrong, or they are of several packages.
+        RoslaunchDepsException: a file is invalid, or the files belong to several packages.
     """
     index = PackageIndex.from_environment()
     file_deps: FileDeps = {}
@@ -173,7 +173,7 @@ def roslaunch_deps(
 
 
 def print_deps(base_pkg: str | None, file_deps: Mapping[str, RoslaunchDeps], verbose: bool) -> None:
-    """Prints the packages that files need; when verbose also for which nodes and files."""
+    """Print the packages that files need; if verbose, also the nodes and files that need them."""
     _ = base_pkg
     if verbose:
         index = PackageIndex.from_environment()
@@ -186,12 +186,12 @@ def print_deps(base_pkg: str | None, file_deps: Mapping[str, RoslaunchDeps], ver
 
 
 def fullusage() -> None:
-    """Prints how the command is called."""
+    """Print the usage of the command."""
     print(f"Usage:\n\t{NAME} [options] <file-or-package>\n")
 
 
 def roslaunch_deps_main(argv: Sequence[str] | None = None) -> None:
-    """The command; `argv` has the program's name first. Ends the process when it fails."""
+    """Run the command; `argv` starts with the program's name. Exit the process on failure."""
     from pipros.cli.roslaunch_deps import main
 
     code = main(None if argv is None else list(argv)[1:])

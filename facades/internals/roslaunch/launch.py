@@ -1,4 +1,4 @@
-"""`ROSLaunchRunner`: executes a configuration."""
+"""`ROSLaunchRunner`, which executes a configuration."""
 
 from __future__ import annotations
 
@@ -120,35 +120,35 @@ _LOOK_EVERY_S = 0.05
 
 
 class RLTestTimeoutException(RLException):
-    """A test ran longer than its time limit."""
+    """A test exceeded its time limit."""
 
 
 class ROSLaunchListener:
-    """Is called at the end of each process of a launch; to be subclassed."""
+    """Base class of listeners, which are called when a process of a launch exits."""
 
     def process_died(self, process_name: str, exit_code: int | None) -> None:
-        """Called after the end of a process was printed."""
+        """Handle the exit of a process; called after it was printed."""
 
 
 class ROSRemoteRunnerIF:
-    """What starts nodes on other machines; to be subclassed."""
+    """Base class of runners that start nodes on other machines."""
 
     def setup(self) -> None:
-        """Called before nodes are started."""
+        """Prepare the launch; called before nodes are started."""
 
     def add_process_listener(self, l: ProcessListener) -> None:  # noqa: E741  # Noetic's name
-        """Called at the ends of processes on other machines."""
+        """Add a listener that is called when processes on other machines exit."""
 
     def launch_remote_nodes(self) -> tuple[list[str], list[str]]:
-        """The names of the nodes that started, and of those that did not."""
+        """Start the nodes; return the names of those that started and of those that did not."""
         return [], []
 
 
 def validate_master_launch(m: Master, is_core: bool, is_rostest: bool = False) -> None:
-    """Checks that a master can be started here.
+    """Check that a master can be started on this computer.
 
     Raises:
-        RLException: it would be on another computer.
+        RLException: the master's URI refers to another computer.
     """
     _ = is_rostest
     host = m.get_host()
@@ -161,13 +161,13 @@ def validate_master_launch(m: Master, is_core: bool, is_rostest: bool = False) -
 
 
 class ROSLaunchRunner:
-    """Executes a configuration: has a master, sets the parameters, starts the nodes, watches them.
+    """Runner of a configuration: ensures a master, sets parameters, starts and monitors nodes.
 
-    `launch` starts everything; `stop` ends it. A `ROSLaunchParent` has one in `runner`.
+    `launch` starts everything; `stop` ends it. The attribute `runner` of `ROSLaunchParent` holds one.
 
     Attributes:
         pm: the monitor that watches the nodes.
-        config, run_id, server_uri: as given.
+        config, run_id, server_uri: the constructor's arguments.
     """
 
     def __init__(
@@ -213,7 +213,7 @@ class ROSLaunchRunner:
     def of_session(
         cls, session: LaunchSession, run_id: str, config: ROSLaunchConfig, pm: ProcessMonitor
     ) -> ROSLaunchRunner:
-        """The runner of a session that was started; `pm` watches it from now on."""
+        """Return the runner of a started session, and let `pm` watch it."""
         runner = cls(run_id, config, None if session.server is None else session.server.uri, pm)
         runner._session = session
         runner._watch()
@@ -221,7 +221,7 @@ class ROSLaunchRunner:
 
     @property
     def session(self) -> LaunchSession:
-        """What the runner starts, or was made for."""
+        """The session that the runner starts or was created for."""
         if self._session is None:
             self._session = self._make_session()
         return self._session
@@ -251,10 +251,10 @@ class ROSLaunchRunner:
         )
 
     def launch(self) -> tuple[list[RunProcess], list[str]]:
-        """Starts everything. Returns the processes that run, and the names of nodes that did not start.
+        """Start everything. Return the running processes and the names of nodes that did not start.
 
         Raises:
-            RLException: the master cannot be started, or refuses a parameter; what was started runs.
+            RLException: the master cannot be started or rejects a parameter; started processes keep running.
         """
         _check_executables(self.config.executables)
         self.session.start()
@@ -262,10 +262,10 @@ class ROSLaunchRunner:
         return self._run_processes().all(), list(self.session.failed)
 
     def launch_node(self, node: Node, core: bool = False) -> tuple[Any, bool]:
-        """Starts one node.
+        """Start one node.
 
         Returns:
-            The process and True; the name of the node and False when it could not be started.
+            The process and True; or the name of the node and False if it could not be started.
         """
         if core:
             node.respawn = True
@@ -279,11 +279,11 @@ class ROSLaunchRunner:
         return process, True
 
     def run_test(self, test: Test) -> None:
-        """Runs a test to its end.
+        """Run a test until it exits.
 
         Raises:
-            RLTestTimeoutException: its time limit is over; it runs until `stop`.
-            RLException: it could not be started.
+            RLTestTimeoutException: the test exceeded its time limit; it keeps running until `stop`.
+            RLException: the test could not be started.
         """
         _, is_started = self.launch_node(test)
         if not is_started:
@@ -298,19 +298,19 @@ class ROSLaunchRunner:
             time.sleep(_LOOK_EVERY_S)
 
     def is_node_running(self, node: Node) -> bool:
-        """Whether the process that a node was given runs."""
+        """Return whether the node's process is running."""
         return node.process_name is not None and self.pm.has_process(node.process_name)
 
     def add_process_listener(self, l: ProcessListener) -> None:  # noqa: E741  # Noetic's name
-        """From now on tells a listener about each end."""
+        """Add a listener that is notified of each process exit."""
         self.pm.add_process_listener(l)
 
     def spin_once(self) -> bool:
-        """False when the launch is over."""
+        """Return False if the launch is over."""
         return self.pm.mainthread_spin_once()
 
     def spin(self) -> None:
-        """Returns when the launch is over; says so when nothing runs."""
+        """Block until the launch is over; print a message if nothing is running."""
         if not self.pm.get_active_names() and not self.session.owns_master:
             printlog_bold("No processes to monitor")
             self.stop()
@@ -318,7 +318,7 @@ class ROSLaunchRunner:
         self.pm.mainthread_spin()
 
     def stop(self) -> None:
-        """Ends everything that was started. May be repeated."""
+        """End everything that was started. Idempotent."""
         self.pm.shutdown()
         if self.pm.ident is not None:
             self.pm.join()
@@ -345,9 +345,9 @@ class ROSLaunchRunner:
 
 
 def _check_executables(executables: Sequence[Executable]) -> None:
-    """Only those run that launch files make; a configuration could hold any program."""
+    """Raise LaunchError for commands other than rosparam; a configuration may contain any program."""
     for executable in executables:
         if not isinstance(executable, RosbinExecutable) or executable.command != "rosparam":
             raise LaunchError(
-                f"the command [{executable}] cannot be run: only rosparam can stand in a configuration"
+                f"the command [{executable}] cannot be run: a configuration may only contain rosparam"
             )

@@ -1,4 +1,4 @@
-"""What loaders of launch files share: the context of an element, types of values, parameters."""
+"""Shared code of launch file loaders: contexts of elements, types of values, parameters."""
 
 from __future__ import annotations
 
@@ -43,17 +43,17 @@ _PARAM_SOURCES = "value", "textfile", "binfile", "command"
 
 
 class LoadException(RLException):
-    """Something that a launch file asks for cannot be loaded."""
+    """A resource of a launch file cannot be loaded."""
 
 
 class LoaderContext:
     """The namespace, arguments, remappings and private parameters of an element of a launch file.
 
     Attributes:
-        resolve_dict: what `resolve_args` takes as its context; `arg` and `arg_doc` are in it.
-        include_resolve_dict: that of the file to be included, while an `<include>` is read.
+        resolve_dict: the context for `resolve_args`; contains `arg` and `arg_doc`.
+        include_resolve_dict: the `resolve_dict` of the included file while an `<include>` is read.
         arg_names: the arguments declared so far.
-        args_passed: the arguments that an `<include>` gives.
+        args_passed: the arguments passed by an `<include>`.
     """
 
     def __init__(
@@ -80,11 +80,11 @@ class LoaderContext:
         self._remap_args: list[list[str]] = []
 
     def add_param(self, p: Param) -> None:
-        """Adds a private parameter, which all later nodes get; a later one of the same name wins."""
+        """Add a private parameter for all subsequent nodes; it replaces one with the same name."""
         self.params[:] = [param for param in self.params if param.key != p.key] + [p]
 
     def add_remap(self, remap: Sequence[str]) -> None:
-        """Adds a remapping; a later one of the same name wins.
+        """Add a remapping; it replaces an earlier one with the same name.
 
         Raises:
             RLException: a name is empty or illegal.
@@ -100,10 +100,10 @@ class LoaderContext:
     def add_arg(
         self, name: str, default: str | None = None, value: str | None = None, doc: str | None = None
     ) -> None:
-        """Declares an argument, and sets it unless it was set from outside.
+        """Declare an argument, and set it unless the caller has set it.
 
         Raises:
-            LoadException: it was declared before, or the value would override one from outside.
+            LoadException: the argument was already declared, or `value` would override the caller's value.
         """
         if name not in self.arg_names:
             self.arg_names.append(name)
@@ -122,14 +122,14 @@ class LoaderContext:
             documented[name] = (doc, default)
 
     def remap_args(self) -> list[list[str]]:
-        """The remappings of this context and of those around it."""
+        """Return the remappings of this context and its parents."""
         if self.parent is None:
             return list(self._remap_args)
         own = {pair[0] for pair in self._remap_args}
         return [pair for pair in self.parent.remap_args() if pair[0] not in own] + self._remap_args
 
     def child(self, ns: str | None) -> LoaderContext:
-        """A context inside of this one, which inherits everything and shares nothing but parameters."""
+        """Return a nested context, which inherits everything but only shares the parameters."""
         inner = self.ns
         if ns:
             inner = ns if ns.startswith("/") or ns == PRIV_NAME else names.join(self.ns, ns)
@@ -145,7 +145,7 @@ class LoaderContext:
         )
 
     def include_child(self, ns: str | None, filename: str) -> LoaderContext:
-        """A context for an included file: nothing is declared in it yet."""
+        """Return a context for an included file, without declared arguments."""
         inner = self.child(ns)
         inner.arg_names = []
         inner.filename = filename
@@ -154,10 +154,10 @@ class LoaderContext:
 
 
 def process_include_args(context: LoaderContext) -> None:
-    """Makes the arguments that were given inside an `<include>` those of the included file.
+    """Pass the arguments of an `<include>` to the included file.
 
     Raises:
-        LoadException: one has no value.
+        LoadException: an argument has no value.
     """
     passed = context.include_resolve_dict or {}
     arguments = passed.get("arg", {})
@@ -170,10 +170,10 @@ def process_include_args(context: LoaderContext) -> None:
 
 
 def post_process_include_args(context: LoaderContext) -> None:
-    """Checks that the included file declared all arguments that it was given.
+    """Check that the included file declared all arguments passed to it.
 
     Raises:
-        LoadException: it did not.
+        LoadException: an argument was not declared.
     """
     unused = [name for name in context.args_passed if name not in context.arg_names]
     if unused:
@@ -181,17 +181,17 @@ def post_process_include_args(context: LoaderContext) -> None:
 
 
 def load_sysargs_into_context(context: LoaderContext, argv: Sequence[str]) -> None:
-    """Sets the `name:=value` words of a command line as arguments."""
+    """Set arguments from the `name:=value` words of a command line."""
     from pipros.launch.arguments import split_arguments
 
     context.resolve_dict["arg"] = split_arguments(argv)[0]
 
 
 class Loader:
-    """Adds what is in launch files to a configuration."""
+    """Base class of loaders, which add the contents of launch files to a configuration."""
 
     def add_param(self, ros_config: Any, param_name: str, param_value: Any, verbose: bool = True) -> None:
-        """Adds a parameter; for a dictionary one for each value in it."""
+        """Add a parameter; for a dictionary, add one for each value in it."""
         for key, value in flatten(param_name, param_value).items():
             ros_config.add_param(Param(key, value), verbose=verbose)
 
@@ -205,10 +205,10 @@ class Loader:
         binfile: str | None,
         command: str | None,
     ) -> Any:
-        """The value of a `<param>` with these attributes, of which all but one are None.
+        """Return the value of a `<param>` with these attributes, of which all but one are None.
 
         Raises:
-            ValueError: the text does not fit the type, or the command fails.
+            ValueError: the text is invalid for the type, or the command fails.
             OSError: the file cannot be read.
         """
         context = LoadContext.of_process()
@@ -237,7 +237,7 @@ class Loader:
         verbose: bool = True,
         subst_function: Callable[[str], str] | None = None,
     ) -> None:
-        """Adds what a `<rosparam>` loads, or the command that it stands for.
+        """Add the parameters that a `<rosparam>` loads, or its command.
 
         Raises:
             ValueError: the command is unknown, or a value needs a name.
@@ -270,6 +270,6 @@ class Loader:
         self.add_param(ros_config, full, value, verbose=verbose)
 
     def load_env(self, context: LoaderContext, ros_config: Any, name: str, value: str) -> None:
-        """Adds a variable for all later nodes of a context."""
+        """Add an environment variable for all subsequent nodes of a context."""
         _ = ros_config
         context.env_args.append((name, value))

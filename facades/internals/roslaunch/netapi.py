@@ -1,4 +1,4 @@
-"""Asks running launchers for their processes."""
+"""Queries of running launchers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _TIMEOUT_S = 5.0
 
 
 class NetProcess:
-    """A process of a launcher: `name`, `is_alive`, how often it was started, and where its launcher is."""
+    """A process of a launcher: name, state, start count, and the URI of its launcher."""
 
     def __init__(self, name: str, respawn_count: int, is_alive: bool, roslaunch_uri: str) -> None:
         self.is_alive = is_alive
@@ -29,7 +29,7 @@ class NetProcess:
 
 
 def get_roslaunch_uris() -> list[str] | None:
-    """The URIs of the launchers that the master knows; None without a master, or when it knows none."""
+    """Return the URIs of the registered launchers; None if there are none or no master answers."""
     client = MasterClient(Environment.from_os().master_uri, _CALLER_ID, timeout_s=_TIMEOUT_S)
     try:
         uris = client.get_param("/roslaunch/uris")
@@ -41,7 +41,7 @@ def get_roslaunch_uris() -> list[str] | None:
 
 
 def list_processes(roslaunch_uris: Sequence[str] | None = None) -> list[NetProcess]:
-    """The processes of launchers that answer, by default of all that the master knows."""
+    """Return the processes of the launchers that answer; by default, query all registered ones."""
     found = []
     for uri in roslaunch_uris or get_roslaunch_uris() or ():
         try:

@@ -44,22 +44,22 @@ _star_names(
 
 
 class NodeParamsException(Exception):
-    """The command line of a node cannot be made."""
+    """The command line of a node cannot be determined."""
 
 
 def get_node_list(config: ROSLaunchConfig) -> list[str]:
-    """The full names of the nodes and tests of a configuration."""
+    """Return the full names of the nodes and tests of a configuration."""
     return [_full_name(node) for node in (*config.nodes, *config.tests)]
 
 
 def print_node_list(roslaunch_files: Sequence[FileAndArguments]) -> None:
-    """Prints the full names of nodes and tests; ends the process with 1 when files are wrong."""
+    """Print the full names of nodes and tests; exit with code 1 if a file is invalid."""
     for name in get_node_list(_config_or_exit(roslaunch_files)):
         print(name)
 
 
 def print_node_args(node_name: str, roslaunch_files: Sequence[FileAndArguments]) -> None:
-    """Prints the command line of a node; ends the process with 1 when that fails."""
+    """Print the command line of a node; exit with code 1 on failure."""
     try:
         words = get_node_args(node_name, roslaunch_files)
     except (RLException, NodeParamsException) as error:
@@ -69,7 +69,7 @@ def print_node_args(node_name: str, roslaunch_files: Sequence[FileAndArguments])
 
 
 def print_node_filename(node_name: str, roslaunch_files: Sequence[FileAndArguments]) -> None:
-    """Prints the file that contains a node; ends the process with 1 when files are wrong."""
+    """Print the file that contains a node; exit with code 1 if a file is invalid."""
     config = _config_or_exit(roslaunch_files)
     name = full_node_name(node_name)
     found = [node for node in (*config.nodes, *config.tests) if _full_name(node) == name]
@@ -84,11 +84,11 @@ def print_node_filename(node_name: str, roslaunch_files: Sequence[FileAndArgumen
 
 
 def get_node_args(node_name: str, roslaunch_files: Sequence[FileAndArguments]) -> list[str]:
-    """The variables, as `NAME="value"`, and the command line of a node of launch files.
+    """Return the environment variables, as `NAME="value"`, and the command line of a node.
 
     Raises:
-        RLException: the files are wrong, or have no such node.
-        NodeParamsException: it has no program.
+        RLException: a file is invalid, or no file contains the node.
+        NodeParamsException: the node's program does not exist.
     """
     config = _load(roslaunch_files)
     name = node_name if node_name.startswith("$") else full_node_name(node_name)
@@ -109,11 +109,11 @@ def get_node_args(node_name: str, roslaunch_files: Sequence[FileAndArguments]) -
 def create_local_process_args(
     node: Node, machine: Machine, env: Mapping[str, str] | None = None
 ) -> list[str]:
-    """The command line of a node on this computer. `$(anon x)` in its name and arguments is resolved.
+    """Return the command line of a node on this computer. `$(anon x)` in its name and arguments is resolved.
 
     Raises:
-        ValueError: it has no name.
-        NodeParamsException: it has no program.
+        ValueError: the node has no name.
+        NodeParamsException: the node's program does not exist.
     """
     _ = machine
     if not node.name:

@@ -1,4 +1,4 @@
-"""Processes on this computer: those that a script makes, and the nodes of a launch."""
+"""Processes on this computer: those created by scripts, and the nodes of a launch."""
 
 from __future__ import annotations
 
@@ -110,15 +110,15 @@ DEFAULT_TIMEOUT_SIGTERM = SIGTERM_TIMEOUT_S
 NUM_WORKERS = 3
 
 process_numbers = itertools.count(1)
-"""Numbers of the processes that this program launches, in whatever launch: log files are named after them."""
+"""Numbers of the launched processes, unique across all launches; part of the names of log files."""
 
 
 class LocalProcess(Process):
-    """A program on this computer, in a process group of its own.
+    """A program on this computer, in its own process group.
 
     Attributes:
-        log_output: whether its output goes to log files of the run, instead of the terminal.
-        cwd: "node" for the folder of the program; by default it is ROS_HOME.
+        log_output: whether its output is written to log files of the run instead of the terminal.
+        cwd: "node" for the folder of the program; by default ROS_HOME.
     """
 
     def __init__(
@@ -157,10 +157,10 @@ class LocalProcess(Process):
         return {**info, "pid": self.pid} if self.pid > 0 else info
 
     def start(self) -> bool:
-        """Starts the program. True, for scripts that look.
+        """Start the program and return True.
 
         Raises:
-            FatalProcessLaunch: the operating system refuses.
+            FatalProcessLaunch: the operating system cannot start it.
         """
         super().start()
         environment = Environment.from_os()
@@ -198,7 +198,7 @@ class LocalProcess(Process):
         return super().is_alive()
 
     def stop(self, errors: list[str] | None = None) -> None:
-        """Ends the program and what it started: SIGINT, SIGTERM, SIGKILL. Returns when it has ended."""
+        """End the program and its children with SIGINT, SIGTERM, SIGKILL. Blocks until it has exited."""
         process = self._process
         if process is None or self.stopped:
             return
@@ -228,7 +228,7 @@ class LocalProcess(Process):
 
 
 class RunProcess(LocalProcess):
-    """A node of a launch: over its restarts the same process, as in Noetic."""
+    """A node of a launch. As in Noetic, the object stays the same when the node is restarted."""
 
     def __init__(self, run: LaunchRun, run_id: str, managed: ManagedNode) -> None:
         self._run = run
@@ -249,7 +249,7 @@ class RunProcess(LocalProcess):
         self.started = True
         self.full_name = node.full_name
 
-    # What is known of the latest process. Noetic's classes assign to these; nothing can be assigned here.
+    # State of the latest process. Noetic's classes assign to these; here assignments are ignored.
 
     @property
     def pid(self) -> int:
@@ -285,11 +285,11 @@ class RunProcess(LocalProcess):
 
     @property
     def is_watched(self) -> bool:
-        """Whether it runs or waits for its restart."""
+        """Whether it is running or waiting for its restart."""
         return not self._managed.is_done
 
     def start(self) -> bool:
-        """For scripts that call it: the launch starts its nodes."""
+        """Return True, for compatibility; the launch starts its nodes."""
         return True
 
     def is_alive(self) -> bool:
@@ -303,10 +303,10 @@ class RunProcess(LocalProcess):
 
 
 class RunProcesses:
-    """The nodes of a launch, as a `ProcessMonitor` watches them."""
+    """The nodes of a launch, in the form that a `ProcessMonitor` watches."""
 
     def __init__(self, run: LaunchRun, run_id: str, stop: Callable[[], None]) -> None:
-        """`stop` ends all of them."""
+        """Store the arguments; `stop` is the function that ends all nodes."""
         self._run = run
         self._run_id = run_id
         self._stop = stop
@@ -324,22 +324,22 @@ class RunProcesses:
         self._stop()
 
     def of(self, managed: ManagedNode) -> RunProcess:
-        """The process of a node; always the same object."""
+        """Return the process of a node; always the same object."""
         with self._lock:
             if managed.name not in self._known:
                 self._known[managed.name] = RunProcess(self._run, self._run_id, managed)
             return self._known[managed.name]
 
     def alive(self) -> list[RunProcess]:
-        """Those that run, or wait for their restart."""
+        """Return the processes that are running or waiting for their restart."""
         return [process for process in self.all() if process.is_watched]
 
     def ended(self) -> list[RunProcess]:
-        """Those that ended for good."""
+        """Return the processes that have exited permanently."""
         return [process for process in self.all() if not process.is_watched]
 
     def all(self) -> list[RunProcess]:
-        """Those that run and those that ended, in the order of their start."""
+        """Return all processes, running or exited, in start order."""
         return [self.of(managed) for managed in self._run.managed()]
 
 
@@ -355,11 +355,11 @@ def create_node_process(
     sigint_timeout: float = DEFAULT_TIMEOUT_SIGINT,
     sigterm_timeout: float = DEFAULT_TIMEOUT_SIGTERM,
 ) -> LocalProcess:
-    """The process of a node on this computer, to be registered at a monitor and started.
+    """Create the process of a node on this computer; the caller registers it at a monitor and starts it.
 
     Raises:
-        ValueError: the node has no name, or one with a slash.
-        NodeParamsException: its program does not exist.
+        ValueError: the node has no name, or a name with a slash.
+        NodeParamsException: the node's program does not exist.
     """
     if not node.name:
         raise ValueError("node name must be defined")
@@ -398,10 +398,10 @@ def create_master_process(
     sigint_timeout: float = DEFAULT_TIMEOUT_SIGINT,
     sigterm_timeout: float = DEFAULT_TIMEOUT_SIGTERM,
 ) -> LocalProcess:
-    """The process of a master of its own, to be registered at a monitor and started.
+    """Create the process of a new master; the caller registers it at a monitor and starts it.
 
     Raises:
-        RLException: the port is not positive, or the type of master is unknown.
+        RLException: the port is not positive, or the master type is unknown.
     """
     _ = ros_root
     if port < 1:
@@ -427,7 +427,7 @@ def create_master_process(
 
 
 def _program(name: str) -> str:
-    """The command of that name in the folder of this Python, which need not be in the PATH."""
+    """Return the path of a command in the folder of this Python, which may be missing in PATH."""
     import sys
 
     beside = Path(sys.executable).with_name(name)

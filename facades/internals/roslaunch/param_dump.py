@@ -15,7 +15,7 @@ _star_names(__name__, "roslaunch yaml")
 
 
 def dump_params(files: Sequence[str]) -> bool:
-    """Prints the parameters of launch files; False when one cannot be read, which is said on stderr."""
+    """Print the parameters of launch files; return False, with a message on stderr, if one cannot be read."""
     config = ROSLaunchConfig()
     loader = XmlLoader()
     for file in files:

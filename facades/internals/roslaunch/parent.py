@@ -41,12 +41,12 @@ _star_names(__name__, "logging roslaunch")
 class ROSLaunchParent:
     """One launch: `start()`, then `spin()` or `spin_once()`, then `shutdown()`.
 
-    Between `start` and `shutdown` a thread watches the nodes, whatever the script does.
+    Between `start` and `shutdown` a thread monitors the nodes.
 
     Attributes:
-        config: what is launched; None until it is loaded. May be changed before `start`.
-        pm: the monitor of the processes; None before `start`.
-        runner, server: of the launch; None before `start`.
+        config: the configuration to launch; None until it is loaded. It may be changed before `start`.
+        pm: the process monitor; None before `start`.
+        runner, server: the runner and the XML-RPC server of the launch; None before `start`.
     """
 
     def __init__(
@@ -101,7 +101,7 @@ class ROSLaunchParent:
         self._is_over = False
 
     def _load_config(self) -> None:
-        """Loads the files; for scripts that change what is in them before `start`. Raises RLException."""
+        """Load the files, for scripts that change the configuration before `start`. Raises RLException."""
         config = load_config_default(
             self.roslaunch_files, self.port, roslaunch_strs=self.roslaunch_strs, verbose=self.verbose
         )
@@ -117,13 +117,13 @@ class ROSLaunchParent:
         self.config = config
 
     def start(self, auto_terminate: bool = True) -> None:
-        """Starts a master, unless one answers, sets the parameters and starts the nodes.
+        """Start a master unless one answers, set the parameters and start the nodes.
 
         Args:
-            auto_terminate: whether the launch is over when all nodes have ended, and the master is another's.
+            auto_terminate: whether the launch ends when all nodes have exited, unless it started the master.
 
         Raises:
-            RLException: a file is wrong; nothing is left running.
+            RLException: a file is invalid; nothing is left running.
         """
         session = self.session = self._make_session()
         try:
@@ -141,26 +141,26 @@ class ROSLaunchParent:
             self.pm.add_process_listener(listener)
 
     def spin_once(self) -> bool:
-        """False when the launch is over."""
+        """Return False if the launch is over."""
         return self.runner is not None and self.runner.spin_once()
 
     def spin(self) -> None:
-        """Waits until the launch is over or Ctrl-C is pressed, and ends what is left of it.
+        """Block until the launch is over or Ctrl-C is pressed, then end the remaining processes.
 
         Raises:
-            RLException: it was not started.
+            RLException: the launch was not started.
         """
         if self.runner is None:
             raise RLException("parent not started yet")
         try:
             self.runner.spin()
         except KeyboardInterrupt:
-            pass  # as in Noetic, where Ctrl-C ends the launch and the script goes on
+            pass  # as in Noetic, where Ctrl-C ends the launch and the script continues
         finally:
             self.shutdown()
 
     def shutdown(self) -> None:
-        """Ends everything that was started. May be repeated."""
+        """End everything that was started. Idempotent."""
         if self._is_over:
             return
         self._is_over = True

@@ -1,4 +1,4 @@
-"""Processes of a launch, and the monitor that watches them."""
+"""Processes of a launch and their monitor."""
 
 from __future__ import annotations
 
@@ -61,18 +61,18 @@ _numbers = itertools.count(1)
 
 
 class FatalProcessLaunch(RLException):
-    """A process cannot be started, and another try would fail as well."""
+    """A process cannot be started, and a retry would fail as well."""
 
 
 class ProcessListener:
-    """Is called at the end of each process; to be subclassed."""
+    """Base class of listeners, which are called when a process exits."""
 
     def process_died(self, process_name: str, exit_code: int | None) -> None:
-        """Called after the end of a process was printed; not for those that a shutdown ends."""
+        """Handle the exit of a process; called after it was printed, but not during a shutdown."""
 
 
 class Process:
-    """A process as a `ProcessMonitor` needs it; subclasses start and stop something."""
+    """Base class of the processes of a `ProcessMonitor`; subclasses implement starting and stopping."""
 
     def __init__(
         self,
@@ -102,7 +102,7 @@ class Process:
     __repr__ = __str__
 
     def get_info(self) -> dict[str, Any]:
-        """What the XML-RPC server tells about the process."""
+        """Return the information about the process that the XML-RPC server publishes."""
         info = {
             "spawn_count": self.spawn_count,
             "args": self.args,
@@ -117,27 +117,27 @@ class Process:
         return info if self.exit_code is None else {**info, "exit_code": self.exit_code}
 
     def start(self) -> Any:
-        """Starts the process. Subclasses call this, then do so."""
+        """Prepare the start. Subclasses call this, then start the process."""
         self.time_of_death = None
         self.spawn_count += 1
 
     def is_alive(self) -> bool:
-        """Whether the process runs. Subclasses call this when it does not."""
+        """Return whether the process is running. Subclasses call this if it is not."""
         if self.time_of_death is None:
             self.time_of_death = time.time()
         return False
 
     def should_respawn(self) -> bool | float:
-        """False, or the seconds until the process is to be started again."""
+        """Return False, or the delay in seconds before the process should be restarted."""
         if not self.respawn or (self.time_of_death is None and self.is_alive()):
             return False
         return (self.time_of_death or 0.0) + self.respawn_delay - time.time()
 
     def stop(self, errors: list[str] | None = None) -> None:
-        """Ends the process; what goes wrong is added to `errors`."""
+        """End the process; append problems to `errors`."""
 
     def get_exit_description(self) -> str:
-        """How the process ended."""
+        """Return a text that describes how the process ended."""
         if self.exit_code is None:
             return "process has died"
         return f"process has died [exit code {self.exit_code}]" if self.exit_code else _CLEANLY
@@ -147,7 +147,7 @@ _CLEANLY = "process has finished cleanly"
 
 
 class DeadProcess(Process):
-    """What is kept of a process that ended."""
+    """Record of a process that has exited."""
 
     def __init__(self, p: Process) -> None:
         super().__init__(p.package, p.name, p.args, p.env, p.respawn, p.respawn_delay)
@@ -166,7 +166,7 @@ class DeadProcess(Process):
 
 
 class Watched(Protocol):
-    """The nodes of a launch that runs; see `roslaunch.nodeprocess.RunProcesses`."""
+    """The nodes of a running launch; see `roslaunch.nodeprocess.RunProcesses`."""
 
     @property
     def has_running(self) -> bool: ...
@@ -181,14 +181,14 @@ class Watched(Protocol):
 
 
 class ProcessMonitor(threading.Thread):
-    """Watches processes in a thread of its own: reports ends, restarts, and ends all on `shutdown`.
+    """Thread that monitors processes: reports exits, restarts processes, and ends all on `shutdown`.
 
-    It watches the nodes of one launch, which `pipros.launch.run` starts, and what scripts `register`.
+    It monitors the nodes of one launch, started by `pipros.launch.run`, and processes registered by scripts.
 
     Attributes:
-        listeners: notified of each end.
-        done: whether all processes were ended, and the thread is over.
-        dead_list: what is kept of registered processes that ended.
+        listeners: notified of each process exit.
+        done: whether all processes have been ended and the thread is finished.
+        dead_list: records of registered processes that have exited.
     """
 
     def __init__(self, name: str = "ProcessMonitor") -> None:
@@ -208,24 +208,24 @@ class ProcessMonitor(threading.Thread):
 
     @property
     def procs(self) -> list[Process]:
-        """The processes that run."""
+        """The running processes."""
         if self.done:
             return []
         with self.plock:
             return [*(self._run.alive() if self._run else ()), *self._registered]
 
     def watch(self, run: Watched) -> None:
-        """From now on also watches the nodes of a launch, and ends them at the end."""
+        """Also monitor the nodes of a launch, and end them on shutdown."""
         with self.plock:
             self._run = run
         self._changed.set()
 
     def add_process_listener(self, l: ProcessListener) -> None:  # noqa: E741  # Noetic's name
-        """From now on tells a listener about each end."""
+        """Add a listener that is notified of each process exit."""
         self.listeners.append(l)
 
     def tell(self, process_name: str, exit_code: int | None) -> None:
-        """Tells the listeners about an end."""
+        """Notify the listeners of a process exit."""
         for listener in list(self.listeners):
             try:
                 listener.process_died(process_name, exit_code)
@@ -233,10 +233,10 @@ class ProcessMonitor(threading.Thread):
                 traceback.print_exc()
 
     def register(self, p: Process) -> None:
-        """Adds a process that was or will be started by its `start`.
+        """Add a process that the caller has started or will start.
 
         Raises:
-            RLException: one of that name is there, or the monitor was shut down.
+            RLException: a process with that name is registered, or the monitor was shut down.
         """
         with self.plock:
             if self.has_process(p.name):
@@ -247,39 +247,39 @@ class ProcessMonitor(threading.Thread):
         self._changed.set()
 
     def register_core_proc(self, p: Process) -> None:
-        """As `register`, for a process that is ended after all others."""
+        """Register a process that is ended after all others. Raises the same errors as `register`."""
         self.register(p)
         self.core_procs.append(p)
 
     def registrations_complete(self) -> None:
-        """From now on the monitor ends when there is nothing left to watch."""
+        """Allow the monitor to finish when no process is left."""
         self._registrations_complete = True
 
     def unregister(self, p: Process) -> None:
-        """Forgets a registered process. Raises ValueError when it is not registered."""
+        """Remove a registered process. Raises ValueError if it is not registered."""
         with self.plock:
             self._registered.remove(p)
 
     def has_process(self, name: str) -> bool:
-        """Whether a process of that name is watched."""
+        """Return whether a process with that name is monitored."""
         return self.get_process(name) is not None
 
     def get_process(self, name: str) -> Process | None:
-        """The process of that name; None if none is watched."""
+        """Return the monitored process with that name, or None."""
         return next((process for process in self.procs if process.name == name), None)
 
     def has_main_thread_jobs(self) -> int:
-        """How much waits to be done in the main thread: nothing ever does."""
+        """Return 0: no jobs ever wait for the main thread."""
         return len(self.reacquire_signals)
 
     def do_main_thread_jobs(self) -> None:
-        """For scripts that call it; nothing has to be done in the main thread."""
+        """Do nothing, for compatibility; there are no jobs for the main thread."""
 
     def kill_process(self, name: str) -> bool:
-        """Ends the process of that name; False when there is none. It is restarted if it respawns.
+        """End the process with that name; return False if there is none. It restarts if `respawn` is set.
 
         Raises:
-            RLException: the name is not a text.
+            RLException: the name is not a string.
         """
         if not isinstance(name, str):
             raise RLException(f"kill_process takes in a process name but was given: {name}")
@@ -290,30 +290,30 @@ class ProcessMonitor(threading.Thread):
         return process is not None
 
     def shutdown(self) -> None:
-        """Asks the thread to end all processes and itself. `join` waits for that."""
+        """Request the thread to end all processes and itself; returns immediately. `join` waits for it."""
         self.is_shutdown = True
         self._changed.set()
 
     def get_active_names(self) -> list[str]:
-        """The names of the processes that run."""
+        """Return the names of the running processes."""
         return [process.name for process in self.procs]
 
     def get_process_names_with_spawn_count(self) -> list[list[tuple[str, int]]]:
-        """Names and how often they were started: of the processes that run, and of those that ended."""
+        """Return (name, start count) of the running processes, and of those that have exited."""
         ended = [*(self._run.ended() if self._run else ()), *self.dead_list]
         return [[(process.name, process.spawn_count) for process in part] for part in (self.procs, ended)]
 
     def mainthread_spin_once(self) -> bool:
-        """False when the monitor is over."""
+        """Return False if the monitor is finished."""
         return not self.done
 
     def mainthread_spin(self) -> None:
-        """Returns when the monitor is over."""
+        """Block until the monitor is finished."""
         while not self.done:
             time.sleep(_LOOK_EVERY_S)
 
     def run(self) -> None:
-        """What the thread does."""
+        """Monitor the processes; the thread's main function."""
         try:
             while not self.is_shutdown:
                 self._look()
@@ -339,7 +339,7 @@ class ProcessMonitor(threading.Thread):
             self.is_shutdown = True
 
     def _handle_end(self, process: Process) -> None:
-        """Reports the end of a registered process, and restarts or forgets it."""
+        """Report the exit of a registered process, and restart or remove it."""
         wait_s = process.should_respawn()
         if wait_s is not False and wait_s > 0:
             return
@@ -366,7 +366,7 @@ class ProcessMonitor(threading.Thread):
                 process.start()
 
     def _end_all(self) -> None:
-        """Ends all processes, those of the core last."""
+        """End all processes, those of the core last."""
         self.is_shutdown = True
         with self.plock:
             registered = list(self._registered)
@@ -392,7 +392,7 @@ class ProcessMonitor(threading.Thread):
 
 
 def start_process_monitor() -> ProcessMonitor | None:
-    """Starts a monitor; `pmon_shutdown` and the end of the program end it. None after `rl_signal`."""
+    """Start a monitor, which `pmon_shutdown` or the exit of the program ends. Return None after `rl_signal`."""
     if _shutdown.has_begun:
         return None
     monitor = ProcessMonitor(f"ProcessMonitor-{next(_numbers)}")
@@ -405,7 +405,7 @@ def start_process_monitor() -> ProcessMonitor | None:
 
 
 def shutdown_process_monitor(process_monitor: ProcessMonitor | None) -> bool:
-    """Ends a monitor and its processes; False when it is over already, or takes longer than 20 s."""
+    """End a monitor and its processes; return False if it was already finished or takes longer than 20 s."""
     if process_monitor is None or process_monitor.is_shutdown:
         return False
     process_monitor.shutdown()
@@ -414,7 +414,7 @@ def shutdown_process_monitor(process_monitor: ProcessMonitor | None) -> bool:
 
 
 def pmon_shutdown() -> None:
-    """Ends all monitors that `start_process_monitor` started, and their processes."""
+    """End all monitors started by `start_process_monitor`, and their processes."""
     for monitor in _monitors[:]:
         shutdown_process_monitor(monitor)
         with suppress(ValueError):
@@ -422,7 +422,7 @@ def pmon_shutdown() -> None:
 
 
 def rl_signal(sig: int, stackframe: FrameType | None) -> None:
-    """A handler of signals that ends all monitors. Only the first signal has an effect."""
+    """Handle a signal by ending all monitors."""
     _ = sig, stackframe
     if not _shutdown.has_begun:
         _shutdown.has_begun = True
@@ -430,8 +430,8 @@ def rl_signal(sig: int, stackframe: FrameType | None) -> None:
 
 
 def _init_signal_handlers() -> None:
-    """Makes Ctrl-C effective also in a background job of a shell script.
+    """Enable Ctrl-C in background jobs of shell scripts as well.
 
-    Scripts replace this function by their own to launch from other threads, which is not needed here.
+    Some scripts replace this function in order to launch from other threads; here this is not necessary.
     """
     accept_ctrl_c()

@@ -1,4 +1,4 @@
-"""Nodes on other machines. Here the launch itself starts each by ssh, without a launch child."""
+"""Nodes on other machines. The launch itself starts each by ssh, without a launch child."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ _star_names(__name__, "logging rosgraph.network roslaunch socket time")
 class ROSRemoteRunner(ROSRemoteRunnerIF):
     """The nodes of a configuration that run on other machines.
 
-    There is nothing to start by hand: a `ROSLaunchParent` starts them with all others.
+    They need no separate start: a `ROSLaunchParent` starts them with all others.
 
     Attributes:
-        remote_nodes: pairs of a machine and the nodes on it.
+        remote_nodes: pairs of a machine and its nodes.
     """
 
     def __init__(
@@ -72,10 +72,10 @@ class ROSRemoteRunner(ROSRemoteRunnerIF):
         self.server.add_process_listener(l)
 
     def start_children(self) -> None:
-        """Does nothing: nodes on other machines need no launch child."""
+        """Do nothing, because nodes on other machines need no launch child."""
 
     def launch_remote_nodes(self) -> tuple[list[str], list[str]]:
-        """The names of the nodes on other machines that run, and of those that do not."""
+        """Return the names of the nodes on other machines that are running, and of those that are not."""
         nodes = [node for _, nodes in self.remote_nodes for node in nodes]
         running = self.pm.get_active_names()
         started = [node.process_name or "" for node in nodes if node.process_name in running]

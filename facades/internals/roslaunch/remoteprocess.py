@@ -30,9 +30,9 @@ TIMEOUT_SSH_CONNECT = 30.0
 
 
 class SSHChildROSLaunchProcess(ChildROSLaunchProcess):
-    """`roslaunch --child` on another machine, which starts what its parent orders.
+    """`roslaunch --child` on another machine, which starts nodes at its parent's request.
 
-    A `ROSLaunchParent` needs none: it starts each node on another machine by ssh alone.
+    A `ROSLaunchParent` does not use it: it starts each node on another machine by ssh directly.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class SSHChildROSLaunchProcess(ChildROSLaunchProcess):
         self._process: subprocess.Popen[bytes] | None = None
 
     def start(self) -> bool:
-        """Connects, and starts the child there.
+        """Connect and start the child on the other machine.
 
         Raises:
             FatalProcessLaunch: there is no ssh client.
@@ -81,7 +81,7 @@ class SSHChildROSLaunchProcess(ChildROSLaunchProcess):
         return True
 
     def getapi(self) -> Any:
-        """A proxy of the child's server; None until it registered."""
+        """Return a proxy of the child's server; None until the child has registered."""
         return None if self.uri is None else ServerProxy(self.uri)
 
     def is_alive(self) -> bool:
@@ -93,7 +93,7 @@ class SSHChildROSLaunchProcess(ChildROSLaunchProcess):
         return super().is_alive() if self.started else False
 
     def stop(self, errors: list[str] | None = None) -> None:
-        """Asks the child to end, and closes the connection, with which it ends in any case."""
+        """Request the child to exit, and close the connection, which ends it in any case."""
         process, child = self._process, self.getapi()
         if process is None or process.poll() is not None:
             return

@@ -1,4 +1,4 @@
-"""Functions that launch scripts call, under Noetic's names."""
+"""Functions for launch scripts, under Noetic's names."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _ASK_EVERY_S = 0.1
 
 
 def resolve_launch_arguments(args: Sequence[str]) -> list[str]:
-    """The launch files for `package file.launch`, or paths.
+    """Return the paths of the launch files for `package file.launch` or paths.
 
     Raises:
         RLException: a file does not exist.
@@ -46,10 +46,10 @@ def resolve_launch_arguments(args: Sequence[str]) -> list[str]:
 
 
 def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: bool) -> str:
-    """The run id that is given, else that of the running master, else a new one.
+    """Return the given run id, else that of the running master, else a new one.
 
     Args:
-        options_wait_for_master: waits for a master that has one instead of making a new one.
+        options_wait_for_master: wait for a master with a run id instead of generating one.
     """
     if options_runid:
         return options_runid
@@ -67,7 +67,7 @@ def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: boo
 
 
 def _wait_for_master() -> None:
-    """Returns when a master answers."""
+    """Block until a master answers."""
     master = Master()
     if not master.is_running():
         printlog("roscore/master is not yet running, will wait for it to start")
@@ -77,17 +77,17 @@ def _wait_for_master() -> None:
 
 
 def check_log_disk_usage() -> None:
-    """Prints whether the log folder has grown large."""
+    """Print a warning if the log folder is large."""
     printlog("Checking log directory for disk usage. This may take a while.\nPress Ctrl-C to interrupt")
     printlog(disk_usage_report(Environment.from_os().log_dir))
 
 
 def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: bool = False) -> str | None:
-    """The mistakes in a launch file, one a line; None when there are none.
+    """Return the mistakes in a launch file, one per line; None if there are none.
 
     Args:
-        use_test_depends: whether `test_depend` counts as a declaration.
-        ignore_unset_args: whether arguments may be without a value.
+        use_test_depends: whether `test_depend` counts as a declared dependency.
+        ignore_unset_args: whether arguments without a value are allowed.
     """
     from pipros.launch.check import mistakes
 
@@ -104,7 +104,7 @@ def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: b
 
 
 def print_file_list(roslaunch_files: Sequence[FileAndArguments]) -> None:
-    """Prints the paths of files and of all that they include; ends the process with 1 when they are wrong."""
+    """Print the paths of files and of all included files; exit with code 1 if one is invalid."""
     from roslaunch.config import get_roscore_filename, load_config_default
 
     try:
@@ -119,19 +119,19 @@ def print_file_list(roslaunch_files: Sequence[FileAndArguments]) -> None:
 
 
 def change_terminal_name(args: Sequence[str], is_core: bool) -> None:
-    """Names the terminal window after what is launched."""
+    """Set the terminal title to the launched files."""
     _title.name = "roscore" if is_core else ",".join(args)
     _title.show(_title.name)
 
 
 def update_terminal_name(ros_master_uri: str) -> None:
-    """Adds the URI of the master to the name that the terminal window was given."""
+    """Append the master's URI to the terminal title."""
     if _title.name:
         _title.show(f"{_title.name} {ros_master_uri}")
 
 
 class _Title:
-    """The title of the terminal window; empty until it was changed."""
+    """The terminal title; empty until it is set."""
 
     def __init__(self) -> None:
         self.name = ""

@@ -15,7 +15,7 @@ _star_names(__name__, "roslaunch")
 
 
 class ROSLaunch:
-    """Launches nodes one by one; `stop` ends them all.
+    """Launcher for individual nodes; `stop` ends them all.
 
     >>> launch = ROSLaunch()                                            # doctest: +SKIP
     >>> launch.start()                                                  # doctest: +SKIP
@@ -32,24 +32,24 @@ class ROSLaunch:
         self.started = False
 
     def load(self, f: str) -> None:
-        """Adds a launch file; to be called before `start`."""
+        """Add a launch file. Call it before `start`."""
         self._files.append(f)
 
     def load_str(self, s: str) -> None:
-        """Adds a launch file as text; to be called before `start`."""
+        """Add the text of a launch file. Call it before `start`."""
         self._texts.append(s)
 
     def start(self) -> None:
-        """Starts a master, unless one answers, and what was loaded."""
+        """Start a master unless one answers, and launch the loaded files."""
         self.parent.start(auto_terminate=False)
         self.started = True
 
     def launch(self, node: Node) -> Any:
-        """Starts a node; the process that it returns has `is_alive`, `stop`, `exit_code`, `pid`, `name`.
+        """Start a node and return its process, with `is_alive`, `stop`, `exit_code`, `pid` and `name`.
 
         Raises:
-            RLException: it cannot be started, or `start` was not called.
-            ValueError: it is not a Node.
+            RLException: the node cannot be started, or `start` was not called.
+            ValueError: the argument is not a Node.
         """
         if not self.started or self.parent.runner is None:
             raise RLException("please start ROSLaunch first")
@@ -61,13 +61,13 @@ class ROSLaunch:
         return process
 
     def spin(self) -> None:
-        """Waits until the launch is over."""
+        """Block until the launch is over."""
         self.parent.spin()
 
     def spin_once(self) -> bool:
-        """False when the launch is over."""
+        """Return False if the launch is over."""
         return self.parent.spin_once()
 
     def stop(self) -> None:
-        """Ends all nodes."""
+        """End all nodes."""
         self.parent.shutdown()

@@ -1,4 +1,4 @@
-"""The XML-RPC servers of launchers: for tools that ask for processes, and between parents and children."""
+"""XML-RPC servers of launchers, for tools that list processes, and between parents and children."""
 
 from __future__ import annotations
 
@@ -58,10 +58,10 @@ Answer = tuple[int, str, Any]
 
 
 class ChildROSLaunchProcess(Process):
-    """A launch child on another machine, as its parent sees it; subclasses start it.
+    """The parent's view of a launch child on another machine; subclasses start it.
 
     Attributes:
-        uri: of its server; None until it registered.
+        uri: the URI of the child's server; None until it has registered.
     """
 
     def __init__(self, name: str, args: Sequence[str], env: Mapping[str, str]) -> None:
@@ -69,12 +69,12 @@ class ChildROSLaunchProcess(Process):
         self.uri: str | None = None
 
     def set_uri(self, uri: str) -> None:
-        """Called when the child registered."""
+        """Set the URI; called when the child registers."""
         self.uri = uri
 
 
 class ROSLaunchBaseHandler(XmlRpcHandler):
-    """What every launcher answers: its process id, its processes, its nodes."""
+    """XML-RPC methods of every launcher: its process id, processes and nodes."""
 
     def __init__(self, pm: ProcessMonitor) -> None:
         if pm is None:
@@ -83,11 +83,11 @@ class ROSLaunchBaseHandler(XmlRpcHandler):
         self.logger = logging.getLogger("roslaunch.server")
 
     def list_processes(self) -> Answer:
-        """Names and spawn counts: first of the processes that run, then of those that ended."""
+        """Return names and spawn counts: of the running processes, then of those that have exited."""
         return 1, "processes on parent machine", self.pm.get_process_names_with_spawn_count()
 
     def process_info(self, process_name: str) -> Answer:
-        """What there is to know about a process."""
+        """Return the information about a process."""
         process = self.pm.get_process(process_name)
         if process is None:
             return -1, "no process by that name", {}
@@ -95,16 +95,16 @@ class ROSLaunchBaseHandler(XmlRpcHandler):
         return 1, "process info", {**info, "env": dict(info["env"]), "args": list(info["args"])}
 
     def get_pid(self) -> Answer:
-        """The process id of the launcher."""
+        """Return the process id of the launcher."""
         return 1, str(os.getpid()), os.getpid()
 
     def get_node_names(self) -> Answer:
-        """The names of the processes that run."""
+        """Return the names of the running processes."""
         return 1, "node names", self.pm.get_active_names()
 
 
 class ROSLaunchParentHandler(ROSLaunchBaseHandler):
-    """What a parent answers to tools and to its children."""
+    """XML-RPC methods of a parent, for tools and for its children."""
 
     def __init__(
         self,
@@ -117,7 +117,7 @@ class ROSLaunchParentHandler(ROSLaunchBaseHandler):
         self.listeners = listeners
 
     def register(self, client: str, uri: str) -> Answer:
-        """A child says where its server is."""
+        """Register the URI of a child's server; called by the child."""
         child = self.child_processes.get(client)
         if child is None:
             return -1, f"unknown child [{client}]", 0
@@ -125,18 +125,18 @@ class ROSLaunchParentHandler(ROSLaunchBaseHandler):
         return 1, "registered", 1
 
     def list_children(self) -> Answer:
-        """The URIs of the children that registered."""
+        """Return the URIs of the registered children."""
         uris = [child.uri for child in self.child_processes.values() if child.uri is not None]
         return 1, "roslaunch children", uris
 
     def process_died(self, process_name: str, exit_code: int) -> Answer:
-        """A child says that one of its processes ended."""
+        """Notify the listeners that a process of a child has exited; called by the child."""
         for listener in self.listeners:
             listener.process_died(process_name, exit_code)
         return 1, "", 0
 
     def log(self, client: str, level: int, message: str) -> Answer:
-        """A child has something to print. `level` is that of rosgraph_msgs/Log; from 8 on it is an error."""
+        """Print a child's message. `level` is that of rosgraph_msgs/Log; 8 and above are errors."""
         (printerrlog if level >= _ERROR else printlog)(f"[{client}]: {message}")
         return 1, "", 1
 
@@ -145,7 +145,7 @@ _ERROR = 8
 
 
 class ROSLaunchChildHandler(ROSLaunchBaseHandler):
-    """What a child answers to its parent."""
+    """XML-RPC methods of a child, for its parent."""
 
     def __init__(
         self,
@@ -167,13 +167,13 @@ class ROSLaunchChildHandler(ROSLaunchBaseHandler):
         self._stopping = threading.Event()
 
     def shutdown(self) -> Answer:
-        """The parent ends the child."""
+        """End the child; called by the parent."""
         self._stopping.set()
         self.pm.shutdown()
         return 1, "success", 1
 
     def launch(self, launch_xml: str) -> Answer:
-        """The parent orders nodes. Returns the names of those that started, and of those that did not."""
+        """Start nodes for the parent. Return the names of those that started and those that did not."""
         from roslaunch.config import ROSLaunchConfig
 
         config = ROSLaunchConfig()
@@ -195,22 +195,22 @@ class ROSLaunchChildHandler(ROSLaunchBaseHandler):
 
 
 class ROSLaunchNode(XmlRpcNode):
-    """Serves a handler on a free port; its methods may be called once `start` returns."""
+    """Server for a handler on a free port; its methods can be called as soon as `start` returns."""
 
     def __init__(self, handler: ROSLaunchBaseHandler | None) -> None:
         super().__init__(0, handler)
 
     def run(self) -> None:
-        """For scripts that call it: the server runs in a thread of its own since `start`."""
+        """Do nothing, for compatibility: after `start` the server runs in its own thread."""
 
 
 class ROSLaunchParentNode(ROSLaunchNode):
     """The server of a parent.
 
     Attributes:
-        rosconfig: what is launched.
-        listeners: notified of the ends of processes on other machines.
-        child_processes: the launch children by their names.
+        rosconfig: the launched configuration.
+        listeners: notified when processes on other machines exit.
+        child_processes: the launch children by name.
     """
 
     def __init__(self, rosconfig: ROSLaunchConfig, pm: ProcessMonitor) -> None:
@@ -225,18 +225,18 @@ class ROSLaunchParentNode(ROSLaunchNode):
     def of_session(
         cls, session: LaunchSession, rosconfig: ROSLaunchConfig, pm: ProcessMonitor
     ) -> ROSLaunchParentNode:
-        """The server of a launch that runs: the launch opened it, and ends it."""
+        """Return the server of a running launch, which opened it and will close it."""
         node = cls(rosconfig, pm)
         if session.server is not None:
             node.set_uri(session.server.uri)
         return node
 
     def add_child(self, name: str, p: ChildROSLaunchProcess) -> None:
-        """Adds a launch child, which registers under that name."""
+        """Add a launch child, which will register under that name."""
         self.child_processes[name] = p
 
     def add_process_listener(self, l: ProcessListener) -> None:  # noqa: E741  # Noetic's name
-        """From now on tells a listener about the ends of processes on other machines."""
+        """Add a listener that is notified when processes on other machines exit."""
         self.listeners.append(l)
 
 

@@ -1,4 +1,4 @@
-"""`resolve_args`: makes substitutions in a text."""
+"""Substitution arguments such as `$(arg x)`: `resolve_args`."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ _rospack: RosPack | None = None
 
 
 def convert_value(value: str, type_: str) -> Any:
-    """The value that a text has as a parameter of that type: auto, str, int, double, bool or yaml.
+    """Convert a text to a parameter value of the type auto, str, int, double, bool or yaml.
 
     Raises:
-        ValueError: the type is unknown, or the text does not fit it.
+        ValueError: the type is unknown, or the text is invalid for it.
     """
     return convert(value, type_)
 
@@ -42,15 +42,15 @@ def resolve_args(
     resolve_anon: bool = True,
     filename: str | None = None,
 ) -> str:
-    """The text with all substitutions made.
+    """Return the text with all substitutions applied.
 
     Args:
-        context: `{"arg": {name: value}, "filename": path}`, as in Noetic; anonymous names are kept in it.
+        context: `{"arg": {name: value}, "filename": path}`, as in Noetic; it also stores anonymous names.
         resolve_anon: has no effect, as in Noetic: `$(anon x)` becomes a unique name.
-        filename: the file of the text, for `$(dirname)`.
+        filename: the file that contains the text, for `$(dirname)`.
 
     Raises:
-        SubstitutionException: the text is malformed, or refers to something that does not exist.
+        SubstitutionException: the text is malformed or contains an unresolvable reference.
     """
     _ = resolve_anon
     if not arg_str:

@@ -1,4 +1,4 @@
-"""`XmlLoader`: reads launch files into a `ROSLaunchConfig`, or anything that has its `add_…` methods."""
+"""`XmlLoader`: reads launch files into a `ROSLaunchConfig`, or any object with its `add_…` methods."""
 
 from __future__ import annotations
 
@@ -57,14 +57,14 @@ CLEAR_PARAMS = "clear_params"
 
 
 class XmlParseException(RLException):
-    """A launch file is wrong. The text is the reason alone; `places` and `element` say where."""
+    """A launch file is invalid. The text is the reason alone; `places` and `element` contain the location."""
 
     def __str__(self) -> str:
         return self.reason
 
 
 class DomElement(Protocol):
-    """What is used of an element of `xml.dom`."""
+    """The required part of the interface of `xml.dom` elements."""
 
     def getAttribute(self, name: str) -> str: ...
 
@@ -72,10 +72,10 @@ class DomElement(Protocol):
 
 
 def ifunless_test(obj: XmlLoader, tag: DomElement, context: LoaderContext) -> bool:
-    """What `if` and `unless` of an element say; True without them.
+    """Evaluate `if` and `unless` of an element; return True if it has neither.
 
     Raises:
-        XmlParseException: it has both, or one that is neither true nor false.
+        XmlParseException: the element has both, or a value is neither true nor false.
     """
     wanted, unwanted = obj.opt_attrs(tag, context, ("if", "unless"))
     if wanted is not None and unwanted is not None:
@@ -89,7 +89,7 @@ def ifunless_test(obj: XmlLoader, tag: DomElement, context: LoaderContext) -> bo
 
 
 def ifunless(f: Callable[..., Any]) -> Callable[..., Any]:
-    """A method of a loader that does nothing for elements that are not wanted."""
+    """Wrap a loader method so that it ignores elements excluded by `if` or `unless`."""
 
     def call(*args: Any, **kwds: Any) -> Any:
         return f(*args, **kwds) if ifunless_test(args[0], args[1], args[2]) else None
@@ -98,7 +98,7 @@ def ifunless(f: Callable[..., Any]) -> Callable[..., Any]:
 
 
 class _IntoConfig(LaunchBuilder):
-    """Passes what is read to a configuration, in the order of the files."""
+    """Builder that forwards everything it reads to a configuration, in file order."""
 
     def __init__(self, config: Any, *, core: bool, verbose: bool) -> None:
         super().__init__()
@@ -142,12 +142,12 @@ class _IntoConfig(LaunchBuilder):
 
 
 class XmlLoader(Loader):
-    """Reads files one by one into a configuration.
+    """Loader that reads launch files into a configuration.
 
     Attributes:
         resolve_anon: has no effect, as in Noetic.
         root_context: the context of the latest file, with its arguments; None before the first.
-        ignore_unset_args: whether arguments without a value count as empty.
+        ignore_unset_args: whether arguments without a value are treated as empty.
     """
 
     NODE_ATTRS = (
@@ -183,21 +183,21 @@ class XmlLoader(Loader):
         argv: Sequence[str] | None = None,
         verbose: bool = True,
     ) -> None:
-        """Reads a file.
+        """Read a file.
 
         Args:
             core: whether its nodes belong to the core.
             argv: `name:=value` words for its arguments; by default those of this process.
-            verbose: prints what is added.
+            verbose: whether to print each addition.
 
         Raises:
-            XmlParseException: with file, line and element.
+            XmlParseException: the file is invalid; with file, line and element.
         """
         words = sys.argv if argv is None else argv
         self._read(ros_config, words, filename, lambda reader: reader.load_file(filename), core, verbose)
 
     def load_string(self, xml_text: str, ros_config: Any, core: bool = False, verbose: bool = True) -> None:
-        """Reads a text. Raises as `load`."""
+        """Read the text of a launch file. Raises the same errors as `load`."""
         if verbose:
             print("... loading XML")
         self._read(ros_config, sys.argv, None, lambda reader: reader.load_text(xml_text), core, verbose)
@@ -238,11 +238,11 @@ class XmlLoader(Loader):
         self.root_context = context
 
     def resolve_args(self, args: str, context: LoaderContext) -> str:
-        """The text with all substitutions made in a context.
+        """Return the text with all substitutions applied in a context.
 
         Raises:
             ArgException: an argument is not set.
-            XmlParseException: the text is malformed, or refers to something that does not exist.
+            XmlParseException: the text is malformed or contains an unresolvable reference.
         """
         context.resolve_dict["filename"] = context.filename
         try:
@@ -255,14 +255,14 @@ class XmlLoader(Loader):
             raise XmlParseException(str(error)) from error
 
     def opt_attrs(self, tag: DomElement, context: LoaderContext, attrs: Sequence[str]) -> list[str | None]:
-        """The values of attributes in a context; None for those that an element does not have."""
+        """Return the values of attributes in a context; None for missing attributes."""
         return [
             self.resolve_args(tag.getAttribute(name), context) if tag.hasAttribute(name) else None
             for name in attrs
         ]
 
     def reqd_attrs(self, tag: DomElement, context: LoaderContext, attrs: Sequence[str]) -> list[str]:
-        """The values of attributes in a context. Raises KeyError for one that an element does not have."""
+        """Return the values of attributes in a context. Raises KeyError for a missing attribute."""
         values = []
         for name, value in zip(attrs, self.opt_attrs(tag, context, attrs), strict=True):
             if value is None:

@@ -1,26 +1,26 @@
-"""`roslib`, for old scripts: `load_manifest`, and modules that find packages and work with names."""
+"""Drop-in replacement for Noetic's roslib: `load_manifest`, and modules for packages and names."""
 
 from typing import Any as _Any
 
-import pipros.startup as _startup  # noqa: F401 # the import hook, where pipros.pth did not run
+import pipros.startup as _startup  # noqa: F401 # the import hook, if pipros.pth did not run
 from pipros.basics.lazy_names import star_names as _star_names
 from roslib.launcher import load_manifest as load_manifest
 
 __all__ = ["is_interactive", "load_manifest", "set_interactive"]
 
 _MODULES = ("exceptions", "manifest", "packages", "stacks")
-"""Modules that are attributes after `import roslib` in Noetic; imported on first use."""
+"""Modules that `import roslib` makes available in Noetic; imported on first use."""
 
 _interactive = [False]
 
 
 def is_interactive() -> bool:
-    """Whether `set_interactive(True)` was called: the program runs in an interactive shell."""
+    """Return whether the program runs in an interactive shell, as set by `set_interactive`."""
     return _interactive[0]
 
 
 def set_interactive(interactive: bool) -> None:
-    """Sets the value that `is_interactive` returns."""
+    """Set the value that `is_interactive` returns."""
     _interactive[0] = interactive
 
 

@@ -1,5 +1,5 @@
-"""`roslib.exceptions`, for old scripts."""
+"""`roslib.exceptions`, for legacy scripts."""
 
 
 class ROSLibException(Exception):
-    """Base of errors of roslib. pipros never raises it; old scripts catch it."""
+    """Base class of roslib's errors. pipros never raises it directly; legacy scripts catch it."""

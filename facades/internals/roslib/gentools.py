@@ -1,4 +1,4 @@
-"""`roslib.gentools`, for old scripts: dependencies, md5 and full text of definitions; see `genmsg`."""
+"""`roslib.gentools`, for legacy scripts: dependencies, md5 and full text of definitions; see `genmsg`."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _star_names(__name__, "roslib rospkg io:StringIO sys")
 
 
 class Dependencies(TypedDict):
-    """What a definition needs.
+    """Dependencies of a definition.
 
     Attributes:
-        files: the file of each type that it embeds, directly or not.
-        deps: those types, as often as they are met; `uniquedeps` has each once.
+        files: the file of each directly or indirectly embedded type.
+        deps: these types, with repetitions; `uniquedeps` lists each once.
     """
 
     files: dict[str, str]
@@ -41,10 +41,10 @@ def get_dependencies(
     stderr: Any = None,
     rospack: Any = None,
 ) -> Dependencies:
-    """The types that a definition of the package embeds, directly or not.
+    """Return the types that a definition of the package embeds, directly or indirectly.
 
     Raises:
-        MsgSpecException: one cannot be found.
+        MsgSpecException: a type cannot be found.
     """
     del stdout, stderr, rospack
     deps: list[str] = []
@@ -81,11 +81,11 @@ def _embedded(name: str) -> MsgSpec:
 def get_file_dependencies(
     f: str, stdout: Any = None, stderr: Any = None, rospack: Any = None
 ) -> Dependencies:
-    """The types that the definition in a file embeds; see `get_dependencies`.
+    """Return the types that the definition in a file embeds; see `get_dependencies`.
 
     Raises:
         OSError: the file cannot be read.
-        MsgSpecException: it breaks the rules, or a type cannot be found.
+        MsgSpecException: the definition is invalid, or a type cannot be found.
     """
     _, package = get_dir_pkg(str(Path(f).parent))
     spec: MsgSpec | SrvSpec
@@ -94,18 +94,20 @@ def get_file_dependencies(
     elif f.endswith(srvs.EXT):
         _, spec = srvs.load_from_file(f, package or "")
     else:
-        raise Exception(f"[{f}] does not appear to be a message or service")  # what callers of roslib catch
+        raise Exception(
+            f"[{f}] does not appear to be a message or service"
+        )  # callers of roslib catch this class
     return get_dependencies(spec, package or "", stdout=stdout, stderr=stderr, rospack=rospack)
 
 
 def compute_md5_text(get_deps_dict: Dependencies, spec: MsgSpec, rospack: Any = None) -> str:
-    """The text over which the md5 of a message is computed."""
+    """Return the text over which the md5 of a message is computed."""
     del rospack
     return digest.md5_text(_definition(spec, get_deps_dict["package"]), _lookup)
 
 
 def compute_md5(get_deps_dict: Dependencies, rospack: Any = None) -> str:
-    """The md5 of a definition, given what `get_file_dependencies` returns."""
+    """Return the md5 of a definition, given the result of `get_file_dependencies`."""
     del rospack
     spec = get_deps_dict["spec"]
     if isinstance(spec, SrvSpec):
@@ -130,7 +132,7 @@ def compute_md5_v1(get_deps_dict: Dependencies) -> NoReturn:
 
 
 def compute_full_text(get_deps_dict: Dependencies) -> str:
-    """The definition followed by those of all types that it embeds."""
+    """Return the definition followed by those of all embedded types."""
     spec = get_deps_dict["spec"]
     parts = [spec.text, *(f"MSG: {name}\n{_embedded(name).text}" for name in get_deps_dict["uniquedeps"])]
     return f"\n{'=' * 80}\n".join(parts)

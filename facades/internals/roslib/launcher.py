@@ -1,4 +1,4 @@
-"""`roslib.launcher`, which made packages importable in rosbuild times. Now they always are."""
+"""`roslib.launcher`, which made packages importable before catkin; with pipros they always are."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ _star_names(__name__, "os rospkg sys")
 
 
 def load_manifest(package_name: str, bootstrap_version: str = "0.7") -> None:
-    """Checks that a package exists. Its Python modules are importable without this call.
+    """Check that a package exists. Its Python modules are importable without this call.
 
     Raises:
-        rospkg.ResourceNotFound: it does not exist.
+        rospkg.ResourceNotFound: the package does not exist.
     """
     del bootstrap_version
     find_package(package_name)
 
 
 def find_package(name: str) -> Package:
-    """The package of that name.
+    """Return the package called `name`.
 
     Raises:
-        rospkg.ResourceNotFound: it does not exist.
+        rospkg.ResourceNotFound: the package does not exist.
     """
     from pipros.workspace.index import PackageIndex
 
@@ -42,6 +42,6 @@ def find_package(name: str) -> Package:
 
 
 def get_depends(package: str, rospack: RosPack) -> list[str]:
-    """All packages that a package depends on, directly or not."""
+    """Return all direct and indirect dependencies of a package."""
     depends: list[str] = rospack.get_depends(package, implicit=True)
     return depends

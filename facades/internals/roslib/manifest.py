@@ -1,4 +1,4 @@
-"""`roslib.manifest`, for old scripts: what the `manifest.xml` of a package says."""
+"""`roslib.manifest`, for legacy scripts: the contents of a package's `manifest.xml`."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ MANIFEST_FILE = "manifest.xml"
 
 
 class Manifest(DryManifest):
-    """What a `manifest.xml` says."""
+    """Contents of a `manifest.xml`."""
 
     def __init__(self) -> None:
         super().__init__("package")
 
 
 def load_manifest(package: str) -> Manifest:
-    """The manifest of a package.
+    """Return the manifest of a package.
 
     Raises:
         InvalidROSPkgException: the package does not exist, or it has no `manifest.xml`.
@@ -36,12 +36,12 @@ def load_manifest(package: str) -> Manifest:
 
 
 def manifest_file(package: str, required: bool = True, env: object = None) -> str | None:
-    """The path of a package's `manifest.xml`, also of one that is not there unless it is `required`.
+    """Return the path of a package's `manifest.xml`; None if the package does not exist.
 
-    None when the package does not exist.
+    Unless it is `required`, the file need not exist.
 
     Raises:
-        InvalidROSPkgException: the package does not exist or file, and it is `required`.
+        InvalidROSPkgException: the file is `required`, and the package or the file does not exist.
     """
     del env
     folder = get_pkg_dir(package, required)
@@ -56,11 +56,11 @@ def manifest_file(package: str, required: bool = True, env: object = None) -> st
 
 
 def parse_file(file: str) -> Manifest:
-    """Reads a `manifest.xml`.
+    """Read a `manifest.xml`.
 
     Raises:
         ValueError: the file does not exist.
-        ManifestException: it is not the manifest of a package.
+        ManifestException: the file is not the manifest of a package.
     """
     manifest = Manifest()
     manifestlib.parse_file(manifest, file)
@@ -68,7 +68,7 @@ def parse_file(file: str) -> Manifest:
 
 
 def parse(string: str, filename: str = "string") -> Manifest:
-    """Reads the text of a `manifest.xml`; raises as `parse_file`."""
+    """Parse the text of a `manifest.xml`. Raises ManifestException like `parse_file`."""
     manifest = Manifest()
     manifestlib.parse(manifest, string, filename)
     return manifest

@@ -1,4 +1,4 @@
-"""`roslib.manifestlib`: manifests from before catkin; a facade of `pipros.workspace.dry_manifest`."""
+"""`roslib.manifestlib`: manifests that predate catkin; a facade of `pipros.workspace.dry_manifest`."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _star_names(__name__, "dom=xml.dom.minidom os roslib")
 
 
 class ManifestException(ROSLibException):
-    """A manifest is not what it should be."""
+    """A manifest is invalid."""
 
 
 def parse(m: DryManifest, string: str, filename: str = "string") -> DryManifest:
-    """Fills a manifest from the text of a file, and returns it.
+    """Fill a manifest from the text of a file, and return it.
 
     Raises:
-        ManifestException: it is not such a file.
+        ManifestException: the text is not a manifest.
     """
     try:
         return read_into(m, string, filename)
@@ -38,7 +38,7 @@ def parse(m: DryManifest, string: str, filename: str = "string") -> DryManifest:
 
 
 def parse_file(m: DryManifest, file: str) -> DryManifest:
-    """As `parse`, of a file.
+    """Fill a manifest from a file, and return it. Raises the same errors as `parse`, and:
 
     Raises:
         ValueError: the file does not exist.

@@ -1,4 +1,4 @@
-"""`roslib.msgs`, for old scripts: definitions of messages, by package. New code uses `genmsg`."""
+"""`roslib.msgs`, for legacy scripts: message definitions by package. New code uses `genmsg`."""
 
 from __future__ import annotations
 
@@ -40,16 +40,16 @@ _verbose = [VERBOSE]
 
 
 class MsgSpecException(Exception):
-    """A definition breaks the rules, or cannot be found."""
+    """A definition is invalid or cannot be found."""
 
 
 def is_verbose() -> bool:
-    """Whether functions print what they do."""
+    """Return whether functions print their actions."""
     return _verbose[0]
 
 
 def set_verbose(v: bool) -> None:
-    """Has functions print what they do, or not."""
+    """Set whether functions print their actions."""
     _verbose[0] = v
 
 
@@ -59,25 +59,25 @@ def _say(text: str) -> None:
 
 
 def is_valid_msg_field_name(x: str | None) -> bool:
-    """True for a name that a field may have."""
+    """Return True for a valid field name."""
     return x is not None and _is_valid_name(x)
 
 
 def base_msg_type(type_: str) -> str:
-    """The type without `[]` or `[n]`."""
+    """Return the type without `[]` or `[n]`."""
     return genmsg.msgs.bare_msg_type(type_)
 
 
 def is_header_type(type_: str) -> bool:
-    """True for `Header`, with or without its package."""
+    """Return True for `Header`, with or without its package."""
     return genmsg.msgs.is_header_type(type_)
 
 
 def parse_type(type_: str | None) -> tuple[str, bool, int | None]:
-    """The bare type, whether it is an array, and the length of a fixed array.
+    """Return the base type, whether it is an array, and the length of a fixed-size array.
 
     Raises:
-        MsgSpecException: it is not a type.
+        MsgSpecException: the text is not a valid type.
     """
     try:
         return genmsg.msgs.parse_type(type_)
@@ -86,7 +86,7 @@ def parse_type(type_: str | None) -> tuple[str, bool, int | None]:
 
 
 def resolve_type(type_: str, package_context: str) -> str:
-    """The name of a type that a definition of the package uses, with its package."""
+    """Return the full name of a type in a definition of the package `package_context`."""
     bare = base_msg_type(type_)
     if bare == HEADER:
         return f"std_msgs/{type_}"
@@ -103,7 +103,7 @@ class Field(genmsg.msgs.Field):
 
 
 class MsgSpec:
-    """A definition of a message. Types are as the definition has them, those of its own package with it."""
+    """A message definition. Types are as written, but those of its own package are qualified."""
 
     def __init__(
         self,
@@ -137,7 +137,7 @@ class MsgSpec:
         return self._parsed_fields
 
     def has_header(self) -> bool:
-        """True when the message begins with a header of that name."""
+        """Return True if the first field is a Header called `header`."""
         first = self._parsed_fields[:1]
         return bool(first) and first[0].name == "header" and first[0].is_header
 
@@ -157,7 +157,7 @@ class MsgSpec:
     __hash__ = None  # type: ignore[assignment]
 
     def __str__(self) -> str:
-        """The fields and constants, with those of embedded messages, which must be registered."""
+        """Return the fields and constants, including those of embedded messages, which must be registered."""
         return "".join(f"{line}\n" for line in self._lines(""))
 
     def _lines(self, indent: str) -> Iterator[str]:
@@ -182,11 +182,11 @@ def _time_spec(text: str) -> MsgSpec:
 EXTENDED_BUILTINS = {TIME: _time_spec(TIME_MSG), DURATION: _time_spec(DURATION_MSG)}
 
 REGISTERED_TYPES: dict[str, MsgSpec] = {}
-"""The definitions that were registered, by name."""
+"""The registered definitions by name."""
 
 
 def reinit() -> None:
-    """Registers the header, `time` and `duration` again."""
+    """Clear the registry and register the header, `time` and `duration`."""
     REGISTERED_TYPES.clear()
     _, header = load_by_type("std_msgs/Header")
     for name in (HEADER, "std_msgs/Header", "roslib/Header"):
@@ -196,7 +196,7 @@ def reinit() -> None:
 
 
 def register(msg_type_name: str, msg_spec: MsgSpec) -> None:
-    """Registers a definition under a name."""
+    """Register a definition under a name."""
     _say(f"Register msg {msg_type_name}")
     REGISTERED_TYPES[msg_type_name] = msg_spec
 
@@ -206,10 +206,10 @@ def is_registered(msg_type_name: str) -> bool:
 
 
 def get_registered(msg_type_name: str, default_package: str | None = None) -> MsgSpec:
-    """The definition of that name, or of that name in the package.
+    """Return the definition with that name, as given or qualified by `default_package`.
 
     Raises:
-        KeyError: it is not registered.
+        KeyError: the definition is not registered.
     """
     if msg_type_name in REGISTERED_TYPES:
         return REGISTERED_TYPES[msg_type_name]
@@ -221,7 +221,7 @@ def get_registered(msg_type_name: str, default_package: str | None = None) -> Ms
 
 
 def msg_file(package: str, type_: str) -> str:
-    """The path that the definition of a message has, or would have.
+    """Return the path of a message's definition; the file need not exist.
 
     Raises:
         InvalidROSPkgException: the package does not exist.
@@ -230,7 +230,7 @@ def msg_file(package: str, type_: str) -> str:
 
 
 def list_msg_types(package: str, include_depends: bool) -> list[str]:
-    """The names of the messages of a package; with `include_depends` also of those that it needs.
+    """Return the names of a package's messages; with `include_depends`, also those of its dependencies.
 
     Raises:
         InvalidROSPkgException: the package does not exist.
@@ -242,16 +242,16 @@ def list_msg_types(package: str, include_depends: bool) -> list[str]:
 def load_from_string(
     text: str, package_context: str = "", full_name: str = "", short_name: str = ""
 ) -> MsgSpec:
-    """Reads a definition.
+    """Parse a definition.
 
     Raises:
-        MsgSpecException: it breaks the rules.
+        MsgSpecException: the definition is invalid.
     """
     return spec_of(read(text, full_name), text, package_context, full_name, short_name)
 
 
 def read(text: str, full_name: str) -> MessageSpec:
-    """The definition in pipros' form; raises as `load_from_string`. (Not in Noetic.)"""
+    """Return the definition in pipros' form. Raises like `load_from_string`. (Not in Noetic.)"""
     named = full_name if full_name.count(SEP) == 1 and all(full_name.split(SEP)) else "text/Text"
     try:
         return parse_message(text, named)
@@ -260,7 +260,7 @@ def read(text: str, full_name: str) -> MessageSpec:
 
 
 def spec_of(parsed: MessageSpec, text: str, package_context: str, full_name: str, short_name: str) -> MsgSpec:
-    """The definition in roslib's form, with types as the text has them. (Not in Noetic.)"""
+    """Return the definition in roslib's form, with types as written. (Not in Noetic.)"""
     lines = text.splitlines()
     written = [lines[field.line - 1].split()[0] for field in parsed.fields]
     types = [
@@ -275,11 +275,11 @@ def spec_of(parsed: MessageSpec, text: str, package_context: str, full_name: str
 
 
 def load_from_file(file_path: str, package_context: str = "") -> tuple[str, MsgSpec]:
-    """Reads the file of a definition: its name, with the package if that is given, and what it says.
+    """Read a definition file; return its name, qualified if the package is given, and the definition.
 
     Raises:
         OSError: the file cannot be read.
-        MsgSpecException: it breaks the rules.
+        MsgSpecException: the definition is invalid.
     """
     _say(f"Load spec from {file_path}")
     short_name = os.path.basename(file_path).removesuffix(EXT)
@@ -293,10 +293,10 @@ def load_from_file(file_path: str, package_context: str = "") -> tuple[str, MsgS
 
 
 def load_by_type(msgtype: str, package_context: str = "") -> tuple[str, MsgSpec]:
-    """Reads the definition of a type, `package/Name`, or of a name in the package.
+    """Read the definition of a type, given as `package/Name` or as a name in `package_context`.
 
     Raises:
-        MsgSpecException: the package does not exist, or the definition breaks the rules.
+        MsgSpecException: the package does not exist, or the definition is invalid.
         OSError: the definition does not exist.
     """
     from roslib.packages import InvalidROSPkgException
@@ -313,7 +313,7 @@ def load_by_type(msgtype: str, package_context: str = "") -> tuple[str, MsgSpec]
 
 
 def get_pkg_msg_specs(package: str) -> tuple[list[tuple[str, MsgSpec]], list[str]]:
-    """`(name, definition)` of each message of a package, and the names of those that cannot be read."""
+    """Return `(name, definition)` of each message of a package, and the names of unreadable ones."""
     found, failed = [], []
     for name in list_msg_types(package, False):
         try:
@@ -325,7 +325,7 @@ def get_pkg_msg_specs(package: str) -> tuple[list[tuple[str, MsgSpec]], list[str
 
 
 def load_package(package: str) -> None:
-    """Registers all messages of a package.
+    """Register all messages of a package.
 
     Raises:
         InvalidROSPkgException: the package does not exist.
@@ -336,7 +336,7 @@ def load_package(package: str) -> None:
 
 
 def load_package_dependencies(package: str, load_recursive: bool = False) -> None:
-    """Registers all messages of the packages that one needs, with `load_recursive` of all below these.
+    """Register all messages of a package's direct dependencies; with `load_recursive`, of all dependencies.
 
     Raises:
         rospkg.ResourceNotFound: the package does not exist.

@@ -1,4 +1,4 @@
-"""`roslib.packages`, for old scripts: finds packages, their folders, programs and files.
+"""`roslib.packages`, for legacy scripts: search for packages, their folders, programs and files.
 
 New code uses `rospkg`, or `pipros.workspace`.
 """
@@ -53,26 +53,26 @@ ROS_ROOT = "ROS_ROOT"
 
 
 class ROSPkgException(Exception):
-    """Base of the errors about packages."""
+    """Base class of errors about packages."""
 
 
 class InvalidROSPkgException(ROSPkgException):
-    """A package does not exist, or a part of it is missing."""
+    """A package does not exist or is incomplete."""
 
 
 class MultipleNodesException(ROSPkgException):
-    """Several programs have one name. pipros never raises it; old scripts catch it."""
+    """Several programs have the same name. pipros never raises it; legacy scripts catch it."""
 
 
 def get_pkg_dir(
     package: str, required: bool = True, ros_root: str | None = None, ros_package_path: str | None = None
 ) -> str | None:
-    """The folder of a package; None if it does not exist and is not `required`.
+    """Return the folder of a package; None if it does not exist and is not `required`.
 
     `ros_package_path` is used instead of `ROS_PACKAGE_PATH`; `ros_root` is ignored.
 
     Raises:
-        InvalidROSPkgException: it is `required` and does not exist.
+        InvalidROSPkgException: the package is `required` and does not exist.
     """
     del ros_root
     environment = Environment.from_os()
@@ -90,7 +90,7 @@ def get_pkg_dir(
 def get_pkg_subdir(
     package: str, subdir: str, required: bool = True, env: Mapping[str, str] | None = None
 ) -> str | None:
-    """A folder in a package. It is created if it is `required` and does not exist.
+    """Return a folder in a package. If it is `required` and does not exist, it is created.
 
     `env` is used instead of the environment of the process.
 
@@ -118,7 +118,7 @@ def get_pkg_subdir(
 
 
 def resource_file(package: str, subdir: str, resource_name: str) -> str:
-    """The path of a file in a folder of a package. Neither has to exist.
+    """Return the path of a file in a folder of a package. Neither file nor folder need exist.
 
     Raises:
         InvalidROSPkgException: the package does not exist.
@@ -127,13 +127,13 @@ def resource_file(package: str, subdir: str, resource_name: str) -> str:
 
 
 def get_dir_pkg(d: str) -> tuple[str, str] | tuple[None, None]:
-    """Folder and name of the package that contains a folder; `(None, None)` if no package does."""
+    """Return folder and name of the package that contains a folder; `(None, None)` if there is none."""
     package = PackageIndex.from_environment().containing(Path(d))
     return (str(package.path), package.name) if package else (None, None)
 
 
 def find_node(pkg: str, node_type: str, rospack: RosPack | None = None) -> list[str]:
-    """The programs of that name in a package, built ones first. `rospack` finds the package.
+    """Return the programs with that name in a package, built ones first. `rospack` locates the package.
 
     Raises:
         rospkg.ResourceNotFound: the package does not exist.
@@ -147,9 +147,9 @@ def find_resource(
     filter_fn: Callable[[str], bool] | None = None,
     rospack: RosPack | None = None,
 ) -> list[str]:
-    """All files of that name in a package and among its built programs, if `filter_fn` returns True.
+    """Return all files with that name in a package and among its built programs.
 
-    `rospack` finds the package.
+    Only files for which `filter_fn` returns True are included. `rospack` locates the package.
 
     Raises:
         rospkg.ResourceNotFound: the package does not exist.
@@ -189,7 +189,7 @@ def list_pkgs_by_path(
     cache: dict[str, str] | None = None,
     env: Mapping[str, str] | None = None,
 ) -> list[str]:
-    """The packages below a folder, appended to `packages`, their folders put into `cache`, if given."""
+    """Return the packages below a folder; append them to `packages`, and add their folders to `cache`."""
     del env
     found = packages if packages is not None else []
     for package in PackageIndex([Path(path)]):

@@ -16,9 +16,10 @@ Filter = Callable[[str], object]
 def list_package_resources(
     package: str, include_depends: bool, subdir: str, rfilter: Filter | None = None
 ) -> list[str]:
-    """The names of the files in a folder of a package; with `include_depends` also of those that it needs.
+    """Return the names of the files in a folder of a package.
 
-    `rfilter` is called with the path of each, and says whether it is listed.
+    With `include_depends`, also those of its dependencies. `rfilter` is called with the path of each file and
+    returns whether to include it.
 
     Raises:
         InvalidROSPkgException: the package does not exist.
@@ -38,7 +39,7 @@ def list_package_resources(
 def list_package_resources_by_dir(
     package_dir: str, include_depends: bool, subdir: str, rfilter: Filter | None = None
 ) -> list[str]:
-    """As `list_package_resources`, for the package in a folder."""
+    """Return the result of `list_package_resources` for the package in a folder."""
     if include_depends:
         return list_package_resources(Path(package_dir).name, True, subdir, rfilter)
     folder = Path(package_dir, subdir)

@@ -1,4 +1,4 @@
-"""`roslib.rosenv`, for old scripts: what the `ROS_*` variables say."""
+"""`roslib.rosenv`, for legacy scripts: the values of the `ROS_*` variables."""
 
 from __future__ import annotations
 
@@ -26,30 +26,30 @@ ROS_BOOST_ROOT = "ROS_BOOST_ROOT"
 
 
 class ROSEnvException(Exception):
-    """A variable is not set, or does not say what it should."""
+    """An environment variable is not set or invalid."""
 
 
 def get_ros_root(required: bool = True, env: Mapping[str, str] | None = None) -> str | None:
-    """`ROS_ROOT`, which ROS 1 has not needed for long.
+    """Return `ROS_ROOT`, which ROS 1 no longer needs.
 
     Raises:
-        ROSEnvException: it is not set, and is `required`.
+        ROSEnvException: the variable is `required` but not set.
     """
     return _variable(ROS_ROOT, required, env)
 
 
 def get_ros_package_path(required: bool = False, env: Mapping[str, str] | None = None) -> str | None:
-    """`ROS_PACKAGE_PATH`; raises as `get_ros_root`."""
+    """Return `ROS_PACKAGE_PATH`. Raises like `get_ros_root`."""
     return _variable(ROS_PACKAGE_PATH, required, env)
 
 
 def get_master_uri(
     required: bool = True, env: Mapping[str, str] | None = None, argv: Sequence[str] | None = None
 ) -> str | None:
-    """The URI of the master: `__master:=` in `argv`, else `ROS_MASTER_URI`.
+    """Return the URI of the master: `__master:=` in `argv`, else `ROS_MASTER_URI`.
 
     Raises:
-        ROSEnvException: neither is there, and it is `required`; or `__master:=` has no address, or two.
+        ROSEnvException: the URI is `required`, but neither is set; or `__master:=` has no address, or two.
     """
     for argument in sys.argv if argv is None else argv:
         if argument.startswith("__master:="):
@@ -61,22 +61,22 @@ def get_master_uri(
 
 
 def get_ros_home(env: Mapping[str, str] | None = None) -> str:
-    """`ROS_HOME`, else `~/.ros`."""
+    """Return `ROS_HOME`, else `~/.ros`."""
     return str(Environment.from_os(env).ros_home)
 
 
 def get_log_dir(env: Mapping[str, str] | None = None) -> str:
-    """The folder of log files."""
+    """Return the folder of log files."""
     return str(Environment.from_os(env).log_dir)
 
 
 def get_test_results_dir(env: Mapping[str, str] | None = None) -> str:
-    """The folder of results of tests."""
+    """Return the folder of test results."""
     return str(Environment.from_os(env).test_results_dir)
 
 
 def makedirs_with_parent_perms(p: str) -> None:
-    """Makes a folder and those above it, each with owner and mode of the one that it lies in."""
+    """Create a folder and its missing parents, each with the owner and mode of its parent."""
     make_folders_as_parent(Path(p))
 
 

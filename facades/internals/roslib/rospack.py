@@ -1,4 +1,4 @@
-"""`roslib.rospack`, for old scripts: the commands `rospack` and `rosstack`."""
+"""`roslib.rospack`, for legacy scripts: the commands `rospack` and `rosstack`."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ python3 = True
 
 
 def rospackexec(args: Sequence[str]) -> str:
-    """What `rospack` prints with these arguments; nothing when it fails."""
+    """Return the output of `rospack` with these arguments; empty on failure."""
     return _printed("rospack", args)
 
 
 def rosstackexec(args: Sequence[str]) -> str:
-    """What `rosstack` prints with these arguments; nothing when it fails."""
+    """Return the output of `rosstack` with these arguments; empty on failure."""
     return _printed("rosstack", args)
 
 
@@ -28,46 +28,46 @@ def _printed(command: str, args: Sequence[str]) -> str:
 
 
 def rospack_depends_1(pkg: str) -> list[str]:
-    """The packages that one needs itself."""
+    """Return the direct dependencies of a package."""
     return rospackexec(["depends1", pkg]).split()
 
 
 def rospack_depends(pkg: str) -> list[str]:
-    """The packages that one needs, and those that they need."""
+    """Return the direct and indirect dependencies of a package."""
     return rospackexec(["depends", pkg]).split()
 
 
 def rospack_depends_on_1(pkg: str) -> list[str]:
-    """The packages that need one themselves."""
+    """Return the packages that depend on a package directly."""
     return rospackexec(["depends-on1", pkg]).split()
 
 
 def rospack_depends_on(pkg: str) -> list[str]:
-    """The packages that need one, and those that need them."""
+    """Return the packages that depend on a package directly or indirectly."""
     return rospackexec(["depends-on", pkg]).split()
 
 
 def rospack_plugins(pkg: str) -> list[tuple[str, str]]:
-    """`(package, value)` of what other packages export for one as `plugin`."""
+    """Return `(package, value)` of the `plugin` exports of other packages for a package."""
     lines = rospackexec(["plugins", "--attrib=plugin", pkg]).splitlines()
     return [(name, value) for name, _, value in (line.partition(" ") for line in lines)]
 
 
 def rosstack_depends_1(s: str) -> list[str]:
-    """The stacks that one needs itself."""
+    """Return the direct dependencies of a stack."""
     return rosstackexec(["depends1", s]).split()
 
 
 def rosstack_depends(s: str) -> list[str]:
-    """The stacks that one needs, and those that they need."""
+    """Return the direct and indirect dependencies of a stack."""
     return rosstackexec(["depends", s]).split()
 
 
 def rosstack_depends_on_1(s: str) -> list[str]:
-    """The stacks that need one themselves."""
+    """Return the stacks that depend on a stack directly."""
     return rosstackexec(["depends-on1", s]).split()
 
 
 def rosstack_depends_on(s: str) -> list[str]:
-    """The stacks that need one, and those that need them."""
+    """Return the stacks that depend on a stack directly or indirectly."""
     return rosstackexec(["depends-on", s]).split()

@@ -1,4 +1,4 @@
-"""`roslib.scriptutil`, for old scripts: the master, and names of scripts."""
+"""`roslib.scriptutil`, for legacy scripts: the master, and name resolution for scripts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ T = TypeVar("T")
 
 
 def deprecated(func: Callable[P, T]) -> Callable[P, T]:
-    """Has each call of the function warn that it is deprecated."""
+    """Wrap a function so that each call issues a DeprecationWarning."""
 
     @wraps(func)
     def call(*args: P.args, **kwargs: P.kwargs) -> T:
@@ -33,7 +33,7 @@ def deprecated(func: Callable[P, T]) -> Callable[P, T]:
 
 @deprecated
 def get_master() -> ServerProxy:
-    """An XML-RPC proxy of the master. New code uses `rosgraph.Master`.
+    """Return an XML-RPC proxy of the master. New code uses `rosgraph.Master`.
 
     Raises:
         KeyError: `ROS_MASTER_URI` is not set.
@@ -43,11 +43,11 @@ def get_master() -> ServerProxy:
 
 @deprecated
 def get_param_server() -> ServerProxy:
-    """The same as `get_master`: the master is the parameter server."""
+    """Return the same as `get_master`: the master is the parameter server."""
     return ServerProxy(os.environ["ROS_MASTER_URI"])
 
 
 @deprecated
 def script_resolve_name(script_name: str, name: str) -> str:
-    """The global name that `name` means to a script; see `rosgraph.names.script_resolve_name`."""
+    """Resolve a name to a global name for a script; see `rosgraph.names.script_resolve_name`."""
     return names.script_resolve_name(script_name, name)

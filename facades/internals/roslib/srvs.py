@@ -1,4 +1,4 @@
-"""`roslib.srvs`, for old scripts: definitions of services, by package. New code uses `genmsg`."""
+"""`roslib.srvs`, for legacy scripts: service definitions by package. New code uses `genmsg`."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ _verbose = [VERBOSE]
 
 
 class SrvSpecException(Exception):
-    """A definition breaks the rules. Nothing here raises it; old scripts catch it."""
+    """A definition is invalid. pipros never raises it; legacy scripts catch it."""
 
 
 def is_verbose() -> bool:
-    """Whether functions print what they do."""
+    """Return whether functions print their actions."""
     return _verbose[0]
 
 
 def set_verbose(v: bool) -> None:
-    """Has functions print what they do, or not."""
+    """Set whether functions print their actions."""
     _verbose[0] = v
 
 
 class SrvSpec:
-    """A definition of a service with its two halves."""
+    """A service definition: request and response."""
 
     def __init__(
         self,
@@ -74,7 +74,7 @@ class SrvSpec:
 
 
 def srv_file(package: str, type_: str) -> str:
-    """The path that the definition of a service has, or would have.
+    """Return the path of a service's definition; the file need not exist.
 
     Raises:
         InvalidROSPkgException: the package does not exist.
@@ -83,7 +83,7 @@ def srv_file(package: str, type_: str) -> str:
 
 
 def list_srv_types(package: str, include_depends: bool) -> list[str]:
-    """The names of the services of a package; with `include_depends` also of those that it needs.
+    """Return the names of a package's services; with `include_depends`, also those of its dependencies.
 
     Raises:
         InvalidROSPkgException: the package does not exist.
@@ -95,10 +95,10 @@ def list_srv_types(package: str, include_depends: bool) -> list[str]:
 def load_from_string(
     text: str, package_context: str = "", full_name: str = "", short_name: str = ""
 ) -> SrvSpec:
-    """Reads a definition; one without `---` is a request.
+    """Parse a definition; without `---` it is a request with an empty response.
 
     Raises:
-        roslib.msgs.MsgSpecException: it breaks the rules.
+        roslib.msgs.MsgSpecException: the definition is invalid.
     """
     named = full_name if full_name.count(SEP) == 1 and all(full_name.split(SEP)) else "text/Text"
     try:
@@ -113,11 +113,11 @@ def load_from_string(
 
 
 def load_from_file(file_name: str, package_context: str = "") -> tuple[str, SrvSpec]:
-    """Reads the file of a definition: its name, with the package if that is given, and what it says.
+    """Read a definition file; return its name, qualified if the package is given, and the definition.
 
     Raises:
         OSError: the file cannot be read.
-        roslib.msgs.MsgSpecException: it breaks the rules.
+        roslib.msgs.MsgSpecException: the definition is invalid.
     """
     if is_verbose():
         print(f"Load spec from {file_name}")
@@ -128,7 +128,7 @@ def load_from_file(file_name: str, package_context: str = "") -> tuple[str, SrvS
 
 
 def get_pkg_srv_specs(package: str) -> tuple[list[tuple[str, SrvSpec]], list[str]]:
-    """`(name, definition)` of each service of a package, and the names of those that cannot be read."""
+    """Return `(name, definition)` of each service of a package, and the names of unreadable ones."""
     found, failed = [], []
     for name in list_srv_types(package, False):
         try:

@@ -1,4 +1,4 @@
-"""`roslib.stack_manifest`, for old scripts: what the `stack.xml` of a stack says."""
+"""`roslib.stack_manifest`, for legacy scripts: the contents of a stack's `stack.xml`."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ STACK_FILE = "stack.xml"
 
 
 class StackManifest(DryManifest):
-    """What a `stack.xml` says."""
+    """Contents of a `stack.xml`."""
 
     def __init__(self) -> None:
         super().__init__("stack")
 
 
 def stack_file(stack: str, required: bool = True) -> str:
-    """The path of a stack's `stack.xml`, also of one that is not there unless it is `required`.
+    """Return the path of a stack's `stack.xml`. Unless it is `required`, the file need not exist.
 
     Raises:
         InvalidROSStackException: the stack does not exist.
-        ManifestException: the file is missing, and it is `required`.
+        ManifestException: the file is `required` but missing.
     """
     file = Path(get_stack_dir(stack), STACK_FILE)
     if required and not file.is_file():
@@ -37,11 +37,11 @@ def stack_file(stack: str, required: bool = True) -> str:
 
 
 def parse_file(file: str) -> StackManifest:
-    """Reads a `stack.xml`.
+    """Read a `stack.xml`.
 
     Raises:
         ValueError: the file does not exist.
-        ManifestException: it is not the manifest of a stack.
+        ManifestException: the file is not the manifest of a stack.
     """
     manifest = StackManifest()
     manifestlib.parse_file(manifest, file)
@@ -49,7 +49,7 @@ def parse_file(file: str) -> StackManifest:
 
 
 def parse(string: str, filename: str = "string") -> StackManifest:
-    """Reads the text of a `stack.xml`; raises as `parse_file`."""
+    """Parse the text of a `stack.xml`. Raises ManifestException like `parse_file`."""
     manifest = StackManifest()
     manifestlib.parse(manifest, string, filename)
     return manifest

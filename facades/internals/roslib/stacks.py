@@ -1,4 +1,4 @@
-"""`roslib.stacks`, for old scripts: finds stacks (groups of packages before catkin) with rospkg."""
+"""`roslib.stacks`, for legacy scripts: search for stacks (groups of packages before catkin) with rospkg."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ROS_STACK = "ros"
 
 
 class ROSStackException(Exception):
-    """Base of the errors about stacks."""
+    """Base class of errors about stacks."""
 
 
 class InvalidROSStackException(ROSStackException):
@@ -26,16 +26,16 @@ class InvalidROSStackException(ROSStackException):
 
 
 def list_stacks(env: object = None) -> list[str]:
-    """The names of all stacks."""
+    """Return the names of all stacks."""
     del env
     return sorted(RosStack().list())
 
 
 def get_stack_dir(stack: str, env: object = None) -> str:
-    """The folder of a stack.
+    """Return the folder of a stack.
 
     Raises:
-        InvalidROSStackException: it does not exist.
+        InvalidROSStackException: the stack does not exist.
     """
     del env
     try:
@@ -45,7 +45,7 @@ def get_stack_dir(stack: str, env: object = None) -> str:
 
 
 def stack_of(pkg: str, env: object = None) -> str | None:
-    """The stack that a package belongs to; None for catkin packages.
+    """Return the stack that a package belongs to; None for catkin packages.
 
     Raises:
         rospkg.ResourceNotFound: the package does not exist.
@@ -56,10 +56,10 @@ def stack_of(pkg: str, env: object = None) -> str | None:
 
 
 def get_stack_version(stack: str, env: object = None) -> str | None:
-    """The version of a stack.
+    """Return the version of a stack.
 
     Raises:
-        rospkg.ResourceNotFound: it does not exist.
+        rospkg.ResourceNotFound: the stack does not exist.
     """
     del env
     version: str | None = RosStack().get_stack_version(stack)
@@ -67,7 +67,7 @@ def get_stack_version(stack: str, env: object = None) -> str | None:
 
 
 def get_stack_version_by_dir(stack_dir: str) -> str | None:
-    """The version that the `stack.xml` in a folder gives; None when there is none."""
+    """Return the version in the `stack.xml` of a folder; None if there is none."""
     from pipros.workspace.dry_manifest import DryManifest, read_into
 
     file = Path(stack_dir, STACK_FILE)
@@ -79,7 +79,7 @@ def get_stack_version_by_dir(stack_dir: str) -> str | None:
 def list_stacks_by_path(
     path: str, stacks: list[str] | None = None, cache: dict[str, str] | None = None
 ) -> list[str]:
-    """The stacks below a folder, added to `stacks`, and their folders to `cache`, when these are given."""
+    """Return the stacks below a folder; append them to `stacks`, and add their folders to `cache`."""
     found = stacks if stacks is not None else []
     for file in sorted(Path(path).rglob(STACK_FILE)):
         if file.parent.name not in found:
@@ -90,7 +90,7 @@ def list_stacks_by_path(
 
 
 def expand_to_packages(names: Iterable[str], env: object = None) -> tuple[list[str], list[str]]:
-    """The packages of given packages and stacks, and the names that are neither."""
+    """Return the packages denoted by names of packages and stacks, and the unknown names."""
     del env
     packs, stacks = RosPack(), RosStack()
     packages, stack_names = set(packs.list()), set(stacks.list())

@@ -1,4 +1,4 @@
-"""The names of the master that ROS code imports; a facade of `pipros.master`."""
+"""Drop-in replacement for Noetic's rosmaster; a facade of `pipros.master`."""
 
 from __future__ import annotations
 

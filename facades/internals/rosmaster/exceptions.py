@@ -2,4 +2,4 @@
 
 
 class InternalException(Exception):
-    """Something went wrong inside the master. Nothing here raises it; old code catches it."""
+    """Internal error of the master, such as an invalid registration type."""

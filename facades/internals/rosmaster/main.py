@@ -16,13 +16,13 @@ _star_names(__name__, "logging optparse os rosmaster sys time")
 
 
 def configure_logging() -> str | None:
-    """Has Python's logging write to `master.log` in the folder of ROS' logs; see `rosgraph.roslogging`.
+    """Configure Python's logging to write to `master.log` in ROS's log folder; see `rosgraph.roslogging`.
 
     Returns:
-        The path of the log file; None when its folder cannot be made.
+        The path of the log file; None if its folder cannot be created.
 
     Raises:
-        rosgraph.roslogging.LoggingException: `ROS_PYTHON_LOG_CONFIG_FILE` cannot be used.
+        rosgraph.roslogging.LoggingException: `ROS_PYTHON_LOG_CONFIG_FILE` is invalid.
     """
     from rosgraph import roslogging
 
@@ -32,9 +32,9 @@ def configure_logging() -> str | None:
 def rosmaster_main(
     argv: Sequence[str] | None = None, stdout: TextIO | None = None, env: Mapping[str, str] | None = None
 ) -> None:
-    """Runs a master until it is shut down. The first argument is the name of the program.
+    """Run a master until it is shut down. The first argument is the name of the program.
 
-    `stdout` and `env` are those of the process, whatever is given.
+    `stdout` and `env` are ignored: those of the process are used.
     """
     del stdout, env
     _main(None if argv is None else argv[1:])

@@ -1,4 +1,4 @@
-"""A master inside a process, as rostest and other code starts it."""
+"""`rosmaster.master`: an in-process master, for rostest and other code."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _star_names(__name__, "logging rosgraph rosmaster time")
 
 
 class Master:
-    """A ROS master. `start()` returns when it answers; `uri` is where."""
+    """A ROS master. `start()` returns when it accepts calls at `uri`."""
 
     def __init__(self, port: int = DEFAULT_MASTER_PORT, num_workers: int = NUM_WORKERS) -> None:
         """`num_workers` is accepted for compatibility and has no effect."""
@@ -31,16 +31,16 @@ class Master:
 
     @property
     def master_node(self) -> master.Master | None:
-        """What serves; None before `start` and after `stop`."""
+        """The server; None before `start` and after `stop`."""
         return self._master
 
     @property
     def handler(self) -> master.Master | None:
-        """The same; what answers the calls is `pipros.master.api.MasterApi`."""
+        """The same as `master_node`; `pipros.master.api.MasterApi` handles the calls."""
         return self._master
 
     def ok(self) -> bool:
-        """True while it runs."""
+        """Return whether the master is running."""
         return self._master is not None
 
     def stop(self) -> None:

@@ -1,4 +1,4 @@
-"""`rosmaster.master_api`: the answers of a master; a facade of `pipros.master.api`."""
+"""`rosmaster.master_api`: the XML-RPC methods of a master; a facade of `pipros.master.api`."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from rosmaster.validators import valid_type_name as valid_type_name
 _star_names(__name__, "os rosgraph rosmaster sys time traceback")
 
 STATUS, MSG, VAL = 0, 1, 2
-"""Places in an answer: its code, what to say of it, its value."""
+"""Positions in an answer: status code, status message, value."""
 
 LOG_API = False
 
@@ -43,35 +43,35 @@ _log = logging.getLogger("rosmaster.master")
 
 
 def mloginfo(msg: object, *args: object) -> None:
-    """Logs what the master did."""
+    """Log an action of the master."""
     _log.info(msg, *args)
 
 
 def mlogwarn(msg: object, *args: object) -> None:
-    """Logs and prints what people should know of."""
+    """Log and print a warning."""
     _log.warning(msg, *args)
     print(str(msg) % args if args else msg)
 
 
 def publisher_update_task(api: str, topic: str, pub_uris: Sequence[str]) -> Any:
-    """Tells a subscriber who publishes its topic."""
+    """Notify a subscriber of the publishers of its topic."""
     return xmlrpcapi(api).publisherUpdate("/master", topic, list(pub_uris))  # type: ignore[union-attr]
 
 
 def service_update_task(api: str, service: str, uri: str) -> Any:
-    """Tells a node of a service, by a call that nodes do not answer any more."""
+    """Notify a node of a service, with a method that current nodes no longer provide."""
     return xmlrpcapi(api).serviceUpdate("/master", service, uri)  # type: ignore[union-attr]
 
 
 class ROSMasterHandler(XmlRpcHandler):
-    """Answers the Master and Parameter API; what `rosgraph.xmlrpc.XmlRpcNode` may serve.
+    """Handler of the Master API and the Parameter Server API, for `rosgraph.xmlrpc.XmlRpcNode`.
 
-    Nodes are told of changes by threads of a pool. (`rosmaster.master.Master` has an event loop for that.)
+    Threads of a pool notify nodes of changes. (`rosmaster.master.Master` uses an event loop instead.)
 
     Attributes:
-        uri: where the master is reached; set when the server is ready.
-        done: true once it was asked to shut down.
-        reg_manager, param_server: what it knows.
+        uri: the URI of the master; set when the server is ready.
+        done: whether a shutdown was requested.
+        reg_manager, param_server: the registrations and the parameters.
     """
 
     def __init__(self, num_workers: int = NUM_WORKERS) -> None:
@@ -87,7 +87,7 @@ class ROSMasterHandler(XmlRpcHandler):
         self.services = self.reg_manager.services
         self.param_subscribers = self.reg_manager.param_subscribers
         self.param_server = ParamDictionary(self.reg_manager, tree)
-        self._api = MasterApi(self._registry, tree, notify=self._tell, shutdown=self._end)
+        self._api = MasterApi(self._registry, tree, notify=self._notify, shutdown=self._end)
 
     @property
     def topics_types(self) -> dict[str, str]:
@@ -107,7 +107,7 @@ class ROSMasterHandler(XmlRpcHandler):
         self._shutdown(reason)
         return True
 
-    def _tell(self, notices: Iterable[Notice]) -> None:
+    def _notify(self, notices: Iterable[Notice]) -> None:
         for notice in notices:
             self.thread_pool.queue_task(notice.api, self._deliver, (notice,))
 
@@ -118,7 +118,7 @@ class ROSMasterHandler(XmlRpcHandler):
             self._registry.notice_done(notice)
 
     def param_update_task(self, caller_id: str, caller_api: str, param_key: str, param_value: Any) -> None:
-        """Tells a subscriber of the new value of a parameter."""
+        """Notify a subscriber of the new value of a parameter."""
         del caller_id
         with contextlib.suppress(OSError, Error):
             xmlrpcapi(caller_api).paramUpdate("/master", param_key, param_value)  # type: ignore[union-attr]
@@ -132,7 +132,7 @@ def _answering(name: str) -> Callable[..., tuple[int, str, Any]]:
         return code, text, value
 
     answer.__name__ = name
-    answer.__doc__ = f"Answers `{name}` of the Master API: `(code, what to say of it, value)`."
+    answer.__doc__ = f"Handle `{name}` of the Master API; return `(code, status message, value)`."
     return answer
 
 

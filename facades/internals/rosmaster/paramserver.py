@@ -18,7 +18,7 @@ from rosmaster.registrations import RegistrationManager, Registrations, Unregist
 GLOBALNS = SEP = "/"
 
 Update = tuple[list[tuple[str, str]], str, Any]
-"""Nodes, `(caller_id, api)` each, a parameter, and its new value."""
+"""Update notices: nodes as `(caller_id, api)`, a parameter, and its new value."""
 
 __all__ = [
     "GLOBALNS",
@@ -35,34 +35,34 @@ _star_names(__name__, "threading:RLock")
 
 
 class ParamDictionary:
-    """The parameters of a master. Safe to use from several threads.
+    """The parameters of a master. Thread-safe.
 
     Attributes:
-        reg_manager: knows who subscribes to parameters; None when nobody does.
+        reg_manager: the registrations with the subscribers of parameters; None without subscribers.
     """
 
     def __init__(self, reg_manager: RegistrationManager | None, tree: ParamTree | None = None) -> None:
-        """`tree` holds the parameters. (Not in Noetic.)"""
+        """Use `tree`, or a new tree, for the parameters. (`tree` is not in Noetic.)"""
         self.lock = threading.RLock()
         self.reg_manager = reg_manager
         self._tree = ParamTree() if tree is None else tree
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """The whole tree."""
+        """The complete tree."""
         tree: dict[str, Any] = self._tree.get(GLOBALNS)
         return tree
 
     def get_param_names(self) -> list[str]:
-        """The names of all parameters."""
+        """Return the names of all parameters."""
         with self.lock:
             return self._tree.names()
 
     def get_param(self, key: str) -> Any:
-        """A value, or the dictionary of a namespace.
+        """Return a value, or the dictionary of a namespace.
 
         Raises:
-            KeyError: it is not set.
+            KeyError: the parameter is not set.
         """
         with self.lock:
             try:
@@ -81,11 +81,11 @@ class ParamDictionary:
         notify_task: Callable[[list[Update]], object] | None = None,
         caller_id: str | None = None,
     ) -> None:
-        """Sets a parameter, or replaces a namespace.
+        """Set a parameter, or replace a namespace.
 
         Args:
-            notify_task: called with the notices for subscribers, if there are any.
-            caller_id: who sets it, and is not notified.
+            notify_task: called with the update notices for subscribers, if there are any.
+            caller_id: the node that sets it and is not notified.
 
         Raises:
             TypeError: the root is set to something other than a dictionary.
@@ -95,13 +95,13 @@ class ParamDictionary:
                 self._tree.set(key, value)
             except NotATree as error:
                 raise TypeError(str(error)) from None
-            self._tell(notify_task, key, value, caller_id)
+            self._notify(notify_task, key, value, caller_id)
 
     def delete_param(self, key: str, notify_task: Callable[[list[Update]], object] | None = None) -> None:
-        """Removes a parameter or a namespace; see `set_param`.
+        """Remove a parameter or a namespace; see `set_param`.
 
         Raises:
-            KeyError: it is not set, or is the root.
+            KeyError: the parameter is not set, or is the root.
         """
         with self.lock:
             if key == GLOBALNS:
@@ -110,10 +110,12 @@ class ParamDictionary:
                 self._tree.delete(key)
             except NotSet:
                 raise KeyError(key) from None
-            self._tell(notify_task, key, {}, None)
+            self._notify(notify_task, key, {}, None)
 
     def search_param(self, ns: str, key: str) -> str | None:
-        """The full name of the closest parameter whose first part is there, from a namespace upwards.
+        """Return the full name of the closest match for a key, searching from a namespace upwards.
+
+        A namespace matches if it contains the first component of the key.
 
         Raises:
             ValueError: the key is empty or private, or the namespace is not global.
@@ -126,7 +128,7 @@ class ParamDictionary:
             return self._tree.search(ns, key)
 
     def subscribe_param(self, key: str, registration_args: tuple[str, str]) -> Any:
-        """Registers `(caller_id, api)` for changes of a parameter; returns its value, `{}` if it has none."""
+        """Subscribe `(caller_id, api)` to a parameter; return its value, or `{}` if it is not set."""
         key = as_namespace(canonicalize_name(key))
         with self.lock:
             if self.reg_manager is not None:
@@ -134,14 +136,14 @@ class ParamDictionary:
             return self._tree.get(key) if self._tree.has(key) else {}
 
     def unsubscribe_param(self, key: str, unregistration_args: tuple[str, str]) -> Unregistered:
-        """Takes `subscribe_param` back: `(1, what happened, how many)`."""
+        """Undo `subscribe_param`; return `(1, status message, number of removed subscriptions)`."""
         key = as_namespace(canonicalize_name(key))
         with self.lock:
             if self.reg_manager is None:
                 return 1, f"[{unregistration_args[0]}] is not a registered node", 0
             return self.reg_manager.unregister_param_subscriber(key, *unregistration_args)
 
-    def _tell(
+    def _notify(
         self,
         notify_task: Callable[[list[Update]], object] | None,
         key: str,
@@ -158,10 +160,11 @@ class ParamDictionary:
 def compute_param_updates(
     subscribers: Registrations, param_key: str, param_value: Any, caller_id_to_ignore: str | None = None
 ) -> list[Update]:
-    """The notices about the change of a parameter; a deleted one has the value `{}`.
+    """Return the update notices for the change of a parameter; the value of a deleted one is `{}`.
 
-    A subscriber at or above the parameter gets its name and value; one below its own part of the value,
-    `{}` when there is none. `caller_id_to_ignore`, which made the change, is left out of the former.
+    A subscriber of the parameter or of a parent namespace gets the parameter's name and value. A subscriber
+    of a child gets the child's name and value, `{}` if it has none. `caller_id_to_ignore`, the node that made
+    the change, is excluded from the former.
     """
     changed = as_namespace(canonicalize_name(param_key))
     whole: list[Update] = []

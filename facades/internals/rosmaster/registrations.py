@@ -1,4 +1,4 @@
-"""`rosmaster.registrations`: what nodes have registered; a facade of `pipros.master.registry`."""
+"""`rosmaster.registrations`: registrations of nodes; a facade of `pipros.master.registry`."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ Unregistered = tuple[int, str, int]
 
 
 class ThreadPool(Protocol):
-    """What runs tasks: `rosmaster.threadpool.MarkedThreadPool`, for example."""
+    """Interface for running tasks, implemented by `rosmaster.threadpool.MarkedThreadPool`."""
 
     def queue_task(self, marker: str, task: Any, args: Any = None) -> object: ...
 
 
 def shutdown_node_task(api: str, caller_id: str, reason: str) -> None:
-    """Asks a node to end. One that does not answer is left alone."""
+    """Request a node to shut down. Errors are ignored."""
     import contextlib
     from xmlrpc.client import Error
 
@@ -36,7 +36,7 @@ def shutdown_node_task(api: str, caller_id: str, reason: str) -> None:
 
 
 class NodeRef:
-    """A node and the names that it has registered."""
+    """A node and its registered names."""
 
     def __init__(self, id: str, api: str) -> None:  # noqa: A002  # its name in rosmaster
         self.id = id
@@ -47,7 +47,7 @@ class NodeRef:
         self.services: list[str] = []
 
     def add(self, type_: int, key: str) -> None:
-        """Adds a name; `type_` is one of the numbers of `Registrations`.
+        """Add a name; `type_` is one of the numbers of `Registrations`.
 
         Raises:
             Exception: `type_` is not one of them.
@@ -57,11 +57,11 @@ class NodeRef:
             names.append(key)
 
     def remove(self, type_: int, key: str) -> None:
-        """Removes a name; raises as `add`, and ValueError when it is not there."""
+        """Remove a name. Raises like `add`, and ValueError if the name is not registered."""
         self._names(type_).remove(key)
 
     def clear(self) -> None:
-        """Removes all names."""
+        """Remove all names."""
         for type_ in _ROLES:
             self._names(type_).clear()
 
@@ -78,12 +78,12 @@ class NodeRef:
         if type_ not in names:
             raise Exception(
                 f"type must be one of {sorted(names)}, got {type_}"
-            )  # what rosmaster's callers catch
+            )  # callers of rosmaster catch this class
         return names[type_]
 
 
 class Registrations:
-    """The nodes that have registered as one thing, by the names of topics, services or parameters."""
+    """Registrations of one type, by the names of topics, services or parameters."""
 
     TOPIC_SUBSCRIPTIONS = 1
     TOPIC_PUBLICATIONS = 2
@@ -91,7 +91,7 @@ class Registrations:
     PARAM_SUBSCRIPTIONS = 4
 
     def __init__(self, type_: int, registry: Registry | None = None) -> None:
-        """`registry` holds them, together with those of other types. (Not in Noetic.)
+        """Use `registry`, which is shared with other types, or a new one. (`registry` is not in Noetic.)
 
         Raises:
             rosmaster.exceptions.InternalException: `type_` is not one of the four numbers.
@@ -104,7 +104,7 @@ class Registrations:
 
     @property
     def map(self) -> Mapping[str, list[tuple[str, str]]]:
-        """For each name the nodes, `(caller_id, api)`."""
+        """The nodes registered for each name, as `(caller_id, api)`."""
         return {key: self._nodes(key) for key in self._registry.keys_of(self._role)}
 
     @property
@@ -130,30 +130,31 @@ class Registrations:
         return self._registry.keys_of(self._role)
 
     def get_service_api(self, service: str) -> str | None:
-        """The URI of a service; None when nobody offers it."""
+        """Return the URI of a service; None if it is not registered."""
         return self._registry.service_api_of(service)
 
     def get_apis(self, key: str) -> list[str]:
-        """The URIs of the nodes."""
+        """Return the URIs of the nodes registered for a name."""
         return self._registry.apis_of(self._role, key)
 
     def get_state(self) -> list[list[Any]]:
-        """`[name, [caller_id, …]]` for each name."""
+        """Return `[name, [caller_id, …]]` for each name."""
         return self._registry.table(self._role)
 
     def register(self, key: str, caller_id: str, caller_api: str, service_api: str | None = None) -> None:
-        """Registers a node for a name.
+        """Register a node for a name.
 
         Raises:
-            rosmaster.exceptions.InternalException: a service has no `service_api`, or something else has.
+            rosmaster.exceptions.InternalException: `service_api` is missing for a service, or given for
+                another type.
         """
         self.enter(key, caller_id, caller_api, service_api)
 
     def enter(self, key: str, caller_id: str, caller_api: str, service_api: str | None) -> list[Notice]:
-        """As `register`; returns the notices for other nodes. (Not in Noetic.)"""
+        """Register a node and return the notices for other nodes; see `register`. (Not in Noetic.)"""
         if (self._role is Role.SERVICE) != bool(service_api):
             raise InternalException(
-                f"a service API must be given for services only, got {service_api!r} for {key}"
+                f"service_api must be given for services, and only for these, got {service_api!r} for {key}"
             )
         match self._role:
             case Role.SERVICE:
@@ -168,7 +169,7 @@ class Registrations:
     def unregister(
         self, key: str, caller_id: str, caller_api: str | None, service_api: str | None = None
     ) -> Unregistered:
-        """Takes a registration back: `(1, what happened, how many)`."""
+        """Remove a registration; return `(1, status message, number of removed registrations)`."""
         if self._role is Role.SERVICE:
             is_done = self._registry.unregister_service(caller_id, key, str(service_api))
         else:
@@ -180,7 +181,7 @@ class Registrations:
         return 1, f"[{caller_id}] is not a known provider of [{key}]", 0
 
     def unregister_all(self, caller_id: str) -> None:
-        """Takes all registrations of a node back."""
+        """Remove all registrations of a node."""
         api = self._registry.api_of(caller_id)
         for key in list(self.iterkeys()):
             if caller_id not in self._registry.names_of(self._role, key):
@@ -199,7 +200,11 @@ class RegistrationManager:
     """All registrations of a master."""
 
     def __init__(self, thread_pool: ThreadPool | None, registry: Registry | None = None) -> None:
-        """`thread_pool` shuts down nodes whose name another one has taken; None shuts down none."""
+        """Create empty registrations, unless `registry` is given.
+
+        `thread_pool` runs the shutdown of nodes whose name another node takes over; with None, these are not
+        shut down.
+        """
         self.thread_pool = thread_pool
         self._registry = Registry() if registry is None else registry
         self.publishers = Registrations(Registrations.TOPIC_PUBLICATIONS, self._registry)
@@ -209,28 +214,28 @@ class RegistrationManager:
 
     @property
     def nodes(self) -> Mapping[str, NodeRef]:
-        """Each node by its name."""
+        """The nodes by name."""
         return {name: self._reference(name) for name in self._registry.nodes}
 
     def get_node(self, caller_id: str) -> NodeRef | None:
         return self._reference(caller_id) if caller_id in self._registry.nodes else None
 
     def reverse_lookup(self, caller_api: str) -> NodeRef | None:
-        """The node of that URI."""
+        """Return the node with that URI, or None."""
         names = [name for name, node in self._registry.nodes.items() if node.api == caller_api]
         return self._reference(names[0]) if names else None
 
     def register_publisher(self, topic: str, caller_id: str, caller_api: str) -> None:
-        self._ask(self.publishers.enter(topic, caller_id, caller_api, None))
+        self._shut_down_replaced(self.publishers.enter(topic, caller_id, caller_api, None))
 
     def register_subscriber(self, topic: str, caller_id: str, caller_api: str) -> None:
-        self._ask(self.subscribers.enter(topic, caller_id, caller_api, None))
+        self._shut_down_replaced(self.subscribers.enter(topic, caller_id, caller_api, None))
 
     def register_service(self, service: str, caller_id: str, caller_api: str, service_api: str) -> None:
-        self._ask(self.services.enter(service, caller_id, caller_api, service_api))
+        self._shut_down_replaced(self.services.enter(service, caller_id, caller_api, service_api))
 
     def register_param_subscriber(self, param: str, caller_id: str, caller_api: str) -> None:
-        self._ask(self.param_subscribers.enter(param, caller_id, caller_api, None))
+        self._shut_down_replaced(self.param_subscribers.enter(param, caller_id, caller_api, None))
 
     def unregister_publisher(self, topic: str, caller_id: str, caller_api: str) -> Unregistered:
         return self._unregister(self.publishers, topic, caller_id, caller_api)
@@ -256,7 +261,7 @@ class RegistrationManager:
             return 1, f"[{caller_id}] is not a registered node", 0
         return registrations.unregister(key, caller_id, caller_api, service_api)
 
-    def _ask(self, notices: Iterable[Notice]) -> None:
+    def _shut_down_replaced(self, notices: Iterable[Notice]) -> None:
         for notice in notices:
             if notice.method == "shutdown":
                 if self.thread_pool is not None:

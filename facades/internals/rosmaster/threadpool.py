@@ -1,6 +1,6 @@
-"""`rosmaster.threadpool`: threads that run tasks, those of one marker one after the other.
+"""`rosmaster.threadpool`: a thread pool that runs tasks with the same marker sequentially.
 
-The master of pipros has an event loop instead; this is for those who take the pool for their own purposes.
+The master of pipros uses an event loop instead; this module is for code that uses the pool directly.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _star_names(__name__, "logging time:sleep traceback")
 
 
 class Task(NamedTuple):
-    """What a pool runs: `function(*args)`, and `callback` with what it returns."""
+    """A task of a pool: calls `function(*args)`, and `callback` with its result."""
 
     marker: Hashable
     function: Callable[..., Any]
@@ -24,7 +24,7 @@ class Task(NamedTuple):
 
 
 class MarkedThreadPool:
-    """Runs tasks in some threads, in order; of one marker only one at a time."""
+    """Thread pool that runs tasks in order; at most one task per marker runs at a time."""
 
     def __init__(self, numThreads: int) -> None:  # its name in rosmaster
         self._changed = threading.Condition()
@@ -35,7 +35,7 @@ class MarkedThreadPool:
         self.set_thread_count(numThreads)
 
     def set_thread_count(self, newNumThreads: int) -> bool:
-        """Starts threads, or lets some go after their task; False while `join_all` runs."""
+        """Start threads, or end some after their current task; return False while `join_all` runs."""
         if self._is_joining:
             return False
         self._resize(newNumThreads)
@@ -58,11 +58,11 @@ class MarkedThreadPool:
         args: Sequence[Any] | None = None,
         taskCallback: Callable[[Any], object] | None = None,
     ) -> bool:
-        """Has `task(*args)` called. False, and nothing is called, during `join_all` or if it cannot be.
+        """Queue `task(*args)`; return False, and discard it, during `join_all` or if it is not callable.
 
         Args:
-            marker: what has to be done one after the other has the same one.
-            taskCallback: called with what the task returns.
+            marker: tasks with the same marker run sequentially.
+            taskCallback: called with the task's result.
         """
         if self._is_joining or not callable(task):
             return False
@@ -72,9 +72,9 @@ class MarkedThreadPool:
         return True
 
     def get_next_task(self, is_over: Callable[[], bool] = lambda: True) -> Task | None:
-        """Takes the first task whose marker is free, and marks it as busy; None when there is none.
+        """Return the first task whose marker is free, and mark it as busy; None if there is none.
 
-        Waits for one until `is_over()`. `remove_marker` is to be called when it is done.
+        Blocks until there is one or `is_over()` is true. Call `remove_marker` when the task is done.
         """
         with self._changed:
             while True:
@@ -88,18 +88,18 @@ class MarkedThreadPool:
                 self._changed.wait()
 
     def remove_marker(self, marker: Hashable) -> None:
-        """The task of the marker is done: the next one may run."""
+        """Release a marker after its task, so that the next one can run."""
         with self._changed:
             self._busy.discard(marker)
             self._changed.notify_all()
 
     def wake(self) -> None:
-        """Has the threads look whether they are to end."""
+        """Wake the threads, so that they check whether to end."""
         with self._changed:
             self._changed.notify_all()
 
     def join_all(self, wait_for_tasks: bool = True, wait_for_threads: bool = True) -> None:
-        """Ends the threads: at once, or when all tasks are done. Takes no tasks meanwhile."""
+        """End the threads, immediately or after all queued tasks. No tasks are accepted meanwhile."""
         self._is_joining = True
         with self._changed:
             while wait_for_tasks and (self._tasks or self._busy) and self._threads:
@@ -115,7 +115,7 @@ class MarkedThreadPool:
 class ThreadPoolThread(threading.Thread):
     """One thread of a pool."""
 
-    threadSleepTime = 0.1  # noqa: N815  # for those who read it: nothing sleeps
+    threadSleepTime = 0.1  # noqa: N815  # for compatibility: nothing sleeps
 
     def __init__(self, pool: MarkedThreadPool) -> None:
         super().__init__(daemon=True)
@@ -123,7 +123,7 @@ class ThreadPoolThread(threading.Thread):
         self._is_going = False
 
     def run(self) -> None:
-        """Runs tasks until `go_away`. What a task raises is reported as for any thread, and ends this one."""
+        """Run tasks until `go_away`. An exception in a task ends the thread, reported by `threading`."""
         while not self._is_going:
             task = self._pool.get_next_task(lambda: self._is_going)
             if task is None:
@@ -136,6 +136,6 @@ class ThreadPoolThread(threading.Thread):
                 self._pool.remove_marker(task.marker)
 
     def go_away(self) -> None:
-        """Ends the thread after its task."""
+        """End the thread after its current task."""
         self._is_going = True
         self._pool.wake()

@@ -1,4 +1,4 @@
-"""`rosmaster.util`: proxies of nodes and masters."""
+"""`rosmaster.util`: XML-RPC proxies of nodes and masters."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from pipros.basics.lazy_names import star_names as _star_names
 _star_names(__name__, "errno socket urllib.parse:urlparse")
 
 _proxies = threading.local()
-"""Each thread has its own: a proxy answers one call at a time."""
+"""Per-thread proxies, because a proxy supports one call at a time."""
 
 
 def xmlrpcapi(uri: str | None) -> ServerProxy | None:
-    """An XML-RPC proxy of a node or master; None for what is not a URI. Each thread keeps its own."""
+    """Return an XML-RPC proxy of a node or master; None for an invalid URI. Cached per thread."""
     if uri is None:
         return None
     parts = urlsplit(uri)
@@ -26,9 +26,9 @@ def xmlrpcapi(uri: str | None) -> ServerProxy | None:
 
 
 def remove_server_proxy(uri: str) -> None:
-    """Forgets the proxy that `xmlrpcapi` keeps for this thread."""
+    """Remove this thread's proxy from the cache of `xmlrpcapi`."""
     _proxies.__dict__.pop(uri, None)
 
 
 def close_half_closed_sockets() -> None:
-    """Does nothing: a proxy notices at its next call that the other side has closed, and connects again."""
+    """Do nothing: a proxy detects a closed connection at its next call, and reconnects."""

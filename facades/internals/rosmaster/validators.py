@@ -46,5 +46,5 @@ ROSRPC = "rosrpc://"
 
 
 def isstring(s: object) -> bool:
-    """Whether it is a text."""
+    """Return whether an object is a string."""
     return isinstance(s, str)

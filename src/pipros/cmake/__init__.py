@@ -1,1 +1,1 @@
-"""The language of CMake, as far as packages without compiled code use it. Nothing in it depends on catkin."""
+"""The CMake language, as far as packages without compiled code use it. Independent of catkin."""

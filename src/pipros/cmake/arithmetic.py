@@ -1,4 +1,4 @@
-"""`math()`: arithmetic with integers of 64 bits."""
+"""`math()`: arithmetic with 64-bit integers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _LEADING_ZEROS = re.compile(r"\b0+(?=[0-9])")
 
 
 def math(words: list[str], scope: Scope) -> None:
-    """Carries out `math(EXPR variable expression [OUTPUT_FORMAT …])`.
+    """Execute `math(EXPR variable expression [OUTPUT_FORMAT …])`.
 
     Raises:
         ValueError: the expression is malformed, or divides by zero.
@@ -23,7 +23,7 @@ def math(words: list[str], scope: Scope) -> None:
     if words[:1] != ["EXPR"] or len(words) < 3:
         raise ValueError("has the form math(EXPR variable expression)")
     try:
-        # Unlike in Python, a number may begin with zeros.
+        # Unlike in Python, leading zeros are allowed.
         text = _LEADING_ZEROS.sub("", words[2].strip())
         value = _value(ast.parse(text, mode="eval").body)
     except (SyntaxError, RecursionError, MemoryError):  # MemoryError: the parser nests too deep
@@ -44,7 +44,7 @@ _BINARY: Mapping[type, Callable[[int, int], int]] = {
     ast.BitOr: operator.or_,
     ast.BitAnd: operator.and_,
     ast.BitXor: operator.xor,
-    # Processors look at six bits of the count.
+    # Processors only use the lowest six bits of the shift count.
     ast.LShift: lambda left, right: left << (right & 63),
     ast.RShift: lambda left, right: left >> (right & 63),
 }

@@ -1,6 +1,6 @@
-"""Replaces the program `cmake` where it is not installed: `cmake -E tool …` and `cmake -P script`.
+"""Substitute for the program `cmake` if it is not installed: `cmake -E tool …` and `cmake -P script`.
 
-Custom commands of packages use it to copy files and to run programs.
+Custom commands of packages use it to copy files and run programs.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pipros.cmake.tools import run_tool
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the program and returns its exit code."""
+    """Run the program and return its exit code."""
     words = list(sys.argv[1:] if argv is None else argv)
     try:
         if words[:1] == ["-E"] and len(words) > 1:
@@ -30,17 +30,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (PiprosError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
-    print(
-        "the first option must be -E or -P for the cmake of pipros. Install CMake for others", file=sys.stderr
-    )
+    print("pipros' cmake only supports -E and -P as first option. Install CMake for others", file=sys.stderr)
     return 1
 
 
 def run_script(file: str, settings: Sequence[str] = (), arguments: Sequence[str] = ()) -> int:
-    """Carries out a script, and returns 0.
+    """Execute a script, and return 0.
 
     Args:
-        settings: as on the command line, `-DNAME=VALUE`.
+        settings: command line options `-DNAME=VALUE`.
         arguments: the values of `CMAKE_ARGV0`, `CMAKE_ARGV1`, …
 
     Raises:
@@ -61,10 +59,10 @@ def run_script(file: str, settings: Sequence[str] = (), arguments: Sequence[str]
 
 
 def script_interpreter(settings: Mapping[str, str]) -> Interpreter:
-    """An interpreter for scripts, which have no targets.
+    """Return an interpreter for scripts, which have no targets.
 
     Args:
-        settings: cache entries.
+        settings: the initial cache entries.
     """
     folder = os.getcwd()
     names = ("SOURCE_DIR", "BINARY_DIR", "CURRENT_SOURCE_DIR", "CURRENT_BINARY_DIR")

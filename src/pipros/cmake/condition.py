@@ -1,4 +1,4 @@
-"""The conditions of `if()` and `while()`: words in, a truth value out."""
+"""Evaluation of the conditions of `if()` and `while()`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.cmake.language import split_list
 from pipros.cmake.regex import search
 
 Word = tuple[str, bool]
-"""A word with its variables replaced, and whether it was quoted, and so neither a keyword nor a variable."""
+"""A word with variables replaced, and whether it was quoted, so neither a keyword nor a variable."""
 
 _CLOSING: Word = (")", False)
 _FALSE = frozenset(("", "0", "off", "no", "false", "n", "ignore", "notfound"))
@@ -32,7 +32,7 @@ def is_true(
     environment: Container[str] = (),
     cache: Container[str] = (),
 ) -> bool:
-    """Whether `if(words)` holds. What `MATCHES` finds is left in the variables `CMAKE_MATCH_0`, …
+    """Return whether `if(words)` is true. `MATCHES` stores its matches in `CMAKE_MATCH_0`, …
 
     Args:
         commands, targets: the names that exist, for `COMMAND` and `TARGET`.
@@ -50,13 +50,13 @@ def is_true(
 
 
 def is_on(value: str) -> bool:
-    """Whether a variable with that value counts as true."""
+    """Return whether a variable with that value is true."""
     lower = value.lower()
     return lower not in _FALSE and not lower.endswith("-notfound")
 
 
 class _Condition:
-    """A recursive descent over the words: AND and OR from left to right, then NOT, tests and parentheses."""
+    """Recursive descent parser: AND and OR from left to right, then NOT, tests and parentheses."""
 
     def __init__(
         self,
@@ -85,13 +85,13 @@ class _Condition:
                 return value
 
     def _negated(self) -> bool:
-        # A NOT without anything behind it, as in if(NOT $ENV{UNSET}), is the name of a variable to CMake.
+        # CMake treats a NOT without an operand, as in if(NOT $ENV{UNSET}), as the name of a variable.
         if len(self._words) > 1 and self._words[1] != _CLOSING and self._skip_if("NOT"):
             return not self._negated()
         if self._skip_if("("):
             value = self._words[:1] != [_CLOSING] and self.whole()
             if not self._skip_if(")"):
-                raise ValueError("the condition lacks a )")
+                raise ValueError("the condition lacks a closing parenthesis")
             return value
         return self._test()
 
@@ -144,7 +144,7 @@ class _Condition:
             return _compare((first,), relation, (second,))
         if operator.startswith("VERSION_"):
             return _compare(_version(first), relation, _version(second))
-        # As with sscanf(), what follows the number does not count.
+        # As with sscanf(), text after the number is ignored.
         numbers = [_NUMBER.match(text) for text in (first, second)]
         if numbers[0] is None or numbers[1] is None:
             return False
@@ -166,7 +166,7 @@ class _Condition:
 
     def _next(self) -> Word:
         if not self._words:
-            raise ValueError("the condition ends too early")
+            raise ValueError("the condition is incomplete")
         return self._words.pop(0)
 
     def _skip_if(self, keyword: str) -> bool:
@@ -186,7 +186,7 @@ _TWO_WORD_TESTS = ("MATCHES", "IN_LIST", "IS_NEWER_THAN", "PATH_EQUAL", *_COMPAR
 
 
 def _is_newer(first: str, second: str) -> bool:
-    """Whether the first file is at least as new as the second, or one of them does not exist."""
+    """Return whether the first file is at least as new as the second, or one of them does not exist."""
     try:
         return os.stat(first).st_mtime_ns >= os.stat(second).st_mtime_ns
     except OSError:
@@ -194,7 +194,7 @@ def _is_newer(first: str, second: str) -> bool:
 
 
 def _compare(left: Any, relation: str, right: Any) -> bool:
-    """Compares two tuples whose elements are of the same type."""
+    """Compare two tuples whose elements are of the same type."""
     if relation == "EQUAL":
         return bool(left == right)
     if relation.startswith("LESS"):
@@ -208,7 +208,7 @@ def _number(match: re.Match[str]) -> float:
 
 
 def _version(text: str) -> tuple[int, ...]:
-    """The numbers at the beginning of a version, without zeros at the end."""
+    """Return the leading numbers of a version, without trailing zeros."""
     match = _VERSION.match(text)
     numbers = [int(part) for part in match[0].split(".")] if match else []
     while numbers and numbers[-1] == 0:

@@ -1,4 +1,4 @@
-"""`configure_file()`: replaces references to variables in a text by their values."""
+"""`configure_file()`: substitution of variables in a text."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.cmake.scope import Scope, check_length
 
 
 def configure_file(words: list[str], scope: Scope) -> None:
-    """Carries out `configure_file(input output …)`. A file that has its content already is not written.
+    """Execute `configure_file(input output …)`. An output that is up to date is not written.
 
     Raises:
         ValueError: too few arguments, or a file cannot be read or written.
@@ -41,7 +41,7 @@ _DEFINE = re.compile(r"^([ \t]*#[ \t]*)cmakedefine(01)?[ \t]+(\w+)(?:[ \t]+([^\n
 
 
 def configured(text: str, scope: Scope, *, at_only: bool = False, escapes_quotes: bool = False) -> str:
-    """A text with `#cmakedefine` lines, `@NAME@` and, without `at_only`, `${NAME}` replaced.
+    """Return a text with `#cmakedefine` lines, `@NAME@` and, without `at_only`, `${NAME}` replaced.
 
     Raises:
         ValueError: the result would be too long.

@@ -1,4 +1,4 @@
-"""Copies files as `file(COPY)` and `install()` do, with patterns and permissions."""
+"""File copies as in `file(COPY)` and `install()`, with patterns and permissions."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ _KEYWORDS = frozenset((*_ONE_VALUE, *_PATTERNS, *_PERMISSION_LISTS, *_SWITCHES, 
 
 
 class CannotCopy(PiprosError):
-    """A file to be copied does not exist."""
+    """A file to copy does not exist."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """A `PATTERN` or `REGEX`, and what happens to the paths that match it."""
+    """A `PATTERN` or `REGEX`, and the treatment of matching paths."""
 
     expression: re.Pattern[str]
     is_excluded: bool = False
@@ -53,12 +53,12 @@ class Copy:
     """A file or folder to copy.
 
     Attributes:
-        source: an absolute path. A folder with a slash at its end stands for what is in it.
-        target: the folder to put it in, absolute or below the one that `copy` is given.
+        source: an absolute path. A trailing slash denotes the contents of a folder.
+        target: the destination folder, absolute or relative to the `base` of `copy`.
         rename: the new name of the file; empty to keep that of the source.
-        is_optional: whether the source may be missing; that of a folder always may.
-        mode: the permissions of files, unless `keeps_permissions` has them copied from the source.
-        only_matching: whether files that match no pattern are left out.
+        is_optional: whether the source may be missing; a folder always may.
+        mode: the permissions of files, unless `keeps_permissions` is set: then those of the source.
+        only_matching: whether to skip files that match no pattern.
     """
 
     source: str
@@ -75,7 +75,7 @@ class Copy:
 def read_copies(
     words: Sequence[str], in_source: Callable[[str], str], *, is_folder: bool = False, mode: int = FILE_MODE
 ) -> list[Copy]:
-    """The copies that words such as `a.txt b.txt DESTINATION share OPTIONAL` describe.
+    """Parse the copies in words such as `a.txt b.txt DESTINATION share OPTIONAL`.
 
     Args:
         in_source: makes the path of a source absolute.
@@ -83,7 +83,7 @@ def read_copies(
         mode: the default permissions of files.
 
     Raises:
-        ValueError: no `DESTINATION`, a keyword without its value, or an expression that does not compile.
+        ValueError: `DESTINATION` or a keyword's value is missing, or a regular expression is invalid.
     """
     sources: list[str] = []
     patterns: list[Pattern] = []
@@ -91,7 +91,7 @@ def read_copies(
     switches: set[str] = set()
     for keyword, following in _by_keyword(words):
         taken = _words_of(keyword, following)
-        # Words that do not belong to the keyword before them are sources.
+        # Words that do not belong to the preceding keyword are sources.
         sources += following[len(taken) :]
         if keyword in _PATTERNS:
             patterns.append(_pattern(keyword, taken[0]))
@@ -125,7 +125,7 @@ def read_copies(
 
 
 def _by_keyword(words: Sequence[str]) -> Iterator[tuple[str, list[str]]]:
-    """Each keyword with the words behind it; the words before the first one behind an empty keyword."""
+    """Yield each keyword with the words after it; the keyword of the words before the first one is empty."""
     keyword, following = "", list[str]()
     for word in words:
         if word in _KEYWORDS:
@@ -137,7 +137,7 @@ def _by_keyword(words: Sequence[str]) -> Iterator[tuple[str, list[str]]]:
 
 
 def _words_of(keyword: str, following: list[str]) -> list[str]:
-    """The leading words that belong to the keyword."""
+    """Return the leading words that belong to the keyword."""
     if keyword in _ONE_VALUE or keyword in _PATTERNS:
         if not following:
             raise ValueError(f"given no value for {keyword}")
@@ -162,18 +162,18 @@ def _pattern(keyword: str, text: str) -> Pattern:
 
 
 def copy(item: Copy, base: Path, say: Say) -> Path:
-    """Copies a file or folder, and returns the path of the copy.
+    """Copy a file or folder, and return the path of the copy.
 
     Args:
         base: the folder for a relative `item.target`.
         say: called with a line for each file.
 
     Raises:
-        CannotCopy: it does not exist.
-        OSError: it cannot be copied.
+        CannotCopy: the source does not exist.
+        OSError: the source cannot be copied.
     """
     source, target = Path(item.source), base / item.target
-    # A slash at the end means the content of the folder, as in rsync.
+    # As in rsync, a trailing slash denotes the contents of the folder.
     copied = target if item.source.endswith("/") else target / (item.rename or source.name)
     if not source.exists() and not source.is_symlink():
         if not (item.is_optional or item.is_folder):
@@ -186,10 +186,10 @@ def copy(item: Copy, base: Path, say: Say) -> Path:
 
 
 def copy_file(source: Path, target: Path, say: Say, *, mode: int = FILE_MODE) -> None:
-    """Copies a file, unless its copy has the same time. Links are copied as links.
+    """Copy a file, unless the copy has the same modification time. Links are copied as links.
 
     Raises:
-        OSError: it cannot be copied.
+        OSError: the file cannot be copied.
     """
     target.parent.mkdir(parents=True, exist_ok=True)
     if target.exists() and target.stat().st_mtime_ns == source.stat().st_mtime_ns:

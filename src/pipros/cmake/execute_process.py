@@ -1,4 +1,4 @@
-"""`execute_process()`: runs programs while a `CMakeLists.txt` is read. No shell is used."""
+"""`execute_process()`: runs programs while a `CMakeLists.txt` is read, without a shell."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SWITCHES = (
 
 
 def execute_process(words: list[str], scope: Scope) -> None:
-    """Carries out `execute_process(words)`: the output of each command is the input of the next.
+    """Execute `execute_process(words)`: the output of each command is the input of the next.
 
     Raises:
         ValueError: there is no command, or one failed and `COMMAND_ERROR_IS_FATAL` is given.
@@ -74,7 +74,7 @@ def _sort(words: list[str]) -> tuple[list[list[str]], dict[str, str], set[str]]:
 
 
 def _run(commands: list[list[str]], options: dict[str, str], scope: Scope) -> tuple[str, str, list[str]]:
-    """The output of the last command, the standard error of all of them, and their exit codes or errors."""
+    """Run a pipeline; return the last command's output, all standard error, and exit codes or errors."""
     folder = scope.in_binary(options.get("WORKING_DIRECTORY", ""))
     data = b""
     if "INPUT_FILE" in options:

@@ -27,11 +27,11 @@ _WILD = re.compile(r"[*?\[]")
 
 
 def carry_out(words: list[str], scope: Scope) -> None:
-    """Carries out `file(words)`.
+    """Execute `file(words)`.
 
     Raises:
         ValueError: wrong arguments, or a file cannot be read or written.
-        Unsupported: a subcommand that only CMake itself has.
+        Unsupported: only CMake itself has the subcommand.
     """
     operation, *rest = words or [""]
     action = _OPERATIONS.get(operation)
@@ -65,7 +65,7 @@ def _glob(words: list[str], scope: Scope, *, is_recursive: bool) -> None:
 
 
 def _matching(pattern: str, *, with_folders: bool) -> list[str]:
-    """The paths that match an absolute pattern, hidden ones too, as in CMake."""
+    """Return the paths that match an absolute pattern, including hidden ones, as in CMake."""
     found = [""]
     for part in pattern.split("/")[1:]:
         if _WILD.search(part):
@@ -81,7 +81,7 @@ def _matching(pattern: str, *, with_folders: bool) -> list[str]:
 
 
 def _matching_below(pattern: str, *, with_folders: bool) -> Iterator[str]:
-    """The paths whose names match the last part of a pattern, below the folders that the rest matches."""
+    """Yield paths at any depth below the matches of a pattern's folder whose name matches its last part."""
     base, _, last = pattern.rpartition("/")
     for root in _matching(base, with_folders=True) if _WILD.search(base) else [base]:
         for folder, folders, files in os.walk(root):
@@ -138,7 +138,7 @@ def _remove(words: list[str], scope: Scope, *, is_recursive: bool) -> None:
 
 
 def remove(path: str, *, is_recursive: bool) -> None:
-    """Removes a file or link, if it is there; a folder only with `is_recursive`."""
+    """Remove a file or link if it exists; remove a folder only if `is_recursive`."""
     if os.path.isdir(path) and not os.path.islink(path):
         if is_recursive:
             shutil.rmtree(path)
@@ -185,7 +185,7 @@ def _link(words: list[str], scope: Scope) -> None:
 
 
 def _set(compute: Callable[[list[str], Scope], str]) -> Callable[[list[str], Scope], None]:
-    """A subcommand that stores what it computes in the variable that its first word names."""
+    """Return a subcommand that stores the result of `compute` in the variable named by its first word."""
 
     def carry_out(words: list[str], scope: Scope) -> None:
         scope.values[words[0]] = compute(words[1:], scope)
@@ -194,7 +194,7 @@ def _set(compute: Callable[[list[str], Scope], str]) -> Callable[[list[str], Sco
 
 
 def _relative_path(path: str, folder: str) -> str:
-    """A path relative to a folder. One that only leads upwards ends with a slash, as in CMake."""
+    """Return a path relative to a folder. As in CMake, a path of only `..` ends with a slash."""
     relative = os.path.relpath(path, folder)
     if relative == ".":
         return ""

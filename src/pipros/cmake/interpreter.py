@@ -1,7 +1,7 @@
-"""Carries out CMake files: conditions, loops, functions, other files and folders, and commands.
+"""Interpreter for CMake files: conditions, loops, functions, included files and folders, and commands.
 
-Commands that only need the scope are in `value_commands.py`; others are passed in as actions. `Limits` bound
-the rounds of loops, the depth of calls and the number of commands.
+Commands that only need the scope are in `value_commands.py`; others are passed in as actions. `Limits` bounds
+the iterations of loops, the depth of calls and the number of commands.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from pipros.cmake.value_commands import VALUE_COMMANDS
 from pipros.cmake.words import options_of, sections
 
 _MISTAKES = (ArithmeticError, LookupError, OSError, RecursionError, TypeError, ValueError)
-"""What a command may raise for wrong arguments."""
+"""Exceptions that a command may raise for wrong arguments."""
 
 Action = Callable[[Command, list[str]], None]
-"""What a command does; called with the command and its arguments as words.
+"""Implementation of a command; called with the command and its arguments as words.
 
 May raise `Unsupported`, or ValueError and other built-in errors for wrong arguments.
 """
 
 
 class _Flow(enum.Enum):
-    """How to go on after a command."""
+    """Control flow after a command."""
 
     NEXT = enum.auto()
     BREAK = enum.auto()
@@ -57,11 +57,11 @@ class _Function:
 
 
 class Interpreter:
-    """Carries out files.
+    """Interpreter that executes CMake files.
 
     Attributes:
         scope: the current variables.
-        file: the file that is being carried out.
+        file: the file being executed.
     """
 
     def __init__(
@@ -75,15 +75,15 @@ class Interpreter:
         commands: Container[str] = (),
         targets: Container[str] = (),
     ) -> None:
-        """Makes an interpreter that has not carried out anything yet.
+        """Store the arguments; nothing is executed yet.
 
         Args:
-            actions: what commands do, by their names in lower case.
-            check: called before a command that no file defined; raises if it is unknown.
-            on_unsupported: called with a command, and a description of what needs CMake itself.
-            include_module: called with the name of a module of CMake that is included.
-            commands: names besides those of CMake's own commands for which `if(COMMAND name)` holds.
-            targets: the names for which `if(TARGET name)` holds.
+            actions: implementations of commands by name in lower case.
+            check: called before each command that is not defined in a file; raises if it is unknown.
+            on_unsupported: called with a command, and a description of the feature that needs CMake itself.
+            include_module: called with the name of each included CMake module.
+            commands: additional names for which `if(COMMAND name)` is true, besides CMake's own commands.
+            targets: the names for which `if(TARGET name)` is true.
         """
         self.scope = scope
         self.file = ""
@@ -99,10 +99,10 @@ class Interpreter:
         self._steps = 0
 
     def run_file(self, file: str) -> None:
-        """Carries out a file, with the current folders and variables.
+        """Execute a file with the current folders and variables.
 
         Raises:
-            CMakeError: the file cannot be read, or with file and line what is wrong in it.
+            CMakeError: the file cannot be read or has an error; with file and line.
         """
         try:
             text = read_text(file, self.scope.limits.file_bytes, errors="replace")
@@ -111,10 +111,10 @@ class Interpreter:
         self.run_text(text, file)
 
     def run_text(self, text: str, file: str) -> None:
-        """Carries out a text as if it were the content of `file`.
+        """Execute a text as if it were the content of `file`.
 
         Raises:
-            CMakeError: with file and line, what is wrong in it.
+            CMakeError: the text has an error; with file and line.
         """
         commands = language.parse(text, file)
         with self._in_file(file, commands[0] if commands else None):
@@ -122,7 +122,7 @@ class Interpreter:
 
     @contextmanager
     def _in_file(self, file: str, command: Command | None) -> Iterator[None]:
-        """Makes `file` the current one. Raises CMakeError at `command` if calls are nested too deep."""
+        """Make `file` the current file. Raises CMakeError at `command` if calls are nested too deeply."""
         limit = self.scope.limits.cmake_depth
         if self._depth >= limit and command is not None:
             raise self.error(command, f"calls are nested more than {limit} deep")
@@ -140,7 +140,7 @@ class Interpreter:
             values.update(zip(names, folders, strict=True))
 
     def _run(self, commands: Sequence[Command]) -> _Flow:
-        """Carries out commands, up to one that leaves the loop, function or file."""
+        """Execute commands, up to one that leaves the loop, function or file."""
         position = 0
         while position < len(commands):
             command = commands[position]
@@ -237,7 +237,7 @@ class Interpreter:
             for number, elements in enumerate(all_rounds):
                 if number >= limit:
                     raise self.error(opening, f"the loop goes on for more than {limit} rounds")
-                self._count_step(opening)  # loops within loops may have nothing else in them
+                self._count_step(opening)  # nested loops may contain no other command
                 self.scope.values.update(zip(names, elements, strict=True))
                 flow = self._run(body)
                 if flow is _Flow.RETURN:
@@ -293,7 +293,7 @@ class Interpreter:
             "ARGV": ";".join(words),
             "ARGN": ";".join(words[len(parameters) :]),
         }
-        # CMake does not treat the arguments of a macro as variables, so they must not outlive it.
+        # In CMake the arguments of a macro are not variables, so they must not remain after the call.
         kept = self.scope.restored(arguments) if function.is_macro else self.scope.inner()
         with self._in_file(function.file, command), kept:
             self.scope.values.update(arguments)
@@ -330,7 +330,7 @@ class Interpreter:
             self.run_file(os.path.join(path, "CMakeLists.txt"))
 
     def words(self, command: Command) -> list[str]:
-        """The arguments of a command, with variables replaced and lists split.
+        """Return the arguments of a command, with variables replaced and lists split.
 
         Raises:
             CMakeError: they are too long.
@@ -347,12 +347,12 @@ class Interpreter:
             raise self.error(command, str(error)) from None
 
     def error(self, command: Command, reason: str) -> CMakeError:
-        """An error at a command of the current file."""
+        """Return an error located at a command of the current file."""
         return CMakeError(self.file, command.line, command.written_name, reason)
 
 
 class _Names:
-    """The names for which `if(COMMAND name)` holds: functions, CMake's own commands, and others."""
+    """The names for which `if(COMMAND name)` is true: functions, CMake's own commands, and others."""
 
     def __init__(self, *others: Container[str]) -> None:
         self._all = (BUILTIN_COMMANDS, *others)

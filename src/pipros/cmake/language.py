@@ -1,4 +1,4 @@
-"""Parses CMake files into commands with arguments and lines, and expands arguments.
+"""Parser for CMake files, and expansion of arguments.
 
 Rules: https://cmake.org/cmake/help/latest/manual/cmake-language.7.html
 """
@@ -16,7 +16,7 @@ class CMakeError(PiprosError):
     """A CMake file is malformed, or a command in it fails.
 
     Attributes:
-        file, line: where; lines count from 1.
+        file, line: the position; lines count from 1.
         command: the command at fault; empty if the text itself is malformed.
     """
 
@@ -31,11 +31,11 @@ class CMakeError(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class Argument:
-    """One argument as it is written.
+    """One argument as written.
 
     Attributes:
-        is_quoted: it is not split at semicolons.
-        is_literal: it is in brackets (`[[…]]`): variables and escapes in it are not replaced either.
+        is_quoted: whether it is quoted, so not split at semicolons.
+        is_literal: whether it is in brackets (`[[…]]`), so variables and escapes are not replaced either.
     """
 
     text: str
@@ -73,13 +73,13 @@ _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 
 def parse(text: str, file: str) -> list[Command]:
-    """The commands of a file, in order.
+    """Return the commands of a file, in order.
 
     Args:
         file: the path for error messages.
 
     Raises:
-        CMakeError: an unclosed quote or bracket, or text between commands.
+        CMakeError: a quote or parenthesis is not closed, or there is text between commands.
     """
     tokens = _tokens(text, file)
     commands = []
@@ -144,10 +144,10 @@ def expand(
     environment: Mapping[str, str],
     limit_characters: int,
 ) -> list[str]:
-    """The words of arguments, with variables replaced and lists split at semicolons.
+    """Return the words of arguments, with variables replaced and lists split at semicolons.
 
     Raises:
-        ValueError: the words together would be longer than the limit.
+        ValueError: the total length of the words would exceed the limit.
     """
     words: list[str] = []
     remaining = limit_characters
@@ -167,16 +167,16 @@ def expand(
 def expand_text(
     text: str, variables: Mapping[str, str], environment: Mapping[str, str], limit_characters: int
 ) -> str:
-    """A text with its variables replaced, nested ones (`${A_${B}}`) from the inside out.
+    """Return a text with its variables replaced; nested references (`${A_${B}}`) from the inside out.
 
     Raises:
-        ValueError: the result would be longer than the limit.
+        ValueError: the result would exceed the limit.
     """
     return _expand(text, 0, _Variables(variables, environment, limit_characters), 0)[0]
 
 
 class _Variables:
-    """The values for one text, as long as their length stays within the limit."""
+    """The variables for one text; limits the total length of their values."""
 
     def __init__(
         self, variables: Mapping[str, str], environment: Mapping[str, str], limit_characters: int
@@ -193,9 +193,9 @@ class _Variables:
 
 
 def _expand(text: str, start: int, variables: _Variables, depth: int) -> tuple[str, int]:
-    """Expands from `start` to the closing brace of the enclosing reference, or to the end of the text.
+    """Expand from `start` to the closing brace of the enclosing reference, or to the end of the text.
 
-    Returns the expanded text and the position behind it.
+    Return the expanded text and the position after it.
     """
     pieces: list[str] = []
     position = start
@@ -221,7 +221,7 @@ def _expand(text: str, start: int, variables: _Variables, depth: int) -> tuple[s
 
 
 def split_list(text: str) -> list[str]:
-    """The elements of a list: separated by semicolons that are neither escaped nor in square brackets."""
+    """Split a list at semicolons that are neither escaped nor in square brackets."""
     elements, begin, depth = [], 0, 0
     for position, character in enumerate(text):
         depth += (character == "[") - (character == "]")

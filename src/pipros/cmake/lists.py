@@ -1,4 +1,4 @@
-"""`list()`: lists are texts whose elements are separated by semicolons."""
+"""`list()`: operations on lists, which are texts with elements separated by semicolons."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from pipros.cmake.scope import Scope, Unsupported, check_length
 
 
 def carry_out(words: list[str], scope: Scope) -> None:
-    """Carries out `list(words)`.
+    """Execute `list(words)`.
 
     Raises:
         ValueError: wrong arguments.
-        Unsupported: a subcommand that only CMake itself has.
+        Unsupported: only CMake itself has the subcommand.
     """
     if len(words) < 2:
         raise ValueError("must be called with at least two arguments")
@@ -33,7 +33,7 @@ def carry_out(words: list[str], scope: Scope) -> None:
 
 Elements = list[str]
 _Operation = Callable[[Elements, list[str], Scope], Elements | None]
-"""Called with the elements and the remaining words; returns the new elements if the list changes."""
+"""Subcommand; called with the elements and the remaining words, returns the new elements if they change."""
 
 
 def _length(elements: Elements, rest: list[str], scope: Scope) -> None:
@@ -209,7 +209,7 @@ def _number(word: str) -> int:
 
 
 def _place(word: str, count: int) -> int:
-    """An index into a list; negative ones count from the end."""
+    """Convert a word to an index into a list; negative indices count from the end."""
     place = _number(word)
     if not -count <= place < count:
         raise ValueError(f"index: {place} out of range ({-count}, {count - 1})")

@@ -1,4 +1,4 @@
-"""The arguments of `foreach()`: the values that its variables have in each round."""
+"""Arguments of `foreach()`: the values of its variables in each iteration."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pipros.cmake.language import split_list
 
 
 def rounds(words: Sequence[str], variables: Mapping[str, str]) -> tuple[list[str], Iterable[tuple[str, ...]]]:
-    """The variables of a loop, and their values in each round.
+    """Return the variables of a loop, and their values in each iteration.
 
     Raises:
         ValueError, IndexError: wrong arguments.
@@ -43,7 +43,7 @@ def _in(words: Sequence[str], variables: Mapping[str, str]) -> list[str]:
 
 
 def _range(numbers: list[int]) -> range:
-    """The numbers including the last one, as in CMake. Without a step it may count down, too."""
+    """Return the numbers including the last one, as in CMake. Without a step, it may also count down."""
     first, last = (0, *numbers, 0)[:2] if len(numbers) < 2 else numbers[:2]
     direction = 1 if last >= first else -1
     step = numbers[2] if len(numbers) > 2 and numbers[2] else direction

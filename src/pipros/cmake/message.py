@@ -1,4 +1,4 @@
-"""`message()`: its modes, and its text."""
+"""Mode and text of `message()`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 
 class Kind(enum.Enum):
-    """What to do with a message."""
+    """Treatment of a message."""
 
     STATUS = "print to standard output"
     NOTICE = "print to standard error"
@@ -35,7 +35,7 @@ _KINDS = {
 
 
 def read_message(words: Sequence[str]) -> tuple[Kind, str]:
-    """What to do with `message(words)`, and its text."""
+    """Return the treatment and the text of `message(words)`."""
     if words and words[0] in _KINDS:
         return _KINDS[words[0]], "".join(words[1:])
     return Kind.NOTICE, "".join(words)

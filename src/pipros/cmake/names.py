@@ -1,4 +1,4 @@
-"""The names of CMake's own commands."""
+"""Names of CMake's own commands."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ _BEYOND = """
 """
 
 BEYOND_COMMANDS = frozenset(_BEYOND.split())
-"""Those commands of CMake that only CMake itself can carry out.
+"""Commands that only CMake itself can execute.
 
-The remaining commands that the interpreter ignores concern compilers and other build tools only.
+The other commands that the interpreter does not implement only concern compilers and build tools, and are
+ignored.
 """

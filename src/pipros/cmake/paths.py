@@ -12,7 +12,7 @@ from pipros.cmake.words import options_of
 
 
 def get_filename_component(words: list[str], scope: Scope) -> None:
-    """Carries out `get_filename_component(variable path mode …)`.
+    """Execute `get_filename_component(variable path mode …)`.
 
     Raises:
         ValueError: too few arguments, or an unknown mode.
@@ -44,18 +44,18 @@ def get_filename_component(words: list[str], scope: Scope) -> None:
 
 
 def find_program(words: list[str], scope: Scope) -> None:
-    """Carries out `find_program(variable names… [PATHS folders…])`."""
+    """Execute `find_program(variable names… [PATHS folders…])`."""
     _find(words, scope, lambda name, folders: shutil.which(name, path=os.pathsep.join(folders)),
           scope.environment.get("PATH", os.defpath).split(os.pathsep))  # fmt: skip
 
 
 def find_file(words: list[str], scope: Scope) -> None:
-    """Carries out `find_file(variable names… [PATHS folders…])`."""
+    """Execute `find_file(variable names… [PATHS folders…])`."""
     _find(words, scope, _in_folders, ["/usr/include", "/usr/local/include"])
 
 
 def find_path(words: list[str], scope: Scope) -> None:
-    """Carries out `find_path(variable names… [PATHS folders…])`."""
+    """Execute `find_path(variable names… [PATHS folders…])`."""
 
     def folder_with(name: str, folders: list[str]) -> str | None:
         return next((folder for folder in folders if os.path.exists(os.path.join(folder, name))), None)

@@ -1,4 +1,4 @@
-"""The regular expressions of CMake, translated to those of Python."""
+"""CMake's regular expressions, translated to Python's."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _SPECIAL = re.compile(r"\\.|\[\^?\]?[^\]]*\]|[{}]|\$$", re.DOTALL)
 
 @lru_cache(maxsize=256)
 def compiled(expression: str) -> re.Pattern[str]:
-    """The pattern for an expression. A dot matches any character, line ends too; braces match themselves.
+    """Return the Python pattern for an expression, in which `.` matches newlines and braces are literal.
 
     Raises:
-        ValueError: it is not a valid expression.
+        ValueError: the expression is invalid.
     """
 
     def translate(match: re.Match[str]) -> str:
@@ -26,7 +26,7 @@ def compiled(expression: str) -> re.Pattern[str]:
             return r"\Z"
         if text in "{}":
             return "\\" + text
-        # A letter behind a backslash is special in Python only; so is a backslash in brackets.
+        # An escaped letter is only special in Python; so is a backslash in brackets.
         if text[0] == "\\":
             return re.escape(text[1])
         return text.replace("\\", "\\\\").replace("[", r"\[").replace(r"\[", "[", 1)
@@ -38,10 +38,10 @@ def compiled(expression: str) -> re.Pattern[str]:
 
 
 def search(expression: str, text: str, variables: MutableMapping[str, str]) -> bool:
-    """Whether the expression matches somewhere; match and groups are left in `CMAKE_MATCH_0`, …
+    """Return whether the expression matches somewhere; store match and groups in `CMAKE_MATCH_0`, …
 
     Raises:
-        ValueError: it is not a valid expression.
+        ValueError: the expression is invalid.
     """
     match = compiled(expression).search(text)
     if match is not None:
@@ -50,7 +50,7 @@ def search(expression: str, text: str, variables: MutableMapping[str, str]) -> b
 
 
 def keep_groups(match: re.Match[str], variables: MutableMapping[str, str]) -> None:
-    """Stores a match and its groups in `CMAKE_MATCH_COUNT`, `CMAKE_MATCH_0`, …"""
+    """Store a match and its groups in `CMAKE_MATCH_COUNT`, `CMAKE_MATCH_0`, …"""
     variables["CMAKE_MATCH_COUNT"] = str(match.re.groups)
     variables["CMAKE_MATCH_0"] = match[0]
     for number, group in enumerate(match.groups(""), 1):
@@ -58,17 +58,17 @@ def keep_groups(match: re.Match[str], variables: MutableMapping[str, str]) -> No
 
 
 def require_text(match: re.Match[str], mode: str) -> None:
-    """Raises ValueError if `string(REGEX mode)` matched an empty string, which CMake refuses."""
+    """Raise ValueError if `string(REGEX mode)` matched an empty string, which CMake rejects."""
     if match.start() == match.end():
         raise ValueError(f"sub-command REGEX, mode {mode}: the expression matched an empty string")
 
 
 def replace(expression: str, replacement: str, text: str, limits: Limits) -> str:
-    """The text with every match replaced; `\\1` in the replacement stands for the first group.
+    """Return the text with every match replaced; `\\1` in the replacement is the first group.
 
     Raises:
-        ValueError: it is not a valid expression, it matches an empty string, the replacement names a group
-            that matched nothing, or the result would be too long.
+        ValueError: the expression is invalid or matches an empty string, the replacement refers to a group
+            without a match, or the result would be too long.
     """
     made = 0
 

@@ -30,7 +30,7 @@ class _Values(ChainMap[str, str]):
 
 
 def check_length(characters: int, limits: Limits) -> None:
-    """Raises ValueError if a text would be too long for a value. Called before the text is built."""
+    """Raise ValueError if a text would be too long for a value. Call it before building the text."""
     if characters > limits.cmake_value_characters:
         raise ValueError(f"makes a text of more than {limits.cmake_value_characters} characters")
 
@@ -39,11 +39,11 @@ class Scope:
     """The variables of the current function or folder, with the cache below them.
 
     Attributes:
-        values: what `${NAME}` stands for. Setting an item sets a variable, never a cache entry.
+        values: the values of `${NAME}`. Setting an item sets a variable, never a cache entry.
         cache: entries for all folders: `-D` settings, options, results of `find_program()`.
-        environment: what `$ENV{NAME}` stands for; the environment of programs.
+        environment: the values of `$ENV{NAME}`; also the environment of programs.
         properties: the global properties.
-        limits: bounds on what CMake files may cost.
+        limits: resource limits for CMake files.
     """
 
     def __init__(
@@ -63,16 +63,16 @@ class Scope:
         self._for_parent: list[dict[str, str | None]] = [{}]
 
     def unset(self, name: str) -> None:
-        """Removes a variable, if there is one; a cache entry of that name stays."""
+        """Remove a variable if it is set; a cache entry with that name is kept."""
         self._values.characters -= len(self._variables.pop(name, ""))
 
     def set_in_parent(self, name: str, value: str | None) -> None:
-        """Sets a variable, or unsets it (None), in the scope that called the current function or folder."""
+        """Set a variable, or unset it if `value` is None, in the caller of the current function or folder."""
         self._for_parent[-1][name] = value
 
     @contextmanager
     def inner(self) -> Iterator[None]:
-        """A scope for a function, block or folder. Its variables end with it, unless set in the parent."""
+        """Open a scope for a function, block or folder. At its end, its variables are discarded."""
         before, characters = dict(self._variables), self._values.characters
         self._for_parent.append({})
         try:
@@ -89,7 +89,7 @@ class Scope:
 
     @contextmanager
     def restored(self, names: Iterable[str]) -> Iterator[None]:
-        """Resets the variables of these names at the end to the values that they have now."""
+        """Restore the current values of these variables at the end of the context."""
         before = {name: self.values.get(name) for name in names}
         yield
         for name, value in before.items():
@@ -99,17 +99,17 @@ class Scope:
                 self.values[name] = value
 
     def in_source(self, path: str) -> str:
-        """The absolute path of a file to read: relative ones are below the current source folder."""
+        """Return the absolute path of an input file; relative to the current source folder."""
         return os.path.normpath(os.path.join(self.values.get("CMAKE_CURRENT_SOURCE_DIR", ""), path))
 
     def in_binary(self, path: str) -> str:
-        """The absolute path of a file to make: relative ones are below the current binary folder."""
+        """Return the absolute path of an output file; relative to the current binary folder."""
         return os.path.normpath(os.path.join(self.values.get("CMAKE_CURRENT_BINARY_DIR", ""), path))
 
 
 ValueCommand = Callable[[list[str], Scope], None]
-"""A command that needs nothing but the scope. Raises ValueError for wrong arguments."""
+"""A command that only needs the scope. Raises ValueError for wrong arguments."""
 
 
 class Unsupported(Exception):
-    """A command needs something that only CMake itself can do; the text names it."""
+    """A command needs a feature that only CMake itself has; the message names it."""

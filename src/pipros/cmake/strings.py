@@ -19,11 +19,11 @@ from pipros.cmake.words import options_of
 
 
 def carry_out(words: list[str], scope: Scope) -> None:
-    """Carries out `string(words)`.
+    """Execute `string(words)`.
 
     Raises:
         ValueError: wrong arguments.
-        Unsupported: a subcommand that only CMake itself has.
+        Unsupported: only CMake itself has the subcommand.
     """
     operation, *rest = words or [""]
     action = _OPERATIONS.get(operation)
@@ -155,7 +155,7 @@ def _uuid(words: list[str], scope: Scope) -> None:
 def _random(words: list[str], scope: Scope) -> None:
     options = dict(zip(words[:-1:2], words[1:-1:2], strict=False))
     alphabet = options.get("ALPHABET", "qwertyuiopasdfghjklzxcvbnmQWERTYUIOPASDFGHJKLZXCVBNM0123456789")
-    generator = random.Random(options.get("RANDOM_SEED"))  # noqa: S311  # for names of files, not for secrets
+    generator = random.Random(options.get("RANDOM_SEED"))  # noqa: S311  # for file names, not for secrets
     length = int(options.get("LENGTH", "5"))
     check_length(length, scope.limits)
     scope.values[words[-1]] = "".join(generator.choices(alphabet, k=length))
@@ -189,10 +189,10 @@ _OPERATIONS: Mapping[str, Callable[[list[str], Scope], None]] = {
 
 
 def separate_arguments(words: list[str], scope: Scope) -> None:
-    """Carries out `separate_arguments(variable [mode] [arguments])`.
+    """Execute `separate_arguments(variable [mode] [arguments])`.
 
     Raises:
-        ValueError: no variable, or an unclosed quote.
+        ValueError: the variable is missing, or a quote is not closed.
     """
     if not words:
         raise ValueError("must be given at least one argument")

@@ -1,4 +1,4 @@
-"""The tools of `cmake -E`: they copy, compare and remove files, and run programs."""
+"""Tools of `cmake -E`, which copy, compare and remove files, and run programs."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from pipros.cmake.files import remove
 
 
 class ToolFailed(PiprosError):
-    """A tool is unknown, or cannot use its arguments."""
+    """A tool is unknown, or its arguments are wrong."""
 
 
 def run_tool(name: str, words: list[str]) -> int:
-    """Runs `cmake -E name words` and returns its exit code.
+    """Run `cmake -E name words` and return its exit code.
 
     Raises:
-        ToolFailed: an unknown tool, or wrong arguments.
-        OSError: a file or program cannot be used.
+        ToolFailed: the tool is unknown, or its arguments are wrong.
+        OSError: a file cannot be accessed, or a program cannot be run.
     """
     tool = _TOOLS.get(name)
     if tool is None:

@@ -1,4 +1,4 @@
-"""The commands of CMake that need nothing but the scope, by name."""
+"""Commands of CMake that only need the scope, by name."""
 
 from __future__ import annotations
 

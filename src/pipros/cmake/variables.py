@@ -7,7 +7,7 @@ from pipros.cmake.scope import Scope
 
 
 def set_variable(words: list[str], scope: Scope) -> None:
-    """Carries out `set(name values… [CACHE type text [FORCE]] [PARENT_SCOPE])`."""
+    """Execute `set(name values… [CACHE type text [FORCE]] [PARENT_SCOPE])`."""
     if not words:
         raise ValueError("called with incorrect number of arguments")
     name, *values = words
@@ -26,7 +26,7 @@ def set_variable(words: list[str], scope: Scope) -> None:
 
 
 def unset(words: list[str], scope: Scope) -> None:
-    """Carries out `unset(name [CACHE | PARENT_SCOPE])`."""
+    """Execute `unset(name [CACHE | PARENT_SCOPE])`."""
     if not words:
         raise ValueError("called with incorrect number of arguments")
     if words[0].startswith("ENV{"):
@@ -40,7 +40,7 @@ def unset(words: list[str], scope: Scope) -> None:
 
 
 def option(words: list[str], scope: Scope) -> None:
-    """Carries out `option(name "text" [value])`: a variable that is set already keeps its value."""
+    """Execute `option(name "text" [value])`: a variable that is already set keeps its value."""
     if not words:
         raise ValueError("called with incorrect number of arguments")
     if words[0] not in scope.values:
@@ -48,7 +48,7 @@ def option(words: list[str], scope: Scope) -> None:
 
 
 def set_property(words: list[str], scope: Scope) -> None:
-    """Carries out `set_property(GLOBAL … PROPERTY name values…)`; other properties are for compilers."""
+    """Execute `set_property(GLOBAL … PROPERTY name values…)`; other properties are for compilers."""
     if "PROPERTY" not in words[:-1]:
         raise ValueError("called with incorrect number of arguments")
     if words[0] == "GLOBAL":
@@ -64,7 +64,7 @@ def set_property(words: list[str], scope: Scope) -> None:
 
 
 def get_property(words: list[str], scope: Scope) -> None:
-    """Carries out `get_property(variable GLOBAL PROPERTY name)`; all other properties are empty."""
+    """Execute `get_property(variable GLOBAL PROPERTY name)`; all other properties are empty."""
     if len(words) < 3:
         raise ValueError("called with incorrect number of arguments")
     name = words[words.index("PROPERTY") + 1] if "PROPERTY" in words[:-1] else ""
@@ -77,7 +77,7 @@ def get_property(words: list[str], scope: Scope) -> None:
 
 
 def cmake_parse_arguments(words: list[str], scope: Scope) -> None:
-    """Carries out `cmake_parse_arguments(prefix options one_value_keywords multi_value_keywords args…)`."""
+    """Execute `cmake_parse_arguments(prefix options one_value_keywords multi_value_keywords args…)`."""
     if words[:1] == ["PARSE_ARGV"]:
         _, first, prefix, options, single, multiple = words
         count = int(scope.values.get("ARGC", "0"))
@@ -88,7 +88,7 @@ def cmake_parse_arguments(words: list[str], scope: Scope) -> None:
         raise ValueError("must be called with at least 4 arguments")
     switches = split_list(options)
     one, many = split_list(single), split_list(multiple)
-    # Unlike in the other form, a word that is a list stays one among others.
+    # Unlike in the other form, a word that is a list is kept as one element.
     keeps_lists = words[0] == "PARSE_ARGV"
     found: dict[str, list[str]] = {}
     given: set[str] = set()
@@ -125,5 +125,5 @@ def cmake_parse_arguments(words: list[str], scope: Scope) -> None:
 
 
 def _element(word: str) -> str:
-    """A word as one element of a list."""
+    """Escape a word so that it is one element of a list."""
     return word.replace(";", "\\;")

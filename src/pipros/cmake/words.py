@@ -1,4 +1,4 @@
-"""Sorts the arguments of a command by its keywords."""
+"""Grouping of a command's arguments by keyword."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 
 def sections(words: Sequence[str], keys: Sequence[str], switches: Sequence[str] = ()) -> dict[str, list[str]]:
-    """The words behind each keyword, those before the first one under an empty key. Switches are left out."""
+    """Return the words after each keyword; those before the first one have an empty key. Omit switches."""
     found: dict[str, list[str]] = {key: [] for key in ("", *keys)}
     current = ""
     for word in words:
@@ -20,5 +20,5 @@ def sections(words: Sequence[str], keys: Sequence[str], switches: Sequence[str] 
 
 
 def options_of(words: list[str], *names: str) -> dict[str, str]:
-    """The word behind each of the names that occurs."""
+    """Return the word after each of the given names that occurs."""
     return {name: words[words.index(name) + 1] for name in names if name in words[:-1]}

@@ -1,5 +1,6 @@
-"""What is wrong with a machine's setup or with a running system, and what to do about it.
+"""Diagnosis of a machine's setup and of a running system, with a cure for each problem.
 
 `gather_machine` and `gather_system` read the environment, the network and every registered node into plain
-values. `machine_checks` and `graph_checks` are pure: values in, findings out. `pipros doctor` prints them.
+values. `machine_checks` and `graph_checks` are pure: values in, findings out. `pipros doctor` prints the
+findings.
 """

@@ -1,4 +1,4 @@
-"""The whole examination: this machine, then the running system."""
+"""The complete examination: this machine, then the running system."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ CONNECTION_RULES = {"not-connected", "one-sided-connection"}
 
 @dataclass(frozen=True, slots=True)
 class Examination:
-    """What was examined, and what was found.
+    """The result of an examination.
 
     Attributes:
         master_uri: the master that was examined.
-        findings: those of the machine first.
-        system: the running system; None when it was not examined, or no master answers.
+        findings: findings about the machine, then about the system.
+        system: the running system; None if it was not examined or no master answers.
     """
 
     master_uri: str
@@ -32,7 +32,7 @@ class Examination:
 
     @property
     def is_healthy(self) -> bool:
-        """Whether there are no errors. There may be warnings."""
+        """Whether there are no errors; warnings are allowed."""
         return not has_errors(self.findings)
 
 
@@ -43,10 +43,10 @@ def examine(
     both_ways: bool = False,
     timeout_s: float = 3.0,
 ) -> Examination:
-    """Examines this machine and, unless `is_offline`, the running system.
+    """Examine this machine and, unless `is_offline`, the running system.
 
-    No message is sent. Where a subscriber lacks a connection (with `both_ways`: for every subscriber), its
-    topic is advertised for some seconds to see whether it reaches this machine.
+    No message is sent. If a subscriber lacks a connection (with `both_ways`: for every subscriber), its topic
+    is advertised for some seconds to test whether it reaches this machine. Blocks up to `timeout_s` per peer.
     """
     environment = environment or Environment.from_os()
     machine = gather_machine(timeout_s=timeout_s)
@@ -76,7 +76,7 @@ def examine(
 
 
 def _settled_system(environment: Environment, timeout_s: float) -> SystemReport:
-    """The system; gathered a second time when nodes may still be connecting."""
+    """Return the system, gathered a second time if nodes may still be connecting."""
     system = gather_system(environment.master_uri, timeout_s=timeout_s)
     if any(finding.rule in CONNECTION_RULES for finding in check_graph(system)):
         system = gather_system(environment.master_uri, timeout_s=timeout_s)

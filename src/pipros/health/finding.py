@@ -20,10 +20,10 @@ class Finding:
     """One problem.
 
     Attributes:
-        rule: the name of the check, for programs: `ghost-node`.
-        severity: how bad it is.
-        summary: what is wrong, in one sentence, with names and values.
-        cure: what to do.
+        rule: machine-readable name of the check, such as `ghost-node`.
+        severity: error or warning.
+        summary: the problem in one sentence, with names and values.
+        cure: instructions for the user.
         subjects: the nodes, topics, services or variables concerned.
     """
 

@@ -1,4 +1,4 @@
-"""Reads the setup of this machine and this shell into a `Machine`."""
+"""Gather the setup of this machine and this shell into a `Machine`."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ PACKAGES = ("rospy", "roslib", "rosgraph", "roslaunch", "genpy")
 
 CALLER_ID = "/pipros_doctor"
 
-_SCRIPT_BYTES = 1 << 20  # on Windows the script follows a small launcher program
+_SCRIPT_BYTES = 1 << 20  # on Windows, a small launcher program precedes the script
 
 
 def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: float = 3.0) -> Machine:
-    """The setup that a program started now would have.
+    """Return the setup of a program started now.
 
-    `variables` are by default those of this process. Blocks while host names are looked up, and up to
-    `timeout_s` for the master.
+    `variables` is the environment, by default that of this process. Blocks while host names are resolved, and
+    up to `timeout_s` for the master.
     """
     values = dict(os.environ if variables is None else variables)
     environment = Environment.from_os(values)
@@ -71,13 +71,16 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
 
 
 def own_addresses(hostname: str) -> tuple[str, ...]:
-    """The IP addresses of this machine that can be found without listing its interfaces; loopback first."""
+    """Return the addresses of this machine, loopback first.
+
+    Only addresses that can be found without listing the network interfaces are included.
+    """
     found = [address for address in addresses_of(hostname) if is_this_machine(address)]
     return tuple(dict.fromkeys([LOOPBACK, *found, address_towards("http://192.0.2.1:9/")]))
 
 
 def _error_of_master(uri: str, timeout_s: float) -> str:
-    """Why no master answers at a URI; empty when one does."""
+    """Return why no master answers at a URI; empty if one does."""
     client = MasterClient(uri, CALLER_ID, timeout_s=timeout_s)
     try:
         client.get_pid()
@@ -109,14 +112,14 @@ def _kind(path: Path, *, is_written: bool) -> PathKind:
 
 
 def _foreign_programs(variables: Mapping[str, str]) -> dict[str, Path]:
-    """The programs that PATH finds for ROS commands and that are not those of pipros."""
+    """Return the programs in PATH for ROS commands that do not belong to pipros."""
     path = variables.get("PATH", os.defpath)
     found = {name: shutil.which(name, path=path) for name in COMMANDS}
     return {name: Path(program) for name, program in found.items() if program and not _is_own(program)}
 
 
 def _is_own(program: str) -> bool:
-    """Whether a script imports pipros, wherever pip has installed it."""
+    """Return whether a script imports pipros, wherever pip has installed it."""
     try:
         with open(program, "rb") as file:
             return b"pipros" in file.read(_SCRIPT_BYTES)
@@ -125,7 +128,7 @@ def _is_own(program: str) -> bool:
 
 
 def _python_packages(variables: Mapping[str, str], own: Path) -> dict[str, Path]:
-    """Where Python imports the packages of ROS from: the folders of PYTHONPATH come first."""
+    """Return the folders from which Python imports the ROS packages; those of PYTHONPATH come first."""
     places: dict[str, Path] = {}
     for name in PACKAGES:
         for entry in filter(None, variables.get("PYTHONPATH", "").split(os.pathsep)):

@@ -1,4 +1,4 @@
-"""Asks the master and every registered node, publisher and service of a running system. Changes nothing."""
+"""Query the master and every registered node, publisher and service of a running system. Read-only."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from pipros.wire.xmlrpc import encode_call
 
 CALLER_ID = "/pipros_doctor"
 AT_ONCE = 16
-"""How many nodes are asked at the same time."""
+"""Number of nodes queried concurrently."""
 
 STAMP_WAIT_S = 0.5
-"""How long to wait for a message with a stamp."""
+"""Time to wait for a message with a timestamp."""
 
-_FIRST_BYTES = struct.Struct("<IIII")  # the length of the frame; seq, secs and nsecs of its header
+_FIRST_BYTES = struct.Struct("<IIII")  # the length of the message; seq, secs and nsecs of its header
 _CHUNK_BYTES = 16 * 1024
 
 
 def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> SystemReport:
-    """The current state of the system at a master.
+    """Return the current state of the system at a master.
 
-    Nodes that do not answer cost `timeout_s` each, many of them at the same time.
+    Blocks up to `timeout_s` for each node that does not answer; nodes are queried concurrently.
 
     Raises:
         Unreachable: the master does not answer.
@@ -106,7 +106,7 @@ def _ask_node(master: MasterClient, node: str, timeout_s: float) -> NodeReport:
 
 
 def _value(client: RpcClient, method: str) -> Any:
-    """The value of a node's answer; None when it refuses or does not have the method."""
+    """Return the value of a node's answer; None if the node reports an error or lacks the method."""
     try:
         answer = client.call(method, CALLER_ID)
     except Unreachable:
@@ -127,7 +127,7 @@ def _pairs(value: Any) -> dict[str, str]:
 
 
 def failure_of(problem: Exception) -> Failure:
-    """A problem with a peer as a value for the checks."""
+    """Convert an exception from a call to a peer into a value for the checks."""
     cause: BaseException | None = problem if isinstance(problem, OSError) else problem.__context__
     if isinstance(problem, Unreachable):
         reason, cause = problem.reason, problem.__cause__ or problem.__context__
@@ -143,14 +143,14 @@ def failure_of(problem: Exception) -> Failure:
 
 
 def _origin(problem: Exception) -> Exception:
-    """The error of the system that led to an error; else the first one."""
+    """Return the operating system error behind an exception; otherwise the first exception in the chain."""
     while not isinstance(problem, OSError) and isinstance(problem.__context__, Exception):
         problem = problem.__context__
     return problem
 
 
 def _ask_publisher(topic: str, api: str, timeout_s: float) -> PublisherReport:
-    """Connects to a publisher like a subscriber, but without registering, and reads its connection header."""
+    """Connect to a publisher like a subscriber, but without registering, and read its connection header."""
     try:
         with RpcClient(api, timeout_s=timeout_s) as client:
             answer = client.call("requestTopic", CALLER_ID, topic, [["TCPROS"]])
@@ -194,7 +194,7 @@ def _shake_hands(topic: str, host: str, port: int, timeout_s: float) -> Publishe
 
 
 def _has_stamp(fields: Any) -> bool:
-    """True when the first field of the messages is a std_msgs/Header."""
+    """Return True if the first field of the messages is a std_msgs/Header."""
     for line in str(fields.get("message_definition", "")).splitlines():
         words = line.partition("#")[0].split()
         if words and "=" not in line.partition("#")[0]:
@@ -203,7 +203,7 @@ def _has_stamp(fields: Any) -> bool:
 
 
 def _stamp_offset(sock: socket.socket, begun: bytes) -> float | None:
-    """How far the stamp of the next message is ahead of this machine's clock; None if none comes."""
+    """Return the stamp of the next message minus this machine's clock, in s; None if no message arrives."""
     data = begun
     until = time.monotonic() + STAMP_WAIT_S
     while len(data) < _FIRST_BYTES.size:
@@ -223,7 +223,7 @@ def _stamp_offset(sock: socket.socket, begun: bytes) -> float | None:
 
 
 def _clock_offset(uri: str, timeout_s: float) -> float | None:
-    """How far the clock of a genuine master is ahead, by the `Date` of its answer; None without that."""
+    """Return the master's clock minus this machine's, in s, from the `Date` header; None without one."""
     from email.utils import parsedate_to_datetime
     from http.client import HTTPConnection, HTTPException
 
@@ -237,7 +237,7 @@ def _clock_offset(uri: str, timeout_s: float) -> float | None:
         now = (before + time.time()) / 2
         return (
             parsedate_to_datetime(date).timestamp() + 0.5 - now if date else None
-        )  # the date has whole seconds
+        )  # the date has a resolution of 1 s
     except (OSError, HTTPException, ValueError):
         return None
     finally:

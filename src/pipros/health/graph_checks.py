@@ -1,4 +1,4 @@
-"""What is wrong with a running system. Pure: a `SystemReport` in, findings out."""
+"""Checks of a running system. Pure: a `SystemReport` in, findings out."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ Findings = Iterator[Finding]
 
 CLOCK_TOLERANCE_S = 2.0
 STAMP_TOLERANCE_S = 10.0
-"""Sensors and planners stamp data with the time that it is valid for, so some seconds of difference are
+"""Sensors and planners stamp data with the time for which it is valid, so a difference of some seconds is
 normal."""
 _DAY_S = 86_400.0
 
-_CLOSE_NAMES = 0.75  # how similar two names must be for one to count as a misspelling of the other
+_CLOSE_NAMES = 0.75  # minimum similarity of two names for one to count as a misspelling of the other
 
 
 def check_graph(system: SystemReport) -> list[Finding]:
-    """All findings, errors and warnings, in the order of the checks."""
+    """Run all checks and return the findings in their order."""
     return [finding for check in CHECKS for finding in check(system)]
 
 
 def unreachable_nodes(system: SystemReport) -> Findings:
-    """Nodes that are registered and do not answer."""
+    """Find registered nodes that do not answer."""
     for node, report in sorted(system.nodes.items()):
         failure = report.failure
         if failure is None:
@@ -68,7 +68,7 @@ def _why_node(api: str, failure: Failure) -> tuple[str, str]:
 
 
 def nodes_of_other_masters(system: SystemReport) -> Findings:
-    """Nodes that are registered here but use another master."""
+    """Find nodes that are registered here but use another master."""
     port = _port(system.master_uri)
     for node, report in sorted(system.nodes.items()):
         theirs = _port(report.master_uri)
@@ -84,7 +84,7 @@ def nodes_of_other_masters(system: SystemReport) -> Findings:
 
 
 def unreachable_publishers(system: SystemReport) -> Findings:
-    """Publishers whose node answers, but whose data cannot be received."""
+    """Find publishers whose node answers, but whose data cannot be received."""
     for (topic, node), report in sorted(system.publishers.items()):
         failure = report.failure
         if failure is None:
@@ -101,15 +101,15 @@ def unreachable_publishers(system: SystemReport) -> Findings:
             continue
         host = report.address.rpartition(":")[0]
         cure = (
-            f"The name [{host}] means nothing here: set ROS_IP on the machine of the node, or add it to "
-            "/etc/hosts."
+            f"The name [{host}] cannot be resolved here: set ROS_IP on the machine of the node, or add the "
+            "name to /etc/hosts."
             if failure.is_unknown_host
-            else "A firewall, a container or a wrong ROS_IP is between: nodes choose any free port for "
-            f"data, so all ports of [{host}] have to be open; in a container use the network of the host."
+            else "A firewall, a container or a wrong ROS_IP is in the way: nodes choose any free port for "
+            f"data, so all ports of [{host}] must be open; in a container, use the network of the host."
         )
         yield error(
             "unreachable-publisher",
-            f"{what}, but no data can be had at [{listed(report.address)}]: {failure.reason}",
+            f"{what}, but cannot be reached at [{listed(report.address)}]: {failure.reason}",
             cure,
             topic,
             node,
@@ -117,7 +117,7 @@ def unreachable_publishers(system: SystemReport) -> Findings:
 
 
 def connections(system: SystemReport) -> Findings:
-    """Pairs that should be connected, but are not, or only according to one of them."""
+    """Find pairs that should be connected, but are not, or only according to one of them."""
     for topic, publisher, subscriber in system.pairs():
         by_publisher, by_subscriber = system.is_connected(topic, publisher, subscriber)
         if by_publisher and by_subscriber:
@@ -158,12 +158,12 @@ def _not_connected(system: SystemReport, topic: str, publisher: str, subscriber:
     api = system.nodes[publisher].api
     reach = (
         f"The machine of [{listed(subscriber)}] does not reach [{listed(api)}]: try `rosnode ping "
-        f"{publisher}` there, and set ROS_IP where the publisher runs to an address that everybody reaches."
+        f"{publisher}` there, and set ROS_IP of the publisher to an address that all machines can reach."
     )
     if (topic, subscriber) in system.tried_back:
         return error(
             "subscriber-cannot-reach",
-            f"{summary}, and it did not come to a publisher on this machine either",
+            f"{summary}, and it did not connect to a publisher on this machine either",
             reach,
             *subjects,
         )
@@ -176,15 +176,15 @@ def _not_connected(system: SystemReport, topic: str, publisher: str, subscriber:
 
 
 def type_mismatches(system: SystemReport) -> Findings:
-    """Topics whose publishers and subscribers have different types or definitions."""
+    """Find topics whose publishers and subscribers have different types or definitions."""
     for topic, publisher, subscriber in system.pairs():
         differ = _types_differ(system, topic, publisher, subscriber)
         if differ is not None:
             yield error(
                 "type-mismatch",
                 f"[{listed(publisher)}] publishes [{listed(topic)}] as [{listed(differ[0])}], but "
-                f"[{listed(subscriber)}] subscribes it as [{listed(differ[1])}]",
-                "Give both the same type, or remap one of them to a topic of its own.",
+                f"[{listed(subscriber)}] subscribes to it as [{listed(differ[1])}]",
+                "Give both the same type, or remap one of them to its own topic.",
                 topic,
                 publisher,
                 subscriber,
@@ -202,7 +202,7 @@ def type_mismatches(system: SystemReport) -> Findings:
             yield error(
                 "publishers-differ",
                 f"The publishers of [{listed(topic)}] disagree about its type: {listing}",
-                "Build all of them against the same definition, or remap one to a topic of its own.",
+                "Build all of them against the same definition, or remap one to its own topic.",
                 topic,
                 *reports,
             )
@@ -211,7 +211,7 @@ def type_mismatches(system: SystemReport) -> Findings:
 def _types_differ(
     system: SystemReport, topic: str, publisher: str, subscriber: str
 ) -> tuple[str, str] | None:
-    """The types of publisher and subscriber, when they are known and differ."""
+    """Return the types of publisher and subscriber if they are known and differ."""
     report = system.publishers.get((topic, publisher))
     sent = (report.type if report else "") or system.nodes[publisher].publications.get(topic, "")
     wanted = system.nodes[subscriber].subscriptions.get(topic, "")
@@ -219,7 +219,7 @@ def _types_differ(
 
 
 def definitions(system: SystemReport) -> Findings:
-    """Types that are not installed on this machine, or in another version."""
+    """Find types that are not installed on this machine, or with another definition."""
     users: dict[str, list[str]] = {}
     for topic, type_name in system.types.items():
         users.setdefault(type_name, []).append(topic)
@@ -229,8 +229,8 @@ def definitions(system: SystemReport) -> Findings:
             package = type_name.partition("/")[0]
             yield warning(
                 "unknown-type",
-                f"Type [{listed(type_name)}] of {', '.join(map(listed, topics))} is in no package that is "
-                "set up here",
+                f"Type [{listed(type_name)}] of {', '.join(map(listed, topics))} is not defined by any "
+                "package that is set up here",
                 f"source devel/setup.bash of the workspace with package [{listed(package)}], or install it; "
                 "programs that publish, subscribe or decode the type need it.",
                 type_name,
@@ -242,8 +242,8 @@ def definitions(system: SystemReport) -> Findings:
             yield error(
                 "definition-differs",
                 f"[{listed(node)}] publishes [{listed(topic)}] with another definition of [{report.type}] "
-                f"(md5 sum {report.md5sum}) than the one on this machine ({ours}): programs from here "
-                "cannot subscribe it",
+                f"(md5 sum {report.md5sum}) than the one on this machine ({ours}): programs of this machine "
+                "cannot subscribe to it",
                 "Build both from the same source, restart the nodes, and source the setup file of that "
                 "workspace.",
                 topic,
@@ -252,7 +252,7 @@ def definitions(system: SystemReport) -> Findings:
 
 
 def topics_without_publishers(system: SystemReport) -> Findings:
-    """Topics with subscribers but without a publisher."""
+    """Find topics with subscribers but without a publisher."""
     for topic, subscribers in sorted(system.state.subscribers.items()):
         alive = [node for node in subscribers if system.is_alive(node)]
         if not alive or system.state.publishers.get(topic) or _needs_no_publisher(system, topic, alive):
@@ -260,11 +260,10 @@ def topics_without_publishers(system: SystemReport) -> Findings:
         published = [name for name in system.state.publishers if name != topic]
         like = difflib.get_close_matches(topic, published, n=2, cutoff=_CLOSE_NAMES)
         like += [name for name in published if _base(name) == _base(topic) and name not in like][:2]
-        hint = f" Names that are published and look like it: {', '.join(map(listed, like))}." if like else ""
+        hint = f" Published topics with similar names: {', '.join(map(listed, like))}." if like else ""
         yield warning(
             "no-publishers",
-            f"Nobody publishes [{listed(topic)}], which {', '.join(map(listed, alive))} subscribe"
-            + ("s" if len(alive) == 1 else ""),
+            f"No node publishes [{listed(topic)}], subscribed by {', '.join(map(listed, alive))}",
             f"Start its publisher, or remap one of the two names.{hint}",
             topic,
             *alive,
@@ -272,21 +271,21 @@ def topics_without_publishers(system: SystemReport) -> Findings:
 
 
 def _needs_no_publisher(system: SystemReport, topic: str, subscribers: Sequence[str]) -> bool:
-    """True for topics on which healthy systems wait for publishers."""
+    """Return True for topics that have no publisher in some healthy systems."""
     publishers = system.state.publishers
-    if topic in ("/rosout", "/clock"):  # `clocks` says when a node has to publish the latter
+    if topic in ("/rosout", "/clock"):  # `clocks` reports a missing /clock
         return True
     if topic in ("/tf", "/tf_static"):  # listeners subscribe to both, and many systems need only one
         return bool(publishers.get("/tf") or publishers.get("/tf_static"))
     action, _, part = topic.rpartition("/")
-    # An action server that has no client at the moment.
+    # An action server without a client.
     return part in ("goal", "cancel") and any(
         node in publishers.get(f"{action}/status", ()) for node in subscribers
     )
 
 
 def services(system: SystemReport) -> Findings:
-    """Services that are registered and do not answer, unless their whole node does not."""
+    """Find registered services that do not answer, although their node does."""
     for service, report in sorted(system.services.items()):
         if report.failure is not None and system.is_alive(report.node):
             yield error(
@@ -301,13 +300,13 @@ def services(system: SystemReport) -> Findings:
 
 
 def clocks(system: SystemReport) -> Findings:
-    """Clocks that differ, or simulated time that does not run."""
+    """Find clocks that differ, and simulated time that does not advance."""
     publishers = [node for node in system.state.publishers.get("/clock", ()) if system.is_alive(node)]
     if system.is_time_simulated and not publishers:
         yield error(
             "no-clock",
-            "/use_sim_time is set, but nobody publishes /clock: time stands still for all nodes that were "
-            "started since",
+            "/use_sim_time is set, but no node publishes /clock: time does not advance for nodes started "
+            "since",
             "Start the simulator or `rosbag play --clock`, or `rosparam set /use_sim_time false` and "
             "restart the nodes.",
             "/clock",
@@ -315,8 +314,8 @@ def clocks(system: SystemReport) -> Findings:
     if publishers and not system.is_time_simulated:
         yield warning(
             "clock-unused",
-            f"{', '.join(map(listed, publishers))} publishes /clock, but /use_sim_time is not set: nodes go "
-            "by the wall clock",
+            f"{', '.join(map(listed, publishers))} publishes /clock, but /use_sim_time is not set: nodes use "
+            "the wall clock",
             "rosparam set /use_sim_time true, before the nodes are started.",
             "/clock",
         )
@@ -333,8 +332,8 @@ def clocks(system: SystemReport) -> Findings:
         yield error(
             "clock-differs",
             f"The clock of the master's machine is {_ahead(offset)} that of this one",
-            "Set both by NTP (chrony or systemd-timesyncd): transforms and stamped data of the two do not "
-            "fit together.",
+            "Synchronize both with NTP (chrony or systemd-timesyncd): timestamps of the two machines are "
+            "not comparable.",
             system.master_uri,
         )
     if not system.is_time_simulated:
@@ -348,8 +347,8 @@ def clocks(system: SystemReport) -> Findings:
                     "Stamp with rospy.Time.now(), not with a clock of a device or a simulation; if data is "
                     "played back, use simulated time (/use_sim_time and `rosbag play --clock`)."
                     if is_of_another_clock
-                    else "Set the clocks of both machines by NTP; if data is played back, use simulated time "
-                    "(/use_sim_time and `rosbag play --clock`).",
+                    else "Synchronize the clocks of both machines with NTP; if data is played back, use "
+                    "simulated time (/use_sim_time and `rosbag play --clock`).",
                     topic,
                     node,
                 )

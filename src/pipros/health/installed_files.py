@@ -1,4 +1,4 @@
-"""Which of pipros' import packages are no longer as pip installed them."""
+"""Detection of pipros' import packages that changed since pip installed them."""
 
 from __future__ import annotations
 
@@ -12,12 +12,11 @@ NAME = "pipros"
 
 
 def changed_packages(name: str = NAME) -> dict[str, str]:
-    """Import package to the distribution that replaced files of it, such as `rospy` to `py3rosmsgs`.
+    """Map changed import packages to the distribution that replaced their files: `rospy` to `py3rosmsgs`.
 
-    The distribution is empty where none is known. Compares modules with the sums
-    that pip recorded; finds nothing in a checkout, where pip records no modules.
-    Blocks for reading the modules, and the records of all distributions when one
-    differs.
+    The distribution is empty if unknown. Compares modules with the checksums that pip recorded; finds nothing
+    in a checkout, for which pip records no modules. Blocks while reading the modules, and the records of all
+    distributions if one differs.
     """
     try:
         installed = distribution(name)
@@ -36,7 +35,7 @@ def changed_packages(name: str = NAME) -> dict[str, str]:
 
 
 def _recorded_sums(installed: Distribution) -> dict[str, str]:
-    """Module to `algorithm=sum`, from the `RECORD` of a distribution (PEP 376)."""
+    """Map modules to `algorithm=sum`, as in the `RECORD` of a distribution (PEP 376)."""
     rows = csv.reader((installed.read_text("RECORD") or "").splitlines())
     return {
         row[0]: row[1]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 class PathKind(Enum):
-    """What a path refers to."""
+    """Kind of file system entry at a path."""
 
     FOLDER = "folder"
     READ_ONLY = "read-only folder"
@@ -19,24 +19,24 @@ class PathKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """Everything that the checks of a machine need.
+    """Input of the machine checks.
 
     Attributes:
         variables: the environment variables.
         hostname: the name of this machine.
         addresses: its known IP addresses, loopback first.
-        resolved: host name to its addresses, empty when it cannot be resolved: for the name of this machine
+        resolved: host name to its addresses, empty if it cannot be resolved: for the name of this machine
             and the hosts of `ROS_MASTER_URI` and `ROS_HOSTNAME`.
-        own_hosts: those of these hosts and addresses that refer to this machine.
-        address_towards_master: the address from which this machine reaches the master; empty when unknown.
+        own_hosts: the hosts and addresses among these that refer to this machine.
+        address_towards_master: the address from which this machine reaches the master; empty if unknown.
         paths: path to its kind, for the entries of path variables and the folders for logs.
-        foreign_programs: ROS command to the program that `PATH` finds for it, if that is not pipros.
+        foreign_programs: ROS command to the program in `PATH` that runs, if it is not that of pipros.
         own_programs: the folder of pipros' programs.
         python_packages: import package to the folder from which Python imports it.
         own_packages: the folder of pipros' import packages.
-        changed_packages: import package of pipros that was changed after it was installed, to the
-            distribution that replaced files of it; empty when that is unknown.
-        master_error: why the master cannot be reached; empty when it answers, None when it was not called.
+        changed_packages: import package of pipros that changed after its installation, to the distribution
+            that replaced its files; empty if unknown.
+        master_error: why the master cannot be reached; empty if it answers, None if it was not called.
         has_local_master: whether a master answers at the default address of this machine.
         workspace: the devel space of the workspace around the current folder, if there is one.
     """

@@ -1,4 +1,4 @@
-"""What is wrong with the setup of a machine and a shell. Pure: a `Machine` in, findings out."""
+"""Checks of the setup of a machine and a shell. Pure: a `Machine` in, findings out."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _PATH_VARIABLES = ("ROS_PACKAGE_PATH", "CMAKE_PREFIX_PATH", "PYTHONPATH")
 
 
 def check_machine(machine: Machine) -> list[Finding]:
-    """All findings, errors and warnings, in the order of the checks."""
+    """Run all checks and return the findings in their order."""
     return [finding for check in CHECKS for finding in check(machine)]
 
 
 def mixed_programs(machine: Machine) -> Findings:
-    """PATH has commands of two implementations."""
+    """Find commands of another implementation in PATH."""
     foreign = machine.foreign_programs
     if not foreign:
         return
@@ -38,7 +38,7 @@ def mixed_programs(machine: Machine) -> Findings:
 
 
 def mixed_python(machine: Machine) -> Findings:
-    """`import rospy` imports another implementation."""
+    """Check that `import rospy` and the like import pipros."""
     foreign = {
         name: place for name, place in machine.python_packages.items() if place != machine.own_packages
     }
@@ -47,14 +47,14 @@ def mixed_python(machine: Machine) -> Findings:
         yield error(
             "mixed-python",
             f"Python imports packages of another ROS instead of those of pipros: {listing}",
-            "Take the folders of the other ROS out of PYTHONPATH: unset PYTHONPATH, or start from a "
+            "Remove the folders of the other ROS from PYTHONPATH: unset PYTHONPATH, or start from a "
             "terminal in which /opt/ros/…/setup.bash was not sourced.",
             *sorted(foreign),
         )
 
 
 def changed_packages(machine: Machine) -> Findings:
-    """Another distribution replaced modules of pipros, or they were edited or deleted."""
+    """Find modules of pipros that another distribution replaced, or that were edited or deleted."""
     changed = machine.changed_packages
     if not changed:
         return
@@ -70,7 +70,7 @@ def changed_packages(machine: Machine) -> Findings:
 
 
 def other_ros_set_up(machine: Machine) -> Findings:
-    """Variables of ROS 2, or of genuine ROS 1, are set in the same shell."""
+    """Find variables of ROS 2, or of genuine ROS 1, in the environment."""
     if machine.variables.get("ROS_VERSION") == "2" or machine.variables.get("AMENT_PREFIX_PATH"):
         yield warning(
             "ros-2-environment",
@@ -85,7 +85,7 @@ def other_ros_set_up(machine: Machine) -> Findings:
         if genuine:
             yield warning(
                 "mixed-paths",
-                f"{name} names folders of another ROS installation beside pipros: {os.pathsep.join(genuine)}",
+                f"{name} lists folders of another ROS installation: {os.pathsep.join(genuine)}",
                 "Use a terminal in which only one of the two is set up, unless you want packages of that "
                 "installation.",
                 name,
@@ -93,7 +93,7 @@ def other_ros_set_up(machine: Machine) -> Findings:
 
 
 def missing_paths(machine: Machine) -> Findings:
-    """Entries of path variables do not exist."""
+    """Find entries of path variables that do not exist."""
     for name in _PATH_VARIABLES:
         for entry in filter(None, machine.variables.get(name, "").split(os.pathsep)):
             kind = machine.paths.get(entry, PathKind.FOLDER)
@@ -102,7 +102,7 @@ def missing_paths(machine: Machine) -> Findings:
                 what = "does not exist" if kind is PathKind.MISSING else "is a file, not a folder"
                 yield warning(
                     "missing-path",
-                    f"{name} names [{entry}], which {what}",
+                    f"{name} lists [{entry}], which {what}",
                     "Source the setup file of the workspace again, in a new terminal; if the workspace was "
                     "moved or deleted, build it again first.",
                     name,
@@ -111,7 +111,7 @@ def missing_paths(machine: Machine) -> Findings:
 
 
 def workspace_not_set_up(machine: Machine) -> Findings:
-    """The workspace around the current folder is not part of the environment."""
+    """Check that the workspace around the current folder is part of the environment."""
     if machine.workspace is None:
         return
     known = machine.variables.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)
@@ -125,7 +125,7 @@ def workspace_not_set_up(machine: Machine) -> Findings:
 
 
 def master_uri(machine: Machine) -> Findings:
-    """ROS_MASTER_URI is malformed, names an unknown host, or no master answers there."""
+    """Check that ROS_MASTER_URI is valid, its host is known, and a master answers there."""
     uri = machine.variables.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
     try:
         host, port = split_master_uri(uri)
@@ -151,8 +151,8 @@ def _no_master(machine: Machine, uri: str, host: str, port: int) -> Finding:
     if machine.has_local_master and uri.rstrip("/") != DEFAULT_MASTER_URI:
         return error(
             "stale-master-uri",
-            f"{summary}. But one answers at {DEFAULT_MASTER_URI}",
-            f"ROS_MASTER_URI is probably left over: export ROS_MASTER_URI={DEFAULT_MASTER_URI}, and look "
+            f"{summary}, but one answers at {DEFAULT_MASTER_URI}",
+            f"ROS_MASTER_URI is probably outdated: export ROS_MASTER_URI={DEFAULT_MASTER_URI}, and look "
             "for it in ~/.bashrc.",
             "ROS_MASTER_URI",
         )
@@ -161,14 +161,14 @@ def _no_master(machine: Machine, uri: str, host: str, port: int) -> Finding:
     cure = (
         f"Start it: {start}"
         if is_here
-        else f"Start roscore on [{host}] so that it can be reached from here, check the way there (ping "
+        else f"Start roscore on [{host}] so that it can be reached from here, check the network (ping "
         f"{host}), or correct ROS_MASTER_URI."
     )
     return error("no-master", summary, cure, "ROS_MASTER_URI")
 
 
 def own_address(machine: Machine) -> Findings:
-    """The address that this machine advertises, by ROS_HOSTNAME, ROS_IP or its name, cannot work."""
+    """Check the address that this machine advertises: ROS_HOSTNAME, ROS_IP or its name."""
     environment = Environment.from_os(machine.variables)
     hostname, ip = environment.hostname, environment.ip
     is_master_here = _is_master_here(machine, environment)
@@ -177,7 +177,7 @@ def own_address(machine: Machine) -> Findings:
         if ip and ip not in machine.resolved.get(hostname, (ip,)):
             yield warning(
                 "hostname-and-ip",
-                f"ROS_HOSTNAME [{hostname}] and ROS_IP [{ip}] are both set and differ; ROS_HOSTNAME counts",
+                f"ROS_HOSTNAME [{hostname}] and ROS_IP [{ip}] are both set and differ; ROS_HOSTNAME is used",
                 "Unset one of them.",
                 "ROS_HOSTNAME",
                 "ROS_IP",
@@ -190,8 +190,8 @@ def own_address(machine: Machine) -> Findings:
     if advertised and is_loopback(advertised) and not is_master_here:
         yield error(
             "loopback-advertised",
-            "The master is on another machine, but programs of this one say that they are at "
-            f"[{advertised}], which means every machine itself: nobody there can reach them",
+            "The master is on another machine, but programs of this machine advertise "
+            f"[{advertised}], a loopback address: no program there can reach them",
             f"export ROS_IP={machine.address_towards_master or 'ADDRESS'}, the address by which the others "
             "reach this machine, and unset ROS_HOSTNAME.",
             "ROS_HOSTNAME" if hostname else "ROS_IP",
@@ -206,8 +206,8 @@ def _own_name(machine: Machine, what: str, name: str) -> Findings:
     elif not found:
         yield error(
             "hostname-unknown",
-            f"{what} [{name}] cannot be resolved to an address: other programs cannot reach those of this "
-            "machine by it",
+            f"{what} [{name}] cannot be resolved to an address: other programs cannot reach this machine "
+            "by that name",
             f"{cure} Or add a line 'ADDRESS {name}' to /etc/hosts on every machine.",
             what,
             name,
@@ -215,7 +215,7 @@ def _own_name(machine: Machine, what: str, name: str) -> Findings:
     elif name not in machine.own_hosts:
         yield error(
             "hostname-of-another",
-            f"{what} [{name}] means {', '.join(found)}, which is not this machine",
+            f"{what} [{name}] resolves to {', '.join(found)}, which is not this machine",
             cure,
             what,
             name,
@@ -234,8 +234,8 @@ def _own_ip(machine: Machine, ip: str, *, is_master_here: bool) -> Findings:
     elif good and not is_master_here and not is_loopback(ip) and ip != good:
         yield warning(
             "ip-of-another-network",
-            f"ROS_IP [{ip}] is an address of this machine, but it reaches the master from [{good}]: the "
-            "others may have no way to the network of ROS_IP",
+            f"ROS_IP [{ip}] is an address of this machine, but it reaches the master from [{good}]: other "
+            "machines may have no route to ROS_IP",
             f"export ROS_IP={good}",
             "ROS_IP",
         )
@@ -250,7 +250,7 @@ def _is_master_here(machine: Machine, environment: Environment) -> bool:
 
 
 def folders_to_write(machine: Machine) -> Findings:
-    """Folders for logs and caches cannot be written."""
+    """Check that the folders for logs and caches are writable."""
     environment = Environment.from_os(machine.variables)
     folders = {
         "ROS_HOME": environment.ros_home,
@@ -263,7 +263,7 @@ def folders_to_write(machine: Machine) -> Findings:
             yield error(
                 "cannot-write",
                 f"{name} [{folder}] is a {kind.value}: no logs or results can be written there",
-                f"Give the folder to yourself (chown, chmod), or set {name} to one that you can write.",
+                f"Make the folder writable (chown, chmod), or set {name} to a writable one.",
                 name,
                 str(folder),
             )

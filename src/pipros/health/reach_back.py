@@ -1,4 +1,4 @@
-"""Finds out whether subscribers reach this machine: advertises their topics briefly."""
+"""Test whether subscribers reach this machine, by briefly advertising their topics."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class _Arrivals:
         publication.listeners.append(self)
 
     def look(self) -> None:
-        """Adds those that are connected now."""
+        """Add the subscribers that are currently connected."""
         found = {
             (publication.topic, link.caller_id)
             for publication in list(self._publications)
@@ -47,9 +47,9 @@ class _Arrivals:
 
 
 def reach_back(pairs: Iterable[tuple[str, str]], environment: Environment, *, wait_s: float = 3.0) -> Pairs:
-    """Which of the (topic, subscriber) pairs connect to a publisher in this process in time.
+    """Return the (topic, subscriber) pairs that connect to a publisher in this process within `wait_s`.
 
-    The publisher accepts any type and sends nothing. It is registered meanwhile, like that of any tool.
+    The publisher accepts any type and sends nothing. Meanwhile it is registered at the master.
     """
     wanted = frozenset(pairs)
     arrivals = _Arrivals()

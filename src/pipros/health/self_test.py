@@ -1,4 +1,4 @@
-"""Runs a master, a talker and a listener in this process, and examines them like any other system."""
+"""Self-test: a master, a talker and a listener in this process, examined like any other system."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class SelfTest:
     """The result of the self-test.
 
     Attributes:
-        findings: what was wrong; empty if nothing was.
-        first_message_s: from the start of the talker to the first received message.
-        heard: how many messages were received.
+        findings: the problems; empty if there were none.
+        first_message_s: time from the start of the talker to the first received message.
+        heard: number of received messages.
     """
 
     findings: list[Finding]
@@ -31,7 +31,7 @@ class SelfTest:
 
 
 def run_self_test(duration_s: float = 1.0, environment: Environment | None = None) -> SelfTest:
-    """Runs for about `duration_s`, on loopback and a free port. Running systems are not touched."""
+    """Run the self-test on loopback and a free port. Blocks for about `duration_s`."""
     from pipros.launch.roscore import Core
     from pipros.msg import load_message_class
     from pipros.node import Node
@@ -55,8 +55,8 @@ def run_self_test(duration_s: float = 1.0, environment: Environment | None = Non
             if not first.wait(max(duration_s, 10.0)):
                 finding = error(
                     "self-test",
-                    "A listener heard nothing of a talker in the same process",
-                    "Something keeps programs of this machine from connecting to each other at 127.0.0.1: a "
+                    "A listener received nothing from a talker in the same process",
+                    "Programs of this machine cannot connect to each other at 127.0.0.1: check for a "
                     "firewall, or a sandbox without a loopback interface.",
                 )
                 return SelfTest([finding], 0.0, 0)

@@ -1,4 +1,4 @@
-"""A running system, as values: what the master knows, and what each node, publisher and service answered."""
+"""A running system as values: the master's registrations, and answers of nodes, publishers and services."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from pipros.graph.system_state import SystemState
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """Why something could not be reached.
+    """Why a peer could not be reached.
 
     Attributes:
         reason: the error of the operating system or of the peer.
-        is_unknown_host: its host name cannot be resolved here.
-        is_refused: its machine answers, but no process listens there.
+        is_unknown_host: the host name cannot be resolved here.
+        is_refused: the machine answers, but no process listens on the port.
     """
 
     reason: str
@@ -26,15 +26,15 @@ class Failure:
 
 @dataclass(frozen=True, slots=True)
 class NodeReport:
-    """What a registered node answered.
+    """The answers of a registered node.
 
     Attributes:
-        api: its XML-RPC address, as the master knows it.
-        failure: why it did not answer; None when it did.
-        master_uri: the master that it uses, as it says; empty when it does not say.
+        api: its XML-RPC address according to the master.
+        failure: why it did not answer; None if it did.
+        master_uri: the master that it reports to use; empty if it reports none.
         connections: its connections.
-        subscriptions: topic to the type that it subscribes to, as it says.
-        publications: topic to the type that it publishes, as it says.
+        subscriptions: topic to subscribed type, as reported by the node.
+        publications: topic to published type, as reported by the node.
     """
 
     api: str
@@ -47,13 +47,13 @@ class NodeReport:
 
 @dataclass(frozen=True, slots=True)
 class PublisherReport:
-    """What a publisher answered to a subscriber of its topic.
+    """The answers of a publisher to a subscriber of its topic.
 
     Attributes:
-        address: `host:port` of its data; empty when it did not say.
-        failure: why no connection was established; None when one was.
-        type, md5sum: of its messages, by its connection header.
-        stamp_offset_s: how far the stamp of a message was ahead of the clock of this machine.
+        address: `host:port` of its data; empty if it did not answer.
+        failure: why no connection was established; None if one was.
+        type, md5sum: type and md5 sum of its messages, from its connection header.
+        stamp_offset_s: the stamp of a message minus the clock of this machine, in seconds.
     """
 
     address: str = ""
@@ -65,12 +65,12 @@ class PublisherReport:
 
 @dataclass(frozen=True, slots=True)
 class ServiceReport:
-    """What the server of a service answered.
+    """The answer of a service server.
 
     Attributes:
-        node: the node that offers it.
+        node: the node that provides the service.
         uri: its address.
-        failure: why it did not answer; None when it did.
+        failure: why it did not answer; None if it did.
     """
 
     node: str
@@ -85,15 +85,15 @@ class SystemReport:
     Attributes:
         master_uri: its master.
         state: all registrations.
-        types: topic to type, as the master knows it.
-        nodes: what each node answered.
-        publishers: (topic, node) to what the publisher answered.
-        services: what each service answered.
-        installed: type to the md5 sum of its definition on this machine; None when it is not installed.
+        types: topic to type, according to the master.
+        nodes: node to its answers.
+        publishers: (topic, node) to the publisher's answers.
+        services: service to its answer.
+        installed: type to the md5 sum of its definition on this machine; None if it is not installed.
         is_time_simulated: the parameter `/use_sim_time`.
-        clock_offset_s: how far the clock of the master's machine is ahead of this one's; None when unknown.
+        clock_offset_s: the clock of the master's machine minus this machine's; None if unknown.
         reached_back: (topic, node) of the subscribers that connected to a publisher on this machine.
-        tried_back: (topic, node) of those for which that was tried.
+        tried_back: (topic, node) of the subscribers for which this was tested.
     """
 
     master_uri: str
@@ -109,23 +109,23 @@ class SystemReport:
     tried_back: frozenset[tuple[str, str]] = frozenset()
 
     def nodes_at(self, peer: str) -> set[str]:
-        """The nodes at the other end of a connection, which may be given by name or by address."""
+        """Return the nodes at the other end of a connection; `peer` is a node's name or address."""
         if "://" not in peer:
             return {peer}
         wanted = peer.rstrip("/")
         return {name for name, node in self.nodes.items() if node.api.rstrip("/") == wanted}
 
     def is_alive(self, node: str) -> bool:
-        """Whether the node answered."""
+        """Return whether the node answered."""
         report = self.nodes.get(node)
         return report is not None and report.failure is None
 
     def sends(self, publisher: str, topic: str) -> set[str]:
-        """The nodes to which a publisher says it sends a topic."""
+        """Return the nodes to which a publisher reports to send a topic."""
         return self._peers(publisher, topic, "o")
 
     def receives(self, subscriber: str, topic: str) -> set[str]:
-        """The nodes from which a subscriber says it receives a topic."""
+        """Return the nodes from which a subscriber reports to receive a topic."""
         return self._peers(subscriber, topic, "i")
 
     def _peers(self, node: str, topic: str, direction: str) -> set[str]:
@@ -140,7 +140,7 @@ class SystemReport:
         }
 
     def pairs(self) -> list[tuple[str, str, str]]:
-        """Every (topic, publisher, subscriber) that should be connected and whose nodes both answer."""
+        """Return each (topic, publisher, subscriber) that should be connected and whose nodes both answer."""
         return [
             (topic, publisher, subscriber)
             for topic, publishers in sorted(self.state.publishers.items())
@@ -150,5 +150,5 @@ class SystemReport:
         ]
 
     def is_connected(self, topic: str, publisher: str, subscriber: str) -> tuple[bool, bool]:
-        """Whether the publisher, and the subscriber, say that they are connected."""
+        """Return whether the publisher, and whether the subscriber, reports the connection."""
         return subscriber in self.sends(publisher, topic), publisher in self.receives(subscriber, topic)

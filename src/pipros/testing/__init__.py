@@ -1,1 +1,1 @@
-"""Running tests of ROS packages: rostest, rosunit, and result files in the xUnit format."""
+"""Test runners for ROS packages: rostest, rosunit, and result files in the xUnit format."""

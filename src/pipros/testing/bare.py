@@ -16,7 +16,7 @@ from pipros.testing.rostest import TestProgramTimedOut
 from pipros.testing.xunit import parse_suites
 from pipros.workspace.program_start import command_of, program_environment
 
-# unittest leaves the frames of modules with this variable out of its reports.
+# unittest omits the frames of modules with this variable from its reports.
 __unittest = True
 
 
@@ -42,7 +42,7 @@ class BareTest:
         self.suites: list[Suite] = []
 
     def case(self) -> unittest.TestCase:
-        """A case that passes when the program ended and wrote its results."""
+        """Return a case that passes if the program exits and has written its results."""
         owner = self
 
         def run_test(case: unittest.TestCase) -> None:
@@ -55,11 +55,11 @@ class BareTest:
         return made
 
     def run_once(self, case: unittest.TestCase) -> None:
-        """Runs the program to its end.
+        """Run the program until it exits.
 
         Raises:
-            TestProgramTimedOut: its time limit is over.
-            AssertionError: it cannot be started, or left no results.
+            TestProgramTimedOut: the program exceeded its time limit.
+            AssertionError: the program cannot be started or wrote no results.
         """
         results = results_file(self._package, self._name)
         prepare_path(results)

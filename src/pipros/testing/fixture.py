@@ -1,4 +1,4 @@
-"""The system on which rostest runs a test: a new or an existing master, and the nodes of the launch file."""
+"""The system in which rostest runs a test: a new or existing master, and the nodes of the launch file."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ from pipros.net.master_client import MasterClient
 from pipros.testing.rostest import TestProgramTimedOut
 from pipros.workspace.index import PackageIndex
 
-# unittest leaves the frames of modules with this variable out of its reports.
+# unittest omits the frames of modules with this variable from its reports.
 __unittest = True
 
 _CALLER_ID = "/rostest"
 
-# The parameters of the master itself, which --clear keeps.
+# Parameters of the master itself, which --clear keeps.
 _KEPT_PARAMETERS = ("/run_id", "/rosversion", "/rosdistro")
 _KEPT_NAMESPACE = "/roslaunch/"
 
 
 class NoMasterToReuse(PiprosError):
-    """`--reuse-master`, and no master answers."""
+    """No master answers, but `--reuse-master` requires one."""
 
 
 class RequiredNodeEnded(PiprosError):
-    """A `required` node ended while a test ran."""
+    """A `required` node exited during a test."""
 
 
 class LaunchFixture:
-    """Runs the tests of a launch file in this environment; see `pipros.testing.rostest.SystemFixture`."""
+    """Fixture for the tests of a launch file; implements `pipros.testing.rostest.SystemFixture`."""
 
     def __init__(
         self,
@@ -54,13 +54,13 @@ class LaunchFixture:
         text: bool = False,
         port: int = 0,
     ) -> None:
-        """Starts nothing yet.
+        """Store the arguments; `set_up` starts or finds the master.
 
         Args:
             reuse_master: use the master of the environment instead of starting one on a free port.
             clear: delete the parameters of that master first.
             text: test programs print to the console instead of their log files.
-            port: of a new master; 0 for a free one.
+            port: the port of a new master; 0 for a free port.
         """
         self.run_id = new_run_id()
         self._launch = launch
@@ -76,7 +76,7 @@ class LaunchFixture:
         self._run: LaunchRun | None = None
 
     def set_up(self) -> None:
-        """Starts or finds the master, and prints what will run.
+        """Start or find the master, and print the launch summary.
 
         Raises:
             NoMasterToReuse: the existing master does not answer.
@@ -101,17 +101,17 @@ class LaunchFixture:
         self._console.bold(f"ROS_MASTER_URI={self.master_uri}")
 
     def start_nodes(self) -> Sequence[str]:
-        """Sets the parameters, then starts the nodes. Returns the names of nodes that did not start."""
+        """Set the parameters, then start the nodes. Return the names of nodes that failed to start."""
         run = self._running()
         run.set_parameters()
         return run.start_nodes()
 
     def run_test(self, test: Test, arguments: Sequence[str]) -> bool:
-        """Runs the test program to its end and monitors the nodes; False when it did not start.
+        """Run the test program until it exits, monitoring the nodes; return False if it did not start.
 
         Raises:
-            TestProgramTimedOut: its time limit is over. It runs on until `tear_down`.
-            RequiredNodeEnded: a `required` node ended first.
+            TestProgramTimedOut: the program exceeded its time limit. It keeps running until `tear_down`.
+            RequiredNodeEnded: a `required` node exited first.
         """
         run = self._running()
         node = test.node
@@ -131,7 +131,7 @@ class LaunchFixture:
         )
 
     def tear_down(self) -> None:
-        """Ends the test program, the nodes and a master that was started for them."""
+        """End the test program, the nodes, and the master if this fixture started it."""
         self._console.say("shutting down processing monitor...")
         run, self._run = self._run, None
         core, self._core = self._core, None
@@ -145,7 +145,7 @@ class LaunchFixture:
 
     @property
     def run(self) -> LaunchRun:
-        """The nodes. Valid from `set_up` on."""
+        """The launch run. Valid after `set_up`."""
         return self._running()
 
     def _running(self) -> LaunchRun:

@@ -1,4 +1,4 @@
-"""Functions for tests: whether a node publishes or subscribes to a topic."""
+"""Queries for tests: whether a node publishes or subscribes to a topic."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pipros.graph.system_state import SystemState
 
 
 def is_publisher(topic: str, node: str, tool: str) -> bool:
-    """True when `node` is registered as a publisher of `topic`.
+    """Return True if `node` is registered as a publisher of `topic`.
 
     `tool` is the caller's name without a namespace; names are resolved relative to it.
 
@@ -20,7 +20,7 @@ def is_publisher(topic: str, node: str, tool: str) -> bool:
 
 
 def is_subscriber(topic: str, node: str, tool: str) -> bool:
-    """As `is_publisher`, for subscribers."""
+    """Return True if `node` is registered as a subscriber of `topic`. See `is_publisher`."""
     with GraphClient(tool) as graph:
         subscribers = SystemState.from_state(graph.master.get_system_state()).subscribers
         return graph.resolve(node) in subscribers.get(graph.resolve(topic), ())

@@ -28,17 +28,17 @@ class NodesDidNotStart(PiprosError):
 class Launched:
     """The nodes of a launch file while a test runs.
 
-    A thread monitors them: it restarts nodes with `respawn`, until a `required` node
-    ends. Only `stop` ends the others.
+    A thread monitors the nodes and restarts those with `respawn`, until a `required` node exits. Only `stop`
+    ends the others.
 
     Attributes:
-        exit_codes: exit codes of the nodes that have ended, by name.
+        exit_codes: exit codes of the nodes that have exited, by name.
     """
 
     def __init__(
         self, words: Sequence[str | Path], arguments: Mapping[str, Any], master_uri: str, *, folder: Path
     ) -> None:
-        """Reads the file; starts nothing yet.
+        """Read the file; `start` starts the nodes.
 
         Args:
             words: `package file`, or the path of a file.
@@ -57,7 +57,7 @@ class Launched:
         launch = load(resolve_files(names, index), texts, context=LoadContext.of_process(index))
         run_id = new_run_id()
         logs = LogFolder.of_run(environment, run_id)
-        # Nothing is logged there; the guardian finds the nodes of this launch by the name of the file.
+        # Nothing is logged there; the guardian identifies the nodes of this launch by the name of the file.
         log = logs.file_of_launcher(f"pytest-{run_id}")
         self.exit_codes: dict[str, int] = {}
         self._run = LaunchRun(
@@ -71,10 +71,10 @@ class Launched:
         self._watcher = Thread(target=self._run.wait, kwargs={"until_all_ended": False}, daemon=True)
 
     def start(self) -> None:
-        """Sets the parameters and starts the nodes.
+        """Set the parameters and start the nodes.
 
         Raises:
-            NodesDidNotStart: with their names. Other nodes may run.
+            NodesDidNotStart: some nodes failed to start, and are named. Other nodes may be running.
         """
         self._run.set_parameters()
         if failed := self._run.start_nodes():
@@ -87,7 +87,7 @@ class Launched:
         return tuple(f"/{name.rpartition('-')[0]}" for name in self._run.running())
 
     def stop(self) -> None:
-        """Ends all nodes by SIGINT, then SIGTERM, then SIGKILL, with time in between. May be repeated."""
+        """End all nodes with SIGINT, then SIGTERM, then SIGKILL, with pauses. Idempotent."""
         self._run.request_stop()
         if self._watcher.ident is not None:
             self._watcher.join()

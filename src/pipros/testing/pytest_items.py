@@ -1,4 +1,4 @@
-"""Launch files in pytest: a file with an item for each `<test>`."""
+"""Launch files in pytest: a collected file with one item per `<test>`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from pipros.workspace.index import PackageIndex
 
 
 class TestDidNotPass(Exception):
-    """A test program failed, or could not be run. The message is the whole report."""
+    """A test program failed or could not run. The message is the complete report."""
 
     __test__ = False
 
@@ -44,7 +44,7 @@ class LaunchFileCollector(pytest.File):
         except PiprosError as error:
             raise self.CollectError(str(error)) from None
         for test in launch.tests:
-            # Each runs alone, with its own master and all nodes of the file.
+            # Each test runs separately, with its own master and all nodes of the file.
             yield LaunchTestItem.from_parent(
                 self, name=test.test_name, launch=replace(launch, tests=(test,)), test=test, index=index
             )
@@ -69,10 +69,10 @@ class LaunchTestItem(pytest.Item):
         self._index = index
 
     def runtest(self) -> None:
-        """Runs the test program with the nodes of the file on a private master.
+        """Run the test program with the nodes of the file on a private master.
 
         Raises:
-            TestDidNotPass: with the report of the test program.
+            TestDidNotPass: the test failed; with the report of the test program.
         """
         with tempfile.TemporaryDirectory(prefix="pipros-results-") as results:
             broken = self._run(Path(results))
@@ -89,7 +89,7 @@ class LaunchTestItem(pytest.Item):
         return super().repr_failure(excinfo, style)
 
     def _run(self, results: Path) -> list[Case]:
-        """The cases that did not pass. The output of the test program goes into the report."""
+        """Return the cases that did not pass. Add the output of the test program to the report."""
         owner = self._index.containing(self.path)
         package = owner.name if owner else self.path.parent.name
         environment = Environment.from_os()
@@ -120,7 +120,7 @@ def _report(case: Case) -> str:
 
 @contextmanager
 def _launcher_log(environment: Environment) -> Iterator[None]:
-    """Sets a unique log file name, by which the nodes of a killed pytest are found and ended."""
+    """Set a unique log file name, which identifies the nodes that are left if pytest is killed."""
     folder = LogFolder(environment.log_dir.absolute())
     before = os.environ.get("ROS_LOG_FILENAME")
     os.environ["ROS_LOG_FILENAME"] = str(folder.file_of_launcher(f"pytest-{new_run_id()}"))

@@ -1,7 +1,7 @@
 """The pytest plugin of pipros: a ROS system for a test, and launch files with tests.
 
-It is loaded in every pytest of the environment (entry point `pipros`, disabled by `-p no:pipros`), so
-it imports nothing else of pipros until a test uses it.
+Every pytest in the environment loads it (entry point `pipros`, disabled by `-p no:pipros`), so it imports
+nothing else of pipros until a test uses it.
 """
 
 from __future__ import annotations
@@ -56,11 +56,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
-    """Collects `.test` files that are launch files, and `.launch` files with tests."""
+    """Collect `.test` files that are launch files, and `.launch` files with tests."""
     if file_path.suffix not in (".test", ".launch"):
         return None
     content = file_path.read_bytes()
-    # A `.test` file may include files with the tests; other programs have `.test` files, too.
+    # The tests of a `.test` file may be in included files. Other programs use the suffix `.test`, too.
     if b"<launch" not in content or (file_path.suffix == ".launch" and b"<test" not in content):
         return None
     from pipros.testing.pytest_items import LaunchFileCollector
@@ -86,7 +86,7 @@ def ros_master(monkeypatch: pytest.MonkeyPatch) -> Iterator[Core]:
 
 @pytest.fixture
 def ros_node(ros_master: Core) -> Iterator[Node]:
-    """A node `/pytest` on the test's master, in this process; it ends with the test."""
+    """A node `/pytest` on the test's master, in this process; it is shut down after the test."""
     from dataclasses import replace
 
     from pipros.basics.env import Environment
@@ -99,11 +99,11 @@ def ros_node(ros_master: Core) -> Iterator[Node]:
 
 @pytest.fixture
 def ros_launch(ros_master: Core, request: pytest.FixtureRequest) -> Iterator[LaunchFile]:
-    """Starts the nodes of a launch file on the test's master: `ros_launch("pkg", "file.launch", level=25)`.
+    """Start the nodes of a launch file on the test's master: `ros_launch("pkg", "file.launch", level=25)`.
 
     A single word is the path of a file, relative to the folder of the test module. Keywords are arguments
-    of the file. Tests in the file are skipped. All nodes end with the test, in reverse order of their start.
-    With `ros_faults` the nodes speak with everybody through that proxy.
+    of the file. Tests in the file are skipped. After the test, all nodes are ended in reverse start order.
+    With `ros_faults`, the nodes communicate with all others through that proxy.
     """
     from pipros.testing.launch_fixture import Launched
 
@@ -129,10 +129,11 @@ def ros_launch(ros_master: Core, request: pytest.FixtureRequest) -> Iterator[Lau
 def ros_faults(
     ros_master: Core, monkeypatch: pytest.MonkeyPatch, pytestconfig: pytest.Config
 ) -> Iterator[FaultProxy]:
-    """A proxy between the nodes that the test starts and the rest: it delays, splits, corrupts, stalls, cuts.
+    """A proxy between the nodes started by the test and the rest: it delays, splits, corrupts, stalls, cuts.
 
-    It stands in `ROS_MASTER_URI`, and `ros_launch` uses it; `ros_node` is on the other side. It changes
-    nothing before `ros_faults.inject("topics", delay_s=0.05)`, `.cut()`, `.stall()` or `.refuse()`.
+    `ROS_MASTER_URI` is set to it, and `ros_launch` uses it; `ros_node` is on the other side. It forwards
+    everything unchanged until `ros_faults.inject("topics", delay_s=0.05)`, `.cut()`, `.stall()` or
+    `.refuse()` is called.
     """
     from pipros.testing.faults.ros_proxy import FaultProxy
 
@@ -143,11 +144,11 @@ def ros_faults(
 
 @pytest.fixture
 def ros_history() -> History:
-    """Numbers messages, and checks what became of them.
+    """Number messages, and check for duplicates, reordering, corruption and loss.
 
-    A publisher sends `ros_history.next_text("talker")`, subscribers give what they get to
-    `ros_history.receive(text)`, and `ros_history.problems()` lists what came twice, out of order or torn, and
-    how much was lost.
+    A publisher sends `ros_history.next_text("talker")`, subscribers pass received texts to
+    `ros_history.receive(text)`, and `ros_history.problems()` lists the duplicated, reordered, torn and lost
+    messages.
     """
     from pipros.testing.faults.history import History
 
@@ -156,9 +157,9 @@ def ros_history() -> History:
 
 @pytest.fixture
 def ros_wait_until() -> WaitUntil:
-    """Waits for a condition: `ros_wait_until(lambda: received, what="a message")`.
+    """Wait for a condition: `ros_wait_until(lambda: received, what="a message")`.
 
-    It returns the first true value, and fails the test when there is none within `timeout_s`.
+    Returns the first true value, and fails the test if there is none within `timeout_s`.
     """
 
     def wait_until(condition: Callable[[], T], timeout_s: float = 10.0, what: str = "") -> T:

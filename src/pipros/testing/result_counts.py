@@ -1,4 +1,4 @@
-"""How many tests passed and failed, by the result files that they left."""
+"""Test counts from result files."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class ResultCounts:
 
 
 def results_below(folder: Path) -> Iterator[tuple[Path, ResultCounts | str]]:
-    """All XML files below a folder with their counts, or the reason why a file does not have results."""
+    """Yield all XML files below a folder with their counts, or with the reason why there are none."""
     for file in sorted(folder.rglob("*.xml")):
         try:
             yield file, count_results(parse(read_file(file), str(file)))
@@ -49,7 +49,7 @@ def results_below(folder: Path) -> Iterator[tuple[Path, ResultCounts | str]]:
 
 
 def count_results(root: Element) -> ResultCounts:
-    """Raises KeyError or ValueError when it is not a result file."""
+    """Return the counts in a result file. Raises KeyError or ValueError if it is not one."""
     if root.tag == "testsuite":
         return _counts_of(root)
     if root.tag != "testsuites":

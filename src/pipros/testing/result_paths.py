@@ -1,4 +1,4 @@
-"""The paths of result files: `<test results>/<package>/rosunit-<test>.xml` and `rostest-<file>.xml`."""
+"""Paths of result files: `<test results>/<package>/rosunit-<test>.xml` and `rostest-<file>.xml`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class NoPlaceForResults(PiprosError):
 
 
 XML_OUTPUT_FLAG = "--gtest_output=xml:"
-"""The option that names the result file for a test program; it is gtest's, so C++ tests know it, too."""
+"""Option of test programs for the path of the result file. It is gtest's, so C++ tests support it, too."""
 
 
 def results_file(
@@ -24,7 +24,7 @@ def results_file(
     base: Path | None = None,
     environment: Environment | None = None,
 ) -> Path:
-    """The result file of a test. `base` replaces the folder of the environment.
+    """Return the result file of a test. `base` replaces the folder of the environment.
 
     >>> results_file("composiv_tryouts", "composiv_talker", base=Path("/results")).as_posix()
     '/results/composiv_tryouts/rosunit-composiv_talker.xml'
@@ -35,10 +35,10 @@ def results_file(
 
 
 def prepare_path(file: Path) -> bool:
-    """Makes the folder of a result file and removes an older file; True when there was one.
+    """Create the folder of a result file and remove an older file; return True if there was one.
 
     Raises:
-        NoPlaceForResults: with the file, and what to try.
+        NoPlaceForResults: the file cannot be written; the message suggests a solution.
     """
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -54,7 +54,7 @@ def prepare_path(file: Path) -> bool:
 
 
 def rostest_name(package_folder: Path, test_file: Path) -> str:
-    """The name of a launch file in result files: its path inside the package, with underscores.
+    """Return the name of a launch file in result files: its path inside the package, with underscores.
 
     >>> rostest_name(Path("/ws/src/pkg"), Path("/ws/src/pkg/test/talker.test"))
     'test_talker'

@@ -1,4 +1,4 @@
-"""The results of a test run: cases in suites."""
+"""Results of a test run: cases in suites."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from enum import Enum
 
 
 class Outcome(Enum):
-    """How a test case ended. FAILURE is a failed assertion, ERROR any other exception."""
+    """Outcome of a test case. FAILURE is a failed assertion, ERROR any other exception."""
 
     PASSED = "passed"
     FAILURE = "failure"
@@ -21,9 +21,9 @@ class Case:
 
     Attributes:
         class_name: the class with its module, as in `__main__.TalkerTestCase`.
-        name: the method, or another name that the test program gives.
-        seconds: how long it ran.
-        outcome: how it ended.
+        name: the method, or another name chosen by the test program.
+        seconds: its duration.
+        outcome: its outcome.
         kind: the type of the exception, if it did not pass.
         text: the message and the traceback of the exception.
     """
@@ -76,7 +76,7 @@ class Suite:
 
 @dataclass(frozen=True, slots=True)
 class Totals:
-    """The sums over several suites, for a summary."""
+    """Totals of several suites, for a summary."""
 
     tests: int = 0
     errors: int = 0

@@ -1,7 +1,7 @@
-"""rostest: runs each test of a launch file on a new system with all nodes of the file.
+"""rostest: run each test of a launch file on a new system with all nodes of the file.
 
-The outer run uses unittest, too: a case for each `<test>`, which passes when the test program ended
-and wrote results. Whether those results are good is reported separately, by a second exit code.
+The outer run uses unittest as well: one case per `<test>`, which passes if the test program exited and wrote
+results. The results themselves are reported separately, with a second exit code.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from pipros.testing.xunit import parse_suites
 from pipros.workspace.executables import find_executables
 from pipros.workspace.index import PackageIndex
 
-# unittest leaves the frames of modules with this variable out of its reports.
+# unittest omits the frames of modules with this variable from its reports.
 __unittest = True
 
 _CASE_CLASS = "RosTest"
-# The result files of genuine rostest name this class, and dashboards group by it.
+# Result files of genuine rostest contain this class, and dashboards group by it.
 _CASE_MODULE = "rostest.runner"
 
 
 class TestProgramTimedOut(PiprosError):
-    """A test program ran longer than its time limit, and was ended."""
+    """A test program exceeded its time limit."""
 
     __test__ = False  # pytest must not collect it
 
@@ -42,32 +42,32 @@ class SystemFixture(Protocol):
     def run_id(self) -> str: ...
 
     def set_up(self) -> None:
-        """Prepares the master and the process monitor."""
+        """Prepare the master and the process monitor."""
 
     def start_nodes(self) -> Sequence[str]:
-        """Starts the nodes of the launch file. Returns the names of nodes that could not be started."""
+        """Start the nodes of the launch file. Return the names of nodes that could not be started."""
 
     def run_test(self, test: Test, arguments: Sequence[str]) -> bool:
-        """Starts the test program and waits for its end; False when it could not be started.
+        """Start the test program and wait until it exits; return False if it could not be started.
 
         Raises:
-            TestProgramTimedOut: its time limit is over.
+            TestProgramTimedOut: the program exceeded its time limit.
         """
 
     def tear_down(self) -> None:
-        """Ends everything that was started. Does nothing without that, or when repeated."""
+        """End everything that was started, if anything. Idempotent."""
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What to run, and where to write results.
+    """The tests to run, and the destination of their results.
 
     Attributes:
         package: the package of the results.
         file: the launch file.
         launch: the model of that file.
-        results_base: replaces the folder of test results.
-        text: test programs report on the console and write no results.
+        results_base: replaces the default folder of test results.
+        text: whether test programs report on the console and write no results.
     """
 
     package: str
@@ -78,10 +78,10 @@ class Plan:
 
 
 class Rostest:
-    """Makes the unittest cases of a plan, and collects the results of the test programs.
+    """The unittest cases of a plan, and the results of their test programs.
 
     Attributes:
-        results: the suites that were read, each under `package.rosunit-name`.
+        results: the result suites, each with the prefix `package.rosunit-name`.
         was_set_up: whether any fixture was set up.
     """
 
@@ -94,15 +94,18 @@ class Rostest:
         self.was_set_up = False
 
     def write_text(self, *, text: bool) -> None:
-        """Whether test programs report on the console, and write no results."""
+        """Choose whether test programs report on the console and write no results."""
         self._plan = replace(self._plan, text=text)
 
     def suite(self) -> unittest.TestSuite:
-        """The cases of `case_class`."""
+        """Return the cases of `case_class`."""
         return unittest.TestLoader().loadTestsFromTestCase(self.case_class())
 
     def case_class(self) -> type[unittest.TestCase]:
-        """A case for each test, sorted by name; two tests with the same name become one failing case."""
+        """Return a class with one case per test, sorted by name.
+
+        Two tests with the same name become one failing case.
+        """
         methods: dict[str, Callable[[unittest.TestCase], None]] = {}
         for test in self._plan.launch.tests:
             name = f"test{test.test_name}"
@@ -128,7 +131,7 @@ class Rostest:
         )
 
     def set_up(self) -> None:
-        """Makes a new fixture and sets it up."""
+        """Create a new fixture and set it up."""
         fixture = self._fixture = self._make_fixture()
         _say(f"setup[{self._plan.file}] run_id[{fixture.run_id}] starting")
         try:
@@ -140,7 +143,7 @@ class Rostest:
         _say(f"setup[{self._plan.file}] run_id[{fixture.run_id}] done")
 
     def tear_down(self) -> None:
-        """Tears the fixture down. Must be called when the run was interrupted; may be repeated."""
+        """Tear the fixture down. Must be called if the run was interrupted. Idempotent."""
         fixture, self._fixture = self._fixture, None
         if fixture is None:
             return
@@ -179,7 +182,7 @@ class Rostest:
         return run
 
     def _find_problem(self, test: Test) -> str:
-        """Why the test program cannot run; empty when it can."""
+        """Return why the test program cannot run; empty if it can."""
         node = test.node
         try:
             found = find_executables(self._index.find(node.package), node.type)
@@ -190,7 +193,7 @@ class Rostest:
         return ""
 
     def _run_once(self, case: unittest.TestCase, test: Test) -> list[Suite]:
-        """Runs the test program on the current fixture. Returns its results, which are empty in text mode."""
+        """Run the test program on the current fixture. Return its results, which are empty in text mode."""
         fixture = self._fixture
         if fixture is None:
             raise RuntimeError("set_up must be called first")

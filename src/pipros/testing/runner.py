@@ -1,7 +1,7 @@
-"""Runs unittest cases as rosunit does: a line for each on the console, a result file at the end.
+"""Runner for unittest cases that works like rosunit: one console line per case, a result file at the end.
 
-The output of cases goes to the result file, so that the console stays readable. The lines about the cases
-go to the stream that was `sys.stdout` when the run began.
+The output of cases is written to the result file, so that the console stays readable. The lines about cases
+are written to the stream that was `sys.stdout` at the start of the run.
 """
 
 # ruff: noqa: N802 - the method names are those of unittest
@@ -72,7 +72,7 @@ class CaseResult(unittest.TestResult):
             self._break_by(subtest, Outcome.FAILURE if is_failure else Outcome.ERROR, err)
 
     def names(self, outcome: Outcome) -> list[str]:
-        """The names of the cases with that outcome, for the summary."""
+        """Return the names of the cases with that outcome, for the summary."""
         return [case.name for case in self.cases if case.outcome is outcome]
 
     def _pass(self, test: unittest.TestCase) -> None:
@@ -83,7 +83,7 @@ class CaseResult(unittest.TestResult):
         kind, value, frames = error
         shown = _frames_of_interest(frames)
         if not shown and not isinstance(value, (AssertionError, PiprosError)):
-            shown = traceback.extract_tb(frames)  # an error of the tools themselves needs its traceback
+            shown = traceback.extract_tb(frames)  # an error of the tools themselves needs the full traceback
         where = "".join(traceback.format_list(shown))
         self._break(test, outcome, kind.__name__ if kind else "", f"{value}\n{where}")
 
@@ -92,25 +92,25 @@ class CaseResult(unittest.TestResult):
         self._report(test, f"{outcome.name}!\n{outcome.name}: {text}{_SEPARATOR}")
 
     def _keep(self, test: unittest.TestCase, outcome: Outcome, kind: str, text: str) -> None:
-        owner = type(getattr(test, "test_case", test))  # a sub-test belongs to the case it is in
+        owner = type(getattr(test, "test_case", test))  # a sub-test is attributed to its case
         class_name = f"{owner.__module__}.{owner.__qualname__}"
         self.cases.append(
             Case(class_name, _name(test), time.monotonic() - self._started_at, outcome, kind, text)
         )
 
     def _report(self, test: unittest.TestCase, text: str) -> None:
-        # One write: the programs that a test starts write to the same console.
+        # A single write, because programs started by a test write to the same console.
         print(f"[Testcase: {_name(test)}] ... {text}", file=self._console, flush=True)
 
 
 def _name(test: unittest.TestCase) -> str:
-    """The method's name, with the parameters of a sub-test: `test_levels (level=25)`."""
+    """Return the method's name, with the parameters of a sub-test: `test_levels (level=25)`."""
     path, space, more = test.id().partition(" ")
     return path.rpartition(".")[2] + space + more
 
 
 def _frames_of_interest(frames: TracebackType | None) -> traceback.StackSummary:
-    """The frames of the test itself, without those of unittest and of the tools."""
+    """Return the frames of the test itself, without those of unittest and of the tools."""
     while frames is not None and "__unittest" in frames.tb_frame.f_globals:
         frames = frames.tb_next
     kept = []
@@ -121,7 +121,7 @@ def _frames_of_interest(frames: TracebackType | None) -> traceback.StackSummary:
 
 
 class XmlRunner:
-    """A unittest runner that writes a result file only if the suite ran to its end.
+    """A unittest runner that writes a result file only if the suite was completed.
 
     So a file without failures always means that all cases passed.
     """
@@ -130,10 +130,10 @@ class XmlRunner:
         self.results_file = results_file
 
     def run(self, suite: unittest.TestSuite | unittest.TestCase) -> CaseResult:
-        """Runs the suite, with `sys.stdout` and `sys.stderr` redirected to the result file.
+        """Run the suite, with `sys.stdout` and `sys.stderr` redirected to the result file.
 
         Raises:
-            NoPlaceForResults: before anything is run.
+            NoPlaceForResults: the result file cannot be written; raised before any case runs.
         """
         prepare_path(self.results_file)
         result, done = run_captured(suite)
@@ -142,7 +142,7 @@ class XmlRunner:
 
 
 def run_captured(suite: unittest.TestSuite | unittest.TestCase) -> tuple[CaseResult, Suite]:
-    """Runs a suite; `sys.stdout` and `sys.stderr` are kept for its results meanwhile."""
+    """Run a suite, capturing `sys.stdout` and `sys.stderr` for its results."""
     result = CaseResult(sys.stdout)
     started_at = time.monotonic()
     with _captured() as (stdout, stderr):

@@ -1,7 +1,7 @@
-"""Runs the cases of a Python test script, writes the result file, and prints the summary.
+"""Runner for Python test scripts: runs the cases, writes the result file, and prints the summary.
 
-`python -m pipros.testing.script_runner PATH RESULTS` runs the unit tests of a file or folder without
-pytest, as nose did for `catkin_add_nosetests`: modules called `test…`, cases of `unittest`.
+`python -m pipros.testing.script_runner PATH RESULTS` runs the unit tests of a file or folder without pytest,
+like nose did for `catkin_add_nosetests`: `unittest` cases in modules called `test…`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Tests = type[unittest.TestCase] | unittest.TestSuite | ModuleType | str
 
 
 def load_suite(tests: Tests) -> unittest.TestSuite:
-    """The suite of a TestCase class, a module, a suite, or a dotted name of one of these."""
+    """Return the suite of a TestCase class, a module, a suite, or a dotted name of one of these."""
     if isinstance(tests, unittest.TestSuite):
         return tests
     loader = unittest.TestLoader()
@@ -35,14 +35,14 @@ def load_suite(tests: Tests) -> unittest.TestSuite:
 def make_xml_runner(
     package: str, test_name: str, file: str | Path | None = None, *, is_rostest: bool = False
 ) -> XmlRunner:
-    """A runner that writes its results to `file`, by default in the test results folder; prints the path."""
+    """Return a runner that writes to `file` (default: in the test results folder), and print the path."""
     path = Path(file) if file else results_file(package, test_name, is_rostest=is_rostest)
     print(f"[ROSUNIT] Outputting test results to {path}", flush=True)
     return XmlRunner(path)
 
 
 def run_program(package: str, test_name: str, tests: Tests, argv: Sequence[str]) -> bool:
-    """Runs the tests of a script and prints their summary; True when all passed.
+    """Run the tests of a script and print their summary; return True if all passed.
 
     Args:
         argv: the command line of the script. `--gtest_output=xml:FILE` names the result file, `--text`
@@ -66,13 +66,13 @@ def _names(broken: Sequence[tuple[unittest.TestCase, str]]) -> list[str]:
 
 
 def exit_unless(passed: bool) -> None:
-    """Exits with 1 when tests did not pass."""
+    """Exit with code 1 unless the tests passed."""
     if not passed:
         sys.exit(1)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the tests of a file or folder into a result file; returns 0 when all passed, else 1."""
+    """Run the tests of a file or folder and write a result file; return 0 if all passed, else 1."""
     path, results = map(Path, sys.argv[1:] if argv is None else argv)
     folder, pattern = (path, "test*.py") if path.is_dir() else (path.parent, path.name)
     suite = unittest.TestLoader().discover(str(folder), pattern)

@@ -1,4 +1,4 @@
-"""The summaries at the end of test runs, with the texts and colours of Noetic."""
+"""Summaries at the end of test runs, with Noetic's texts and colours."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _WIDTH = 80
 
 
 def unittest_summary(tests: int, errors: Sequence[str], failures: Sequence[str]) -> str:
-    """The end of a test program: how many cases ran, and the names of those with errors and failures."""
+    """Return the summary of a test program: the number of cases, and the names of those that failed."""
     passed = not errors and not failures
     result = f"{_GREEN} * RESULT: SUCCESS{_PLAIN}" if passed else " * RESULT: FAIL"
     return "\n".join(
@@ -30,12 +30,12 @@ def unittest_summary(tests: int, errors: Sequence[str], failures: Sequence[str])
 
 
 def runner_summary(runner: Suite, ran: Iterable[tuple[str, Suite]], name: str = "ROSTEST") -> str:
-    """The end of a run over several test programs.
+    """Return the summary of a run of several test programs.
 
     Args:
-        runner: a case for each program: passed when it ended and wrote results.
-        ran: the results of the programs, each under a prefix such as `pkg.rosunit-test`.
-        name: of the runner, for the headline.
+        runner: one case per program, passed if the program exited and wrote results.
+        ran: the results of the programs, each with a prefix such as `pkg.rosunit-test`.
+        name: the runner's name, for the headline.
     """
     results = list(ran)
     inner = Totals.of(suite for _, suite in results)
@@ -51,7 +51,7 @@ def runner_summary(runner: Suite, ran: Iterable[tuple[str, Suite]], name: str = 
 
 
 def case_summary(cases: Iterable[str], tests: int, errors: int, failures: int, name: str) -> Sequence[str]:
-    """The lines of a summary: a headline with the runner's name, those of the cases, and the numbers."""
+    """Return the lines of a summary: a headline with the runner's name, the case lines, and the totals."""
     result = f"{_BOLD_RED} * RESULT: FAIL{_PLAIN}"
     if not errors and not failures:
         result = f"{_GREEN} * RESULT: SUCCESS{_PLAIN}"

@@ -1,7 +1,7 @@
-"""Result files in the xUnit format: written as genuine rosunit does, read from any program.
+"""Result files in the xUnit format: a writer compatible with rosunit, and a reader for files of any program.
 
-A genuine file has an escaped CDATA marker around the output of the program. Dashboards and
-genuine `catkin_test_results` expect it, so it is written here, too.
+A genuine file has an escaped CDATA marker around the output of the program. Dashboards and genuine
+`catkin_test_results` expect the marker, so this module writes it as well.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class UnreadableResults(PiprosError):
 
 
 def format_suite(suite: Suite) -> str:
-    """The content of a result file."""
+    """Return the content of a result file."""
     cases = "".join(_format_case(case) for case in suite.cases)
     return (
         '<?xml version="1.0" encoding="utf-8"?>\n'
@@ -50,7 +50,7 @@ def _format_printed(text: str) -> str:
 
 
 def escape_controls(text: str) -> str:
-    """The text with each character that XML forbids replaced by a written-out reference."""
+    """Return the text with each character that XML forbids replaced by a visible reference."""
     return "".join(
         char if char in "\n\t" or (char >= " " and not _is_outside_xml(char)) else f"&#x{ord(char):04X};"
         for char in text
@@ -62,10 +62,10 @@ def _is_outside_xml(char: str) -> bool:
 
 
 def parse_suites(content: bytes, file: str) -> list[Suite]:
-    """The suites of a result file: one `<testsuite>`, or a `<testsuites>` as gtest writes it.
+    """Return the suites of a result file: one `<testsuite>`, or a `<testsuites>` as written by gtest.
 
     Raises:
-        UnreadableResults: for anything else; with the file and the reason.
+        UnreadableResults: the content is something else; with the file and the reason.
     """
     try:
         root = parse(content, file)
@@ -104,7 +104,7 @@ def _stated(element: Element, name: str) -> int:
 def _parse_case(element: Element) -> Case:
     outcome, kind, text = Outcome.PASSED, "", ""
     for worse, tag in _TAG_OF.items():
-        # gtest writes one <failure> for each failed expectation; all of them are the reason.
+        # gtest writes one <failure> per failed expectation; keep all of them.
         found = list(element.all(tag))
         if found:
             outcome = worse

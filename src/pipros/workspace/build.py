@@ -1,8 +1,8 @@
-"""Builds a catkin workspace: checks every package, puts what Python needs into the devel space, installs.
+"""Build a catkin workspace: check every package, write the Python part of the devel space, install.
 
-Packages of Python, messages, launch files and data need neither CMake nor a compiler. Those with compiled
-code are built by genuine catkin and CMake (`genuine_catkin.py`) if these are installed. When a package fails,
-only those that depend on it are skipped; what was built before stays as it is.
+Packages with only Python, messages, launch files and data need neither CMake nor a compiler. Packages with
+compiled code are built by genuine catkin and CMake (`genuine_catkin.py`) if these are installed. If a package
+fails, only the packages that depend on it are skipped; results of earlier builds are left as they are.
 """
 
 from __future__ import annotations
@@ -50,12 +50,12 @@ class BuildResult:
     """The outcome of a build.
 
     Attributes:
-        built: names of packages that were built, in that order.
+        built: names of the packages that were built, in build order.
         unchanged: names of packages that were up to date.
-        errors: package (or file) and what is wrong with it.
+        errors: one text per problem, starting with the package or file.
         skipped: packages that were not built, each with the failed package that it depends on.
-        projects: what was read of each package, by its name.
-        needs_genuine: packages that only genuine catkin can build and that were not built, with `is_alone`.
+        projects: the parsed `CMakeLists.txt` of each package, by package name.
+        needs_genuine: packages that were not built because only genuine catkin can; used with `is_alone`.
     """
 
     built: list[str] = field(default_factory=list)
@@ -73,10 +73,10 @@ def build(
     variables: Mapping[str, str] | None = None,
     projects: Mapping[str, Project] | None = None,
 ) -> BuildResult:
-    """Builds a workspace.
+    """Build a workspace.
 
     Args:
-        projects: packages of the workspace that were built before, if they are not built now.
+        projects: packages of the workspace that an earlier call has built.
 
     Raises:
         WorkspaceError: nothing can be built.
@@ -152,7 +152,7 @@ class _Build:
         self._build_natives(packages, natives, native_names)
         (self._layout.build / "test_results").mkdir(parents=True, exist_ok=True)
         if self._layout.build != self._layout.source:
-            # Links to packages lie in the build folder: a crawl of the whole workspace would find them twice.
+            # The build folder contains links to packages: a crawl of the workspace would find these twice.
             (self._layout.build / "CATKIN_IGNORE").touch()
         underlays = underlays_of_build(self._variables, self._layout.devel)
         sources = self._options.sources or (self._layout.source,)
@@ -197,7 +197,7 @@ class _Build:
         definitions: Definitions,
         find_folder: Callable[[str], Path | None],
     ) -> Project | None:
-        """Reads and checks a package; None if it failed, which is then reported."""
+        """Read and check a package; report a failure and return None."""
         self._say(f"-- +++ processing catkin package: '{package.name}'")
         if not (package.folder / "CMakeLists.txt").is_file():
             self._fail(package, f"{package.folder}: the package has no CMakeLists.txt")
@@ -240,7 +240,7 @@ class _Build:
         return project
 
     def _note_compiled_tests(self, project: Project) -> None:
-        """If tests are to be run, leaves a package with compiled ones to genuine catkin, where installed."""
+        """Mark a package with compiled tests for genuine catkin, if tests are run and catkin is installed."""
         compiled = [test for test in project.tests if test.target]
         if compiled and self._options.tests and genuine_catkin.has_tools(self._variables):
             file, _, line = compiled[0].place.rpartition(":")
@@ -248,11 +248,14 @@ class _Build:
             project.needs_cmake.append(NativeTarget(what, file, int(line)))
 
     def _check_reconfigure_options(self, natives: Sequence[SourcePackage]) -> None:
-        """Fails compiled packages with `.cfg` files without dynamic_reconfigure: CMake would fail for all."""
+        """Fail compiled packages with `.cfg` files if dynamic_reconfigure is missing.
+
+        Otherwise CMake would fail for all packages.
+        """
         users = [native for native in natives if self._result.projects[native.name].has_reconfigure_options]
         if not users or "dynamic_reconfigure" in self._result.projects:
             return
-        with suppress(genuine_catkin.MissingTools):  # reported when packages are built
+        with suppress(genuine_catkin.MissingTools):  # reported by the build itself
             tools = genuine_catkin.find_tools(self._variables)
             if genuine_catkin.has_package(tools, "dynamic_reconfigure", self._variables):
                 return
@@ -266,7 +269,7 @@ class _Build:
                 )
 
     def _settings(self, package: SourcePackage) -> dict[str, str]:
-        """The CMake variables that depend on the workspace."""
+        """Return the CMake variables that depend on the workspace."""
         build = self._layout.build
         binary = build / os.path.relpath(package.folder, self._layout.source)
         return {
@@ -287,7 +290,7 @@ class _Build:
         self._state.pop(package.name, None)
 
     def _is_blocked(self, package: SourcePackage) -> bool:
-        """True for a package that depends on one that failed; reports it as skipped."""
+        """Return True, and report the package as skipped, if one of its dependencies failed."""
         for name in sorted(package.all_dependencies):
             culprit = self._failed.get(name)
             if culprit is not None:
@@ -324,7 +327,7 @@ class _Build:
     def _build_natives(
         self, packages: Sequence[SourcePackage], natives: Sequence[SourcePackage], names: set[str]
     ) -> None:
-        """Has genuine catkin build packages with compiled code, and those that they depend on."""
+        """Build packages with compiled code, and their dependencies, with genuine catkin."""
         natives = [package for package in natives if package.name not in self._failed]
         if not natives:
             return
@@ -358,7 +361,7 @@ class _Build:
         write_setup_files(self._layout.install, [], underlays)
 
     def _digest(self, package: SourcePackage, project: Project) -> str:
-        """A digest of everything that the devel files of the package are made from."""
+        """Return a digest of all inputs of the package's devel files."""
         inputs = [
             str(package.manifest_file),
             project.file,

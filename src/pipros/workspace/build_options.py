@@ -1,4 +1,4 @@
-"""The options of `catkin_make` that concern the build."""
+"""Build options of `catkin_make`."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from pathlib import Path
 
 @dataclass(frozen=True, slots=True)
 class BuildOptions:
-    """The options of a build.
+    """Options of a build.
 
     Attributes:
-        only: names of packages to build with all that they depend on; empty for all.
-        left_out: names of packages to leave out.
+        only: names of packages to build with all their dependencies; empty for all packages.
+        left_out: names of packages to skip.
         definitions: the `-D` settings.
-        installs: whether to write the install space, too.
-        tests: whether tests will be run; compiled ones are then built.
+        installs: whether to write the install space as well.
+        tests: whether tests will be run; compiled tests are then built.
         jobs: arguments for make, for packages with compiled code.
         targets: custom targets to run besides those of `all`.
-        is_alone: whether to build the packages in `only` without those that they depend on. Packages for
-            genuine catkin are then named in the result, not built, unless they are in `genuine`.
-        genuine: packages that genuine catkin builds, whatever their code, with `is_alone`.
-        sources: the source folders that the devel space lists; empty for that of the workspace.
+        is_alone: whether to build the packages in `only` without their dependencies. Packages that need
+            genuine catkin are then listed in the result instead of built, unless they are in `genuine`.
+        genuine: with `is_alone`, packages that genuine catkin builds regardless of their code.
+        sources: the source folders that the devel space lists; empty for the workspace's source space.
     """
 
     only: frozenset[str] = frozenset()

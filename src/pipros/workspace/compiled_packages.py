@@ -1,4 +1,4 @@
-"""Well-known packages whose programs are C++: the error for a program that is not installed."""
+"""Well-known packages with C++ programs, and the error text for programs that pipros lacks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _NAMES = """
 """
 
 COMPILED = frozenset(_NAMES.split())
-"""Packages of Noetic, most of whose programs are C++."""
+"""Packages of Noetic whose programs are mostly C++."""
 
 _PLUGIN = re.compile(r"(\w+)/(\S+)")
 
@@ -27,11 +27,12 @@ _PLUGIN = re.compile(r"(\w+)/(\S+)")
 def why_not_here(
     package: str, program: str, arguments: Sequence[str] = (), programs: Iterable[str] = ()
 ) -> str | None:
-    """Why pipros does not have the program, and what to install where; None for an unknown package.
+    """Return why pipros lacks the program, and how to install it; None for an unknown package.
 
     Args:
-        arguments: those of the program, which for a nodelet name its plugin.
-        programs: those of the package on this machine, if it was found. With any, C++ is not the reason.
+        arguments: the program's arguments, which name the plugin of a nodelet.
+        programs: the package's programs on this machine, if the package was found. If there are any, C++ is
+            not the reason.
     """
     is_here = any(not name.endswith(".cfg") for name in programs)  # `.cfg` files are executable, too
     if package not in COMPILED or is_here:
@@ -52,7 +53,7 @@ def why_not_here(
 
 
 def _plugin(program: str, arguments: Sequence[str]) -> tuple[str, str] | None:
-    """The plugin of a nodelet and its package, from `load pkg/Plugin manager` or `standalone …`."""
+    """Return the plugin of a nodelet and its package, from `load pkg/Plugin manager` or `standalone …`."""
     words = [word for word in arguments if ":=" not in word]
     if program != "nodelet" or len(words) < 2 or words[0] not in ("load", "standalone"):
         return None

@@ -1,4 +1,4 @@
-"""Measures how long it takes to search each package folder."""
+"""Search time of each package folder, for `rospack profile`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pipros.packages.crawl import crawl
 
 
 def crawl_times(roots: Sequence[Path], length: int, *, only_empty: bool = False) -> list[str]:
-    """The lines of `rospack profile`: the slowest folders, those without any package marked by a star."""
+    """Return the output lines of `rospack profile`: the slowest folders; a star marks empty ones."""
     started = time.perf_counter()
     costs: list[tuple[float, bool, str]] = []
     for root in roots:

@@ -14,11 +14,11 @@ _DEPTH_LIMIT = 1000
 
 
 class CircularDependency(PiprosError):
-    """Packages depend on each other in a circle."""
+    """Packages depend on each other in a cycle."""
 
 
 class DependencyGraph:
-    """The dependencies between the packages of an index. Names that are not in the index are left out."""
+    """Dependencies between the packages of an index. Names outside the index are ignored."""
 
     def __init__(self, index: PackageIndex) -> None:
         self._index = index
@@ -28,7 +28,7 @@ class DependencyGraph:
         return read_manifest(self._index.find(name).path)
 
     def direct(self, name: str) -> list[str]:
-        """The packages that a package depends on at run time.
+        """Return the packages that a package depends on at run time.
 
         Raises:
             NotFound: the package is not in the index.
@@ -37,11 +37,11 @@ class DependencyGraph:
         return [needed for needed in self.manifest(name).depends("exec_depends") if self._index.get(needed)]
 
     def named(self, name: str) -> list[str]:
-        """All names that a package's manifest depends on in any way, sorted; in the index or not."""
+        """Return all dependencies in a package's manifest, of any kind, sorted; in the index or not."""
         return sorted(self.manifest(name).depends())
 
     def rosdeps(self, name: str, *, only_direct: bool = False) -> list[str]:
-        """The names that rosdep is to install for a package and those that it depends on, sorted.
+        """Return the sorted names that rosdep has to install for a package and its dependencies.
 
         For a dry package these are the system packages of dry packages; for others, all names in manifests.
         """
@@ -51,10 +51,10 @@ class DependencyGraph:
         return sorted({key for needed in names for key in self.named(needed)})
 
     def all(self, name: str) -> list[str]:
-        """All packages that a package depends on, directly or not, each after those that it depends on.
+        """Return all direct and indirect dependencies of a package, dependencies first.
 
         Raises:
-            CircularDependency: packages depend on each other in a circle.
+            CircularDependency: packages depend on each other in a cycle.
         """
         ordered: dict[str, None] = {}
         self._collect(name, ordered, ())
@@ -71,7 +71,7 @@ class DependencyGraph:
         ordered[name] = None
 
     def chains(self, name: str, target: str) -> Iterator[list[str]]:
-        """Every path of dependencies from one package to another."""
+        """Yield every path of dependencies from one package to another."""
         yield from self._chains(name, target, [name])
 
     def _chains(self, name: str, target: str, path: list[str]) -> Iterator[list[str]]:
@@ -82,7 +82,7 @@ class DependencyGraph:
                 yield from self._chains(needed, target, [*path, needed])
 
     def dependents(self, name: str, *, only_direct: bool = False) -> list[str]:
-        """The packages that depend on a package. Those with a broken manifest are left out."""
+        """Return the packages that depend on a package. Packages with a broken manifest are skipped."""
         users: dict[str, list[str]] = {}
         for package in self._index:
             try:
@@ -101,9 +101,9 @@ class DependencyGraph:
         return list(found)
 
     def exporters(self, name: str, attribute: str, top: str | None = None) -> Iterator[tuple[Package, str]]:
-        """Packages that export `<name attribute="…">` for the package `name`, with the value.
+        """Yield each package that exports `<name attribute="…">` for the package `name`, with the value.
 
-        `top` limits them to this package and those that it depends on.
+        `top` limits the search to that package and its dependencies.
         """
         candidates = self.dependents(name, only_direct=True)
         if top is not None:

@@ -1,4 +1,4 @@
-"""Writes the files of one package to the devel space and the install space."""
+"""Writers for the files of one package in the devel space and the install space."""
 
 from __future__ import annotations
 
@@ -55,22 +55,22 @@ with open(_init, encoding="utf-8") as _source:
 
 
 def python_sources(project: Project) -> list[str]:
-    """The files on which the Python modules of a package depend."""
+    """Return the files on which the Python modules of a package depend."""
     setup = os.path.join(project.folder, "setup.py")
     return [setup] if project.has_python_setup else []
 
 
 def write_devel_files(project: Project, layout: Layout, definitions: Definitions, say: Say) -> None:
-    """Writes the files of a package without compiled code to the devel space.
+    """Write the files of a package without compiled code to the devel space.
 
     Raises:
         SetupPyError: its `setup.py` fails.
-        NotFound, BadConfigFile: a `.cfg` file does not exist, or fails.
+        NotFound, BadConfigFile: a `.cfg` file does not exist or raises an error.
         OSError: the devel space cannot be written.
     """
     setup = read_setup_py(project.folder) if project.has_python_setup else None
     for file in project.config_files:
-        # Its module is made when it is imported. The build tells what is wrong with it, as in Noetic.
+        # The module is generated on import. The build runs the file to report errors, as in Noetic.
         say(f"Generating dynamic reconfigure files from {file}")
         path = Path(project.folder, file)
         if not path.is_file():
@@ -84,9 +84,9 @@ def write_devel_files(project: Project, layout: Layout, definitions: Definitions
 
 
 def write_over_genuine(project: Project, devel: Path) -> None:
-    """Writes the programs and environment hooks of a package that genuine catkin built.
+    """Write the programs and environment hooks of a package that genuine catkin built.
 
-    catkin's own programs run Python scripts on the Python of genuine rospy.
+    They replace catkin's own programs, which run Python scripts on the Python of genuine rospy.
 
     Raises:
         SetupPyError: its `setup.py` fails.
@@ -98,7 +98,7 @@ def write_over_genuine(project: Project, devel: Path) -> None:
 
 
 def _write_relays(project: Project, setup: PythonSetup | None, devel: Path) -> None:
-    """Writes programs that run the scripts of a package in the source space."""
+    """Write programs that run the scripts of a package in the source space."""
     relays: dict[Path, str] = {}
     for item in project.installations:
         if item.is_python and item.copy is not None and not os.path.isabs(item.copy.target):
@@ -111,7 +111,7 @@ def _write_relays(project: Project, setup: PythonSetup | None, devel: Path) -> N
 
 
 def _write_hooks(project: Project, prefix: Path, *, is_installed: bool) -> None:
-    """Writes the environment hooks of a package to the folder that the setup files read."""
+    """Write the environment hooks of a package to the folder that the setup files read."""
     for hook in project.hooks:
         text = Path(hook.source).read_text("utf-8") if hook.text is None else hook.text
         if is_installed and hook.installed is not None:
@@ -141,17 +141,17 @@ def _write_python_packages(project: Project, setup: PythonSetup | None, devel: P
 
 
 def _write_stubs(project: Project, definitions: Definitions, devel: Path) -> None:
-    """Writes type stubs for editors: the classes themselves are made when they are imported."""
+    """Write type stubs for editors, because the classes themselves are generated on import."""
     try:
         stubs = package_stubs(project.name, definitions)
     except (DefinitionError, NotFound):
-        return  # a file that the package does not list is broken
+        return  # a file that the package does not list is invalid
     for path, text in stubs.items():
         write_if_changed(devel / PYTHON_DESTINATION / project.name / path, text)
 
 
 def install_package(project: Project, layout: Layout, settings: Mapping[str, str], say: Say) -> None:
-    """Copies the files that a package installs.
+    """Copy the files that a package installs.
 
     Args:
         settings: variables for the code of `install(CODE)`.

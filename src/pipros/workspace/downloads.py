@@ -1,4 +1,4 @@
-"""Downloads the files that tests need."""
+"""Download of test data."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _CHUNK_BYTES = 1 << 20
 
 
 def fetch(download: Download, say: Callable[[str], object]) -> None:
-    """Downloads a file, unless it exists and has the right MD5. A failure is printed, not raised."""
+    """Download a file unless it exists with the right MD5. A failure is printed, not raised."""
     path = Path(download.path)
     if path.is_file() and download.md5 in ("", _md5(path)):
         return
@@ -43,7 +43,7 @@ def _receive(url: str, file: Path) -> None:
     try:
         answer = urlopen(url, timeout=_TIMEOUT_S)  # noqa: S310  # checked above
     except HTTPError as refused:
-        refused.close()  # it holds the connection
+        refused.close()  # the error object owns the connection
         raise
     with answer, file.open("wb") as written:
         while chunk := answer.read(_CHUNK_BYTES):

@@ -1,6 +1,6 @@
-"""`manifest.xml` and `stack.xml` of packages from before catkin, with all their contents.
+"""Complete contents of `manifest.xml` and `stack.xml`, the manifests that preceded catkin.
 
-Building and finding packages uses `manifest.py`; this is for programs that show or change such files.
+Building and finding packages uses `manifest.py`; this module is for programs that show or edit such files.
 Source: http://wiki.ros.org/Manifest
 """
 
@@ -88,7 +88,7 @@ class ROSDep:
 
 
 class VersionControl:
-    """Where the sources are."""
+    """Location of the sources."""
 
     def __init__(self, type_: str, url: str) -> None:
         self.type = type_
@@ -120,7 +120,7 @@ class Platform:
 
 
 class Export:
-    """An export: `tag` says for which package it is, `attrs` and `str` have its contents."""
+    """An export: `tag` is the package that it is meant for, `attrs` and `str` are its contents."""
 
     def __init__(self, tag: str, attrs: Mapping[str, str], str: str) -> None:  # noqa: A002  # roslib's name
         self.tag = tag
@@ -128,7 +128,7 @@ class Export:
         self.str = str
 
     def get(self, attr: str) -> str | None:
-        """The value of an attribute."""
+        """Return the value of an attribute."""
         return self.attrs.get(attr)
 
     def xml(self) -> str:
@@ -143,7 +143,7 @@ class DryManifest:
     """The contents of a `manifest.xml` or `stack.xml`.
 
     Attributes:
-        unknown_tags: elements that are not defined for such a file.
+        unknown_tags: elements that the format does not define.
     """
 
     root: str = "package"
@@ -165,13 +165,13 @@ class DryManifest:
     unknown_tags: list[str] = field(default_factory=list)
 
     def get_export(self, tag: str, attr: str) -> list[str | None]:
-        """The values of an attribute of the exports with that tag."""
+        """Return the values of an attribute in all exports with that tag."""
         return [
             export.get(attr) for export in self.exports if export.tag == tag and export.get(attr) is not None
         ]
 
     def xml(self) -> str:
-        """The contents as a file."""
+        """Return the contents as the text of a manifest file."""
         if not self.brief:
             described = f"  <description>{self.description}</description>"
         else:
@@ -201,10 +201,10 @@ class DryManifest:
 
 
 def read_into(manifest: DryManifest, text: str, file: str) -> DryManifest:
-    """Fills a manifest from the text of a file, and returns it.
+    """Fill a manifest from the text of a file, and return it.
 
     Raises:
-        MalformedManifest: the text is not such a file.
+        MalformedManifest: the text is not a manifest.
         KeyError: an element lacks an attribute.
     """
     try:
@@ -260,7 +260,7 @@ def _text(root: Element, tag: str) -> str | None:
 
 
 def _inner(tag: str, root: Element, text: str) -> str | None:
-    """The contents of an element as written, with the elements in it."""
+    """Return the contents of an element as written, including child elements."""
     if root.first(tag) is None:
         return None
     found = re.search(rf"<{tag}\b[^>]*?(?:/>|>(.*?)</{tag}\s*>)", text, re.DOTALL)

@@ -1,7 +1,7 @@
-"""The environment that a workspace's `setup.*` files set, computed and printed as shell code.
+"""The environment of a workspace's `setup.*` files, computed and printed as shell code.
 
-Noetic's rules: entries of the workspaces that were set up before are removed, then this workspace and
-those below it are put in front, so that sourcing twice changes nothing. `--extend` removes nothing.
+As in Noetic, the entries of previously sourced workspaces are removed, then this workspace and its underlays
+are prepended, so sourcing twice changes nothing. `--extend` removes nothing.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pipros.workspace.hooks import FoundHook, find_hooks
 from pipros.workspace.index import SHARED_PACKAGES
 from pipros.workspace.overlays import MARKER, built_workspaces
 
-# The folder of a workspace that is added to each list.
+# The workspace folder that each path variable receives.
 _LISTS = {
     "CMAKE_PREFIX_PATH": "",
     "LD_LIBRARY_PATH": "lib",
@@ -35,14 +35,14 @@ def workspace_environment(
     extend: bool = False,
     own_programs: Path | None = None,
 ) -> dict[str, str]:
-    """The variables that change, with their new values.
+    """Return the variables that change, with their new values.
 
     Args:
         prefix: the devel or install space; None for an environment without a workspace.
-        underlays: the workspaces below it when it was built, the topmost first.
-        variables: the environment so far.
-        extend: whether the workspaces that are set up already stay, below this one.
-        own_programs: a folder that is added to `PATH` if it is not in it.
+        underlays: the workspaces that it was built on, the topmost first.
+        variables: the current environment.
+        extend: whether to keep the workspaces that are already set up, below this one.
+        own_programs: a folder to add to `PATH` if it is missing there.
     """
     known = [workspace.prefix for workspace in built_workspaces(variables)]
     chain = [folder for folder in ([prefix] if prefix else []) if folder is not None]
@@ -76,18 +76,18 @@ def workspace_environment(
 
 
 def underlays_of_build(variables: Mapping[str, str], prefix: Path) -> list[Path]:
-    """The workspaces that are set up while `prefix` is built: they will be below it."""
+    """Return the workspaces that are set up while `prefix` is built; they become its underlays."""
     return [workspace.prefix for workspace in built_workspaces(variables) if workspace.prefix != prefix]
 
 
 def shell_code(changes: Mapping[str, str], shell: str) -> str:
-    """Commands that set the variables, for `sh` (bash and zsh, too), `fish` or `powershell`."""
+    """Return commands that set the variables, for `sh` (also bash and zsh), `fish` or `powershell`."""
     write = {"fish": _fish, "powershell": _powershell}.get(shell, _posix)
     return "".join(write(name, value) for name, value in changes.items())
 
 
 def hook_code(hooks: Sequence[FoundHook], shell: str) -> str:
-    """Commands that source hooks; each finds its workspace in `CATKIN_ENV_HOOK_WORKSPACE`."""
+    """Return commands that source hooks, with `CATKIN_ENV_HOOK_WORKSPACE` set to each hook's workspace."""
     return "".join(_hook(hook, shell) for hook in hooks)
 
 
@@ -123,7 +123,7 @@ def _powershell(name: str, value: str) -> str:
 
 
 def quoted_for_powershell(text: str) -> str:
-    """A string literal of PowerShell, in which typographic quotes count as quotes.
+    """Return a PowerShell string literal; PowerShell also treats typographic quotes as quotes.
 
     >>> print(quoted_for_powershell("it's"))
     'it''s'
@@ -132,7 +132,7 @@ def quoted_for_powershell(text: str) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Prints the shell code; called by the setup files with `shell prefix [--extend] [--local]`."""
+    """Print the shell code; called by the setup files with `shell prefix [--extend] [--local]`."""
     shell, folder, *options = sys.argv[1:] if argv is None else argv
     prefix = Path(folder) if folder else None
     code = setup_code(
@@ -149,7 +149,7 @@ def setup_code(
     extend: bool = False,
     with_underlays: bool = True,
 ) -> str:
-    """What the setup file of a devel or install space carries out, environment hooks included."""
+    """Return the shell code of a devel or install space's setup file, including environment hooks."""
     changes = environment_changes(prefix, variables, extend=extend, with_underlays=with_underlays)
     workspaces = [workspace.prefix for workspace in built_workspaces({**variables, **changes})]
     return shell_code(changes, shell) + hook_code(find_hooks(workspaces, shell), shell)
@@ -158,18 +158,18 @@ def setup_code(
 def environment_changes(
     prefix: Path | None, variables: Mapping[str, str], *, extend: bool = False, with_underlays: bool = True
 ) -> dict[str, str]:
-    """As `workspace_environment`, with the workspaces below that `prefix` was built on."""
+    """Return the changes of `workspace_environment` with the underlays that `prefix` was built on."""
     underlays: list[Path] = []
     if prefix is not None and with_underlays:
         try:
             listed = (prefix / UNDERLAYS_FILE).read_text("utf-8").split("\0")
             underlays = [Path(entry) for entry in listed if entry and Path(entry, MARKER).is_file()]
         except OSError:
-            pass  # the list was not written, or the workspace was moved
+            pass  # no list was written, or the workspace was moved
     return workspace_environment(
         prefix, underlays, variables, extend=extend, own_programs=Path(sys.executable).parent
     )
 
 
 UNDERLAYS_FILE = ".pipros_underlays"
-"""In a devel or install space: the workspaces below it, each ended by NUL, which no path contains."""
+"""File in a devel or install space that lists its underlays, each terminated by NUL."""

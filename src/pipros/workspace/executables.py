@@ -1,7 +1,7 @@
-"""Finds programs by package and name, for rosrun, roslaunch and rostest.
+"""Search for programs by package and name, for rosrun, roslaunch and rostest.
 
-Built programs (`devel/lib/<package>`) come before those in the package's folder. A name without a folder
-is searched at any depth; `scripts/talker.py` is compared with the end of the path.
+Built programs (`devel/lib/<package>`) precede those in the package's folder. A name without a folder matches
+at any depth; `scripts/talker.py` is compared with the end of the path.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from pipros.workspace.overlays import BuiltWorkspace, built_workspaces
 
 _ON_WINDOWS = os.name == "nt"
 
-# Windows has no executable bit; these suffixes may be left out of a name. The first that exists wins.
+# Windows has no executable bit; these suffixes may be omitted from a name. The first existing file wins.
 _WINDOWS_SUFFIXES = ("", ".exe", ".bat", ".cmd", ".py")
 
 
 @dataclass(frozen=True, slots=True)
 class Executables:
-    """The programs of one name in a package.
+    """The programs with one name in a package.
 
     Attributes:
-        runnable: executable files, in the order of preference: built ones first.
-        unusable: paths of that name that are not files, or not executable.
-        searched: the folders that were searched, those of builds first.
+        runnable: executable files in order of preference, built programs first.
+        unusable: matching paths that are not files or not executable.
+        searched: the folders that were searched, devel and install spaces first.
     """
 
     runnable: tuple[Path, ...]
@@ -48,10 +48,10 @@ class Executables:
 def find_executables(
     package: Package, name: str, workspaces: Sequence[BuiltWorkspace] | None = None
 ) -> Executables:
-    """The programs called `name` in `package`.
+    """Return the programs called `name` in `package`.
 
     `workspaces` are the built workspaces to search, by default those of `CMAKE_PREFIX_PATH`; only the first
-    that has programs of this package counts.
+    one with programs of this package is used.
     """
     if workspaces is None:
         workspaces = built_workspaces()
@@ -69,7 +69,7 @@ def find_executables(
 
 
 def list_executables(package: Package, workspaces: Sequence[BuiltWorkspace] | None = None) -> list[str]:
-    """The names of all programs of a package, sorted, for completion and for suggestions."""
+    """Return the sorted names of all programs of a package, for completion and suggestions."""
     if workspaces is None:
         workspaces = built_workspaces()
     folders = [workspace.executables_of(package.name) for workspace in workspaces] + [package.path]
@@ -89,7 +89,7 @@ def _named(folder: Path, name: str) -> Iterator[Path]:
 
 
 def _walk(folder: Path, *, with_folders: bool = False) -> Iterator[tuple[str, str]]:
-    """Folder and name of everything below a folder, sorted; no hidden folders, links followed once."""
+    """Yield folder and name of each entry below a folder, sorted; skip hidden folders, follow links once."""
     visited: set[str] = set()
     for parent, folders, files in os.walk(folder, followlinks=True):
         real = os.path.realpath(parent)

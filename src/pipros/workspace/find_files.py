@@ -1,4 +1,4 @@
-"""Finds files and folders of packages in the chain of workspaces, for `catkin_find`."""
+"""Search for files and folders of packages in the chain of workspaces, for `catkin_find`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _WITH_PROJECT = ("etc", "include", "libexec", "share")
 
 
 class WrongFolders(PiprosError):
-    """Folders that do not exist in workspaces, or cannot be searched with, or without, a project."""
+    """A search folder is unknown, or not allowed with (or without) a project."""
 
 
 @dataclass(slots=True)
@@ -25,7 +25,7 @@ class FoundFiles:
 
     Attributes:
         existing: the paths found, in order.
-        considered: all paths that were looked at.
+        considered: all paths that were checked.
     """
 
     existing: list[str] = field(default_factory=list)
@@ -41,19 +41,19 @@ def find_files(
     only_first_workspace: bool = False,
     only_first: bool = False,
 ) -> FoundFiles:
-    """The paths `<workspace>/<folder>/<project>/<path>` that exist.
+    """Return the paths `<workspace>/<folder>/<project>/<path>` that exist.
 
     Args:
-        workspaces: the topmost first. For `share` the packages in their source folders count, too.
-        project: a package; empty for paths that belong to none.
+        workspaces: the topmost first. For `share`, packages in their source folders are searched as well.
+        project: a package; empty for paths outside packages.
         path: below the folder of the project; empty for the folder itself.
-        folders: `bin`, `etc`, `include`, `lib`, `libexec` or `share`; all that are possible if empty.
-            `libexec` means `lib/<project>` as well.
-        only_first_workspace: whether to end at the first workspace with a match.
-        only_first: whether to end at the first match.
+        folders: `bin`, `etc`, `include`, `lib`, `libexec` or `share`; all allowed ones if empty.
+            `libexec` includes `lib/<project>`.
+        only_first_workspace: whether to stop at the first workspace with a match.
+        only_first: whether to stop at the first match.
 
     Raises:
-        WrongFolders: a folder that is not possible with, or without, a project.
+        WrongFolders: a folder is not allowed with, or without, a project.
     """
     result = FoundFiles()
     for workspace in workspaces:

@@ -1,4 +1,4 @@
-"""`find_files` with the arguments that catkin's own function for Python code has."""
+"""`find_files` with the signature of catkin's Python function `find_in_workspaces`."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from pipros.workspace.overlays import MARKER, BuiltWorkspace, built_workspaces
 
 
 def workspaces() -> list[str]:
-    """The built workspaces of `CMAKE_PREFIX_PATH`, the topmost overlay first."""
+    """Return the built workspaces of `CMAKE_PREFIX_PATH`, the topmost overlay first."""
     return [str(workspace.prefix) for workspace in built_workspaces()]
 
 
 def source_paths(workspace: str) -> list[str]:
-    """The source folders that a workspace was built from; none for an install space.
+    """Return the source folders that a workspace was built from; none for an install space.
 
     Raises:
-        ValueError: it is not a workspace.
+        ValueError: the folder is not a workspace.
     """
     marker = Path(workspace, MARKER)
     if not marker.is_file():
@@ -37,20 +37,20 @@ def find_in_workspaces(
     workspace_to_source_spaces: MutableMapping[str, list[str]] | None = None,
     source_path_to_packages: MutableMapping[str, dict[str, str]] | None = None,
 ) -> list[str]:
-    """The paths that exist of `workspace/folder/project/path`; see `pipros.workspace.find_files`.
+    """Return the existing paths `workspace/folder/project/path`; see `pipros.workspace.find_files`.
 
     Args:
-        search_dirs: the folders; by default all that are possible.
+        search_dirs: the folders; by default all allowed ones.
         project: a package.
         path: a file or folder in it.
-        _workspaces: in place of those of `CMAKE_PREFIX_PATH`.
-        considered_paths: where to add the paths that were looked at.
+        _workspaces: the workspaces to search instead of those of `CMAKE_PREFIX_PATH`.
+        considered_paths: list to which all checked paths are appended.
         first_matching_workspace_only, first_match_only: when to stop.
-        workspace_to_source_spaces: the source folders of workspaces that are known already.
+        workspace_to_source_spaces: source folders of workspaces, if already known.
         source_path_to_packages: accepted for compatibility; has no effect.
 
     Raises:
-        ValueError: a folder cannot be searched so, or a folder is not a workspace.
+        ValueError: a search folder is not allowed, or a folder is not a workspace.
     """
     del source_path_to_packages
     known = {} if workspace_to_source_spaces is None else workspace_to_source_spaces

@@ -1,4 +1,4 @@
-"""Gives packages with compiled code to genuine catkin and CMake, when they are installed."""
+"""Build packages with compiled code with genuine catkin and CMake, if installed."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ _PREFIXES = ("/opt/ros/noetic", "/opt/ros/one", "/opt/ros/melodic", "/usr")
 _TOPLEVEL = "share/catkin/cmake/toplevel.cmake"
 _PYTHON = "/usr/bin/python3"
 
-# An environment hook of Debian's packages prints a line if ROS_DISTRO is another, into the output that catkin
+# If ROS_DISTRO differs, an environment hook of Debian's packages prints a line into the output that catkin
 # evaluates as Python.
 _DEBIAN = "Debian"
 
 
 class MissingTools(PiprosError):
-    """CMake, a compiler or genuine catkin is not installed. The text says what to install."""
+    """CMake, a compiler or genuine catkin is not installed. The message says what to install."""
 
 
 class NativeBuildFailed(PiprosError):
-    """CMake or make failed. Their output is above this error in the terminal."""
+    """CMake or make failed. Their output precedes this error in the terminal."""
 
 
 @dataclass(frozen=True, slots=True)
 class NativeTools:
-    """Where CMake and genuine catkin are. `prefix` is catkin's: `/opt/ros/noetic`, or `/usr`."""
+    """Location of CMake and genuine catkin. `prefix` is catkin's: `/opt/ros/noetic` or `/usr`."""
 
     cmake: str
     prefix: Path
@@ -46,13 +46,13 @@ class NativeTools:
 
 
 def find_tools(variables: Mapping[str, str]) -> NativeTools:
-    """Finds CMake and genuine catkin, and checks that there is a compiler.
+    """Find CMake and genuine catkin, and check that there is a compiler.
 
     Args:
-        variables: the environment; `PATH` and `CMAKE_PREFIX_PATH` count.
+        variables: the environment; only `PATH` and `CMAKE_PREFIX_PATH` are used.
 
     Raises:
-        MissingTools: with what to install.
+        MissingTools: a tool is missing; the message says what to install.
     """
     path = variables.get("PATH")
     cmake = shutil.which("cmake", path=path)
@@ -73,7 +73,7 @@ def find_tools(variables: Mapping[str, str]) -> NativeTools:
 
 
 def has_tools(variables: Mapping[str, str]) -> bool:
-    """Whether everything that compiled code needs is installed."""
+    """Return whether all tools for compiled code are installed."""
     try:
         find_tools(variables)
     except MissingTools:
@@ -82,7 +82,7 @@ def has_tools(variables: Mapping[str, str]) -> bool:
 
 
 def find_toplevel(variables: Mapping[str, str] | None = None) -> Path | None:
-    """The top-level `CMakeLists.txt` that genuine catkin has for workspaces; None without catkin."""
+    """Return genuine catkin's top-level `CMakeLists.txt` for workspaces; None if catkin is not installed."""
     prefix_path = (os.environ if variables is None else variables).get("CMAKE_PREFIX_PATH", "")
     for prefix in (*filter(None, prefix_path.split(os.pathsep)), *_PREFIXES):
         if Path(prefix, _TOPLEVEL).is_file():
@@ -99,16 +99,16 @@ def build(
     variables: Mapping[str, str],
     components: Collection[str] = (),
 ) -> None:
-    """Builds packages into the devel space. The output of the tools goes to that of this process.
+    """Build packages into the devel space. The tools inherit the standard output of this process.
 
-    Message packages that come with pipros, and that genuine ROS lacks on this machine, are built with them.
-    Those of Python are found by CMake without a build.
+    Message packages of pipros that genuine ROS lacks on this machine are built along with them. CMake finds
+    Python packages of pipros without a build. Blocks until the tools exit, without a time limit.
 
     Args:
-        packages: must include the packages of the workspace that the others need.
-        say: called with each line that pipros itself has to print.
+        packages: the packages to build, including their dependencies in the workspace.
+        say: called with each line that pipros itself prints.
         variables: the environment.
-        components: what the packages find by `find_package()`, besides the dependencies in their manifests.
+        components: names passed to `find_package()`, in addition to the dependencies in the manifests.
 
     Raises:
         NativeBuildFailed: a tool failed.
@@ -163,7 +163,7 @@ def build_plain(
     say: Callable[[str], object],
     variables: Mapping[str, str],
 ) -> None:
-    """Builds a package that has CMake and no catkin, and installs it below `prefix`.
+    """Build a plain CMake package without catkin, and install it below `prefix`.
 
     Raises:
         NativeBuildFailed: a tool failed.
@@ -190,7 +190,7 @@ def _carry_out(
     *,
     installs: bool,
 ) -> None:
-    """Runs CMake and make in a build folder. Raises NativeBuildFailed."""
+    """Run CMake and make in a build folder. Raises NativeBuildFailed."""
     steps = [configure, ["make", *(options.jobs or (f"-j{os.cpu_count() or 1}",))]]
     if installs:
         steps.append(["make", "install"])
@@ -200,9 +200,9 @@ def _carry_out(
 
 
 def use_python_of_environment(prefix: Path) -> None:
-    """Has the Python programs that genuine catkin wrote below a prefix run on the first `python3` in `PATH`.
+    """Rewrite the shebangs of Python programs that genuine catkin wrote to the first `python3` in `PATH`.
 
-    catkin makes them run on the Python of genuine rospy, wherever `rosrun` and `roslaunch` come from.
+    catkin writes the Python of genuine rospy there, even if `rosrun` and `roslaunch` are those of pipros.
 
     Raises:
         OSError: a program cannot be written.
@@ -219,10 +219,10 @@ def use_python_of_environment(prefix: Path) -> None:
 
 
 def make(layout: Layout, target: str) -> None:
-    """Makes one more target of packages that were built before.
+    """Make another target of packages that were already built.
 
     Raises:
-        MissingTools: a tool was removed since.
+        MissingTools: a tool has been removed since the build.
         NativeBuildFailed: make failed.
     """
     try:
@@ -241,22 +241,22 @@ def _run(command: Sequence[str], folder: Path, variables: Mapping[str, str], fai
 
 
 def has_package(tools: NativeTools, name: str, variables: Mapping[str, str]) -> bool:
-    """Whether genuine ROS on this machine, or a workspace that is set up, has a package."""
+    """Return whether genuine ROS on this machine or a sourced workspace contains a package."""
     prefixes = native_environment(tools, variables)["CMAKE_PREFIX_PATH"].split(os.pathsep)
     return any(is_below(name, Path(prefix)) for prefix in prefixes)
 
 
 def is_installed(name: str, variables: Mapping[str, str]) -> bool:
-    """Whether CMake finds a package of genuine ROS, or of a workspace that is set up."""
+    """Return whether CMake finds a package in genuine ROS or in a sourced workspace."""
     entries = filter(None, variables.get("CMAKE_PREFIX_PATH", "").split(os.pathsep))
     return any(is_below(name, Path(prefix)) for prefix in (*entries, *_PREFIXES))
 
 
 def native_environment(tools: NativeTools, variables: Mapping[str, str]) -> dict[str, str]:
-    """The environment for genuine catkin: the system's Python, and the distribution of genuine ROS.
+    """Return the environment for genuine catkin: the system's Python, and the distribution of genuine ROS.
 
     Args:
-        variables: the environment of the user, which may be that of pipros.
+        variables: the user's environment, which may be set up for pipros.
     """
     left_out = ("VIRTUAL_ENV", "PYTHONHOME", "ROS_ROOT", "ROS_ETC_DIR")
     result = {name: value for name, value in variables.items() if name not in left_out}

@@ -14,16 +14,16 @@ _POSIX_SHELLS = ("sh", "bash", "zsh")
 
 @dataclass(frozen=True, slots=True)
 class FoundHook:
-    """A hook, and the devel or install space that it is in."""
+    """A hook and the devel or install space that contains it."""
 
     workspace: Path
     file: Path
 
 
 def find_hooks(workspaces: Sequence[Path], shell: str) -> list[FoundHook]:
-    """The hooks for a shell in Noetic's order: `.sh` before those of the shell, underlays before overlays.
+    """Return the hooks for a shell in Noetic's order: `.sh` before shell-specific, underlays before overlays.
 
-    Of several hooks with one name only that of the topmost workspace is returned.
+    If several workspaces have a hook with the same name, only the topmost one is returned.
 
     Args:
         workspaces: the topmost first.

@@ -1,4 +1,4 @@
-"""Finds ROS packages: in the folders of `ROS_PACKAGE_PATH`, then among those that come with pipros."""
+"""Index of ROS packages: those in the folders of `ROS_PACKAGE_PATH`, then those shipped with pipros."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ class Package:
 
 
 class PackageIndex:
-    """Finds packages by name. If a name occurs twice, the package in the earlier folder wins.
+    """Packages by name. If a name occurs twice, the package in the earlier folder wins. Thread-safe.
 
-    `PackageFolders` says when the disk is read, and what is cached. May be used from several threads.
+    `PackageFolders` documents when the disk is read and what is cached.
     """
 
     def __init__(
         self, folders: Sequence[Path], *, cache_folder: Path | None = None, kinds: Sequence[str] = PACKAGES
     ) -> None:
-        """Reads nothing yet.
+        """Store the arguments; the disk is read on first use.
 
         Args:
-            folders: further occurrences of a folder have no effect.
-            kinds: what counts: `PACKAGES`, or `STACKS`, which has metapackages and no dry packages.
+            folders: the folders to search; repeated folders are ignored.
+            kinds: `PACKAGES`, or `STACKS` for metapackages without dry packages.
         """
         self.folders = tuple(dict.fromkeys(folders))
         cache = None if cache_folder is None else os.fspath(cache_folder)
@@ -52,7 +52,7 @@ class PackageIndex:
 
     @property
     def advice(self) -> str:
-        """What to do about a package that was not found; empty where folders of one's own are searched."""
+        """Hint to set ROS_PACKAGE_PATH if a package was not found; empty if it is set."""
         if any(folder != SHARED_PACKAGES for folder in self.folders):
             return ""
         return (
@@ -64,7 +64,7 @@ class PackageIndex:
     def from_environment(
         cls, environment: Environment | None = None, kinds: Sequence[str] = PACKAGES
     ) -> PackageIndex:
-        """The packages that a ROS process with this environment finds."""
+        """Return the index of the packages visible to a ROS process with this environment."""
         environment = environment or Environment.from_os()
         return cls(
             (*environment.package_path, SHARED_PACKAGES),
@@ -73,15 +73,15 @@ class PackageIndex:
         )
 
     def get(self, name: str) -> Package | None:
-        """The package of that name, or None."""
+        """Return the package called `name`, or None."""
         folder = self._found.get(name)
         return None if folder is None else Package(name, Path(folder))
 
     def find(self, name: str) -> Package:
-        """The package of that name.
+        """Return the package called `name`.
 
         Raises:
-            NotFound: with the folders that were searched.
+            NotFound: the package does not exist; the message lists the searched folders.
         """
         package = self.get(name)
         if package is None:
@@ -93,7 +93,7 @@ class PackageIndex:
         return package
 
     def __iter__(self) -> Iterator[Package]:
-        """All packages, each name once, sorted by name."""
+        """Iterate over all packages, each name once, sorted by name."""
         folders = self._found.by_name()
         return iter([Package(name, Path(folders[name])) for name in sorted(folders)])
 
@@ -101,7 +101,7 @@ class PackageIndex:
         return isinstance(name, str) and self.get(name) is not None
 
     def containing(self, path: Path) -> Package | None:
-        """The package that contains a file or folder, by the nearest manifest above it."""
+        """Return the package that contains a file or folder: that of the nearest manifest above it."""
         for folder in (path.absolute(), *path.absolute().parents):
             if (folder / MANIFEST).is_file() or (folder / DRY_MANIFEST).is_file():
                 found = crawl(str(folder)).packages
@@ -109,7 +109,7 @@ class PackageIndex:
         return None
 
     def duplicates(self) -> dict[str, list[Path]]:
-        """Each name that occurs more than once, with all its folders, the winning one first."""
+        """Return each name that occurs more than once, with all its folders, the winning one first."""
         folders: dict[str, list[Path]] = {}
         for name, folder in self._found.occurrences():
             folders.setdefault(name, []).append(Path(folder))

@@ -1,4 +1,4 @@
-"""Builds a workspace package by package, each with a build space and a devel space of its own."""
+"""Isolated builds: package by package, each with its own build space and devel space."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _BUILDER_LINES = ("-- ~~", "-- +++", "-- ==>")
 
 @dataclass(frozen=True, slots=True)
 class IsolatedOptions:
-    """How to build.
+    """Options of an isolated build.
 
     Attributes:
         merges: whether all packages share the devel space.
@@ -39,11 +39,11 @@ class IsolatedOptions:
 
 @dataclass(slots=True)
 class IsolatedResult:
-    """The outcome.
+    """The outcome of an isolated build.
 
     Attributes:
-        errors: what failed, at most of one package: the build ends there.
-        needs_genuine: a package that genuine catkin has to build; the build ends there, too.
+        errors: the errors of the package that failed; the build ends there.
+        needs_genuine: a package that genuine catkin has to build; the build ends there as well.
     """
 
     errors: list[str] = field(default_factory=list)
@@ -58,15 +58,15 @@ def build_isolated(
     say: Say,
     variables: Mapping[str, str],
 ) -> IsolatedResult:
-    """Builds packages one after another; each finds those before it as underlays.
+    """Build packages one after another; each uses the previous ones as underlays.
 
-    Packages with compiled code, and those that they depend on, are built by genuine catkin. As this is known
-    when such a package is reached, the build begins again there.
+    Genuine catkin builds packages with compiled code and their dependencies. Compiled code is only discovered
+    when the build reaches such a package; the build then starts over.
 
     Args:
-        layout: build and devel are the folders for the spaces of all packages.
-        packages: all packages of the workspace in the order in which they are built.
-        chosen: those to build.
+        layout: `build` and `devel` are the parent folders of the packages' spaces.
+        packages: all packages of the workspace in build order.
+        chosen: the packages to build.
 
     Raises:
         WorkspaceError: nothing can be built.
@@ -90,7 +90,7 @@ def build_isolated(
 
 
 def _is_plain_cmake(package: SourcePackage) -> bool:
-    """Whether a package is built by CMake alone, without catkin."""
+    """Return whether a package is built by CMake alone, without catkin."""
     return any(
         export.tagname == "build_type" and export.content == "cmake" for export in package.manifest.exports
     )
@@ -105,7 +105,7 @@ def _build_all(
     say: Say,
     variables: Mapping[str, str],
 ) -> IsolatedResult:
-    """Builds packages until one fails, or needs genuine catkin and is not in `genuine`."""
+    """Build packages until one fails, or needs genuine catkin and is not in `genuine`."""
     result = IsolatedResult()
     projects: dict[str, Project] = {}
     sources: list[Path] = []
@@ -159,7 +159,7 @@ def _build_plain(
     say: Say,
     variables: Mapping[str, str],
 ) -> BuildResult:
-    """Builds a package with CMake alone, and makes the devel space a workspace."""
+    """Build a package with CMake alone, and make the devel space a workspace."""
     tools = genuine_catkin.find_tools(variables)
     prefix = layout.install if options.installs else layout.devel
     result = BuildResult()
@@ -176,7 +176,7 @@ def _build_plain(
 
 
 def _without_headings(say: Say) -> Say:
-    """Leaves out the lines that `catkin_make` prints around each package."""
+    """Return `say` without the lines that `catkin_make` prints around each package."""
     return lambda line: None if line.startswith(_BUILDER_LINES) else say(line)
 
 

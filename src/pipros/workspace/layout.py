@@ -1,4 +1,4 @@
-"""The folders of a catkin workspace, and its packages in the order in which they are built."""
+"""The folders of a catkin workspace, and its packages in build order."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Layout:
 
 @dataclass(frozen=True, slots=True)
 class SourcePackage:
-    """A package to be built, with its manifest as catkin_pkg reads it."""
+    """A package to build, with its manifest as parsed by catkin_pkg."""
 
     name: str
     folder: Path
@@ -53,7 +53,7 @@ class SourcePackage:
         return any(export.tagname == "metapackage" for export in self.manifest.exports)
 
     def dependencies(self, *kinds: str) -> set[str]:
-        """The names that the manifest depends on, in the given lists (`build_depends`, `exec_depends`, …)."""
+        """Return the dependencies in the given lists of the manifest (`build_depends`, `exec_depends`, …)."""
         return {
             dependency.name
             for kind in kinds
@@ -68,7 +68,7 @@ class SourcePackage:
         )
 
     def line_of(self, word: str) -> int:
-        """The number of the first line of the manifest that contains the word; 1 if none does."""
+        """Return the number of the first line of the manifest that contains the word; 1 if there is none."""
         for number, line in enumerate(read_text(self.manifest_file, errors="replace").splitlines(), 1):
             if word in line:
                 return number
@@ -80,7 +80,7 @@ class SourceSpace:
     """The packages of a source folder.
 
     Attributes:
-        packages: in the order in which they are built.
+        packages: the packages in build order.
         errors: invalid manifests, each with file, line and reason.
     """
 
@@ -89,10 +89,10 @@ class SourceSpace:
 
 
 def read_source_space(source: Path, variables: Mapping[str, str]) -> SourceSpace:
-    """All packages below a source folder. Broken manifests are reported and their packages left out.
+    """Return all packages below a source folder. Invalid manifests are reported and their packages skipped.
 
     Raises:
-        WorkspaceError: two packages have the same name, or packages depend on each other in a circle.
+        WorkspaceError: two packages have the same name, or packages depend on each other in a cycle.
     """
     space = SourceSpace()
     found: dict[str, SourcePackage] = {}
@@ -118,7 +118,7 @@ def _read_manifest(folder: Path, variables: Mapping[str, str], errors: list[str]
     file = folder / MANIFEST
     warnings: list[str] = []
     try:
-        parse(read_file(file), str(file))  # unlike catkin_pkg it says where malformed XML is
+        parse(read_file(file), str(file))  # unlike catkin_pkg, it reports the position of malformed XML
         manifest = parse_package(str(file), warnings=warnings)
         with catch_warnings():
             simplefilter("ignore")  # catkin_pkg uses deprecated names of pyparsing
@@ -136,18 +136,18 @@ def _read_manifest(folder: Path, variables: Mapping[str, str], errors: list[str]
 
 
 class _Evaluated:
-    """A manifest whose conditions stay evaluated: catkin_pkg would do it again, with `os.environ`."""
+    """A manifest with evaluated conditions: catkin_pkg would evaluate them again, with `os.environ`."""
 
     def __init__(self, manifest: Manifest) -> None:
         self._manifest = manifest
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
-            raise AttributeError(name)  # while it is copied, there is no manifest yet
+            raise AttributeError(name)  # copy() looks up attributes before the manifest is set
         return getattr(self._manifest, name)
 
     def evaluate_conditions(self, context: Mapping[str, str]) -> None:
-        """Does nothing."""
+        """Do nothing: the conditions are already evaluated."""
 
 
 def _in_order(packages: Mapping[str, SourcePackage]) -> list[SourcePackage]:
@@ -163,7 +163,7 @@ def _in_order(packages: Mapping[str, SourcePackage]) -> list[SourcePackage]:
 
 
 def closure(packages: Sequence[SourcePackage], wanted: set[str]) -> set[str]:
-    """The wanted packages and all packages of the workspace that they depend on, directly or not."""
+    """Return the wanted packages and all their direct and indirect dependencies in the workspace."""
     by_name = {package.name: package for package in packages}
     known: set[str] = set()
     pending = [name for name in wanted if name in by_name]

@@ -1,4 +1,4 @@
-"""The targets of `catkin_make`, and the names that catkin gives to test results."""
+"""Targets of `catkin_make`, and catkin's names of test results."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _KINDS = {"python": "nosetests", "roslaunch": "roslaunch-check"}
 
 
 def names(projects: Mapping[str, Project]) -> Iterator[str]:
-    """All targets of a workspace."""
+    """Yield all targets of a workspace."""
     yield from _ALWAYS
     for name, project in projects.items():
-        # For make the folder of a package is a target that is up to date.
+        # For make, the folder of a package is an up-to-date target.
         yield from (name, f"run_tests_{name}", f"clean_test_results_{name}")
         yield from project.targets
         for test in project.tests:
@@ -26,7 +26,7 @@ def names(projects: Mapping[str, Project]) -> Iterator[str]:
 
 
 def is_wanted(test: TestEntry, package: str, targets: Sequence[str]) -> bool:
-    """Whether a test belongs to one of the targets."""
+    """Return whether a test belongs to one of the targets."""
     names_of_it = {"test", "run_tests", f"run_tests_{package}", *_names_of(test, package)}
     return not names_of_it.isdisjoint(targets)
 
@@ -38,9 +38,9 @@ def _names_of(test: TestEntry, package: str) -> Iterator[str]:
 
 
 def label(test: TestEntry) -> str:
-    """The name of a test: its path, or its file with its arguments if it has any.
+    """Return the name of a test: its path, or its file name with its arguments if it has any.
 
-    So one file can be listed several times, with different arguments.
+    So a file can be listed several times with different arguments.
     """
     if test.kind == "gtest":
         return test.target
@@ -55,5 +55,5 @@ def label(test: TestEntry) -> str:
 
 
 def results_label(test: TestEntry) -> str:
-    """The name of the results of a launch file. It ends at the first dot, as with catkin."""
+    """Return the name of a launch file's results: the part before the first dot, as in catkin."""
     return label(test).partition(".")[0]

@@ -1,12 +1,12 @@
-"""Reads the parts of package manifests (`package.xml`) that tools such as `rospack` need.
+"""Reader for the parts of package manifests (`package.xml`) that tools such as `rospack` need.
 
-Formats 1, 2 and 3, and `manifest.xml` of dry packages. Conditions on dependencies have the values of Noetic.
-Manifests are not checked.
+Supports formats 1, 2 and 3, and `manifest.xml` of dry packages. Conditions on dependencies are evaluated with
+Noetic's values. Manifests are not validated.
 
-Why not catkin_pkg, which the build uses because it checks everything: it takes 50 ms to import and 0.4 ms a
-manifest, this module 22 ms (most of it shared with the command) and 0.1 ms. `rospack` in a workspace of 200
-packages would take a tenth of a second longer, at each press of the Tab key too. Besides, it refuses
-manifests that genuine rospack accepts, such as one without a maintainer.
+Why not catkin_pkg, which the build uses because it validates: it takes 50 ms to import and 0.4 ms per
+manifest, this module 22 ms (mostly modules that the command imports anyway) and 0.1 ms. In a workspace of 200
+packages `rospack` would take a tenth of a second longer, also for each Tab completion. Besides, catkin_pkg
+rejects manifests that genuine rospack accepts, such as one without a maintainer.
 (Measured with the 84 manifests below /usr/share that Debian's ROS packages install.)
 """
 
@@ -21,7 +21,7 @@ from pipros.basics.input_file import read_file
 from pipros.packages.crawl import DRY_MANIFEST, MANIFEST
 from pipros.safe.xml import Element, XmlError, parse
 
-# The dependency lists of format 3 that each element adds to; in the order in which rospack prints them.
+# The dependency lists of format 3 to which each element adds, in rospack's output order.
 _MEANING: dict[str, tuple[str, ...]] = {
     "run_depend": ("build_export_depends", "exec_depends"),
     "exec_depend": ("exec_depends",),
@@ -45,7 +45,7 @@ class Manifest:
         dependencies: (kind, name), such as `("exec_depends", "rospy")`, sorted by kind of element.
         exports: the elements below `<export>`.
         is_dry: whether it is a `manifest.xml`.
-        rosdeps: the system packages that a `manifest.xml` names; other manifests name them as dependencies.
+        rosdeps: the system packages in a `manifest.xml`; other manifests list them as dependencies.
     """
 
     name: str
@@ -57,16 +57,16 @@ class Manifest:
     rosdeps: tuple[str, ...] = ()
 
     def depends(self, *kinds: str) -> list[str]:
-        """The names in the given lists, by default in all, each once."""
+        """Return the names in the given lists (by default all lists), without duplicates."""
         return list(dict.fromkeys(name for kind, name in self.dependencies if not kinds or kind in kinds))
 
 
 def read_manifest(package: Path) -> Manifest:
-    """The manifest in a package's folder.
+    """Return the manifest in a package's folder.
 
     Raises:
-        XmlError: it is not well-formed; with file, line and column.
-        OSError: it cannot be read.
+        XmlError: the manifest is not well-formed; with file, line and column.
+        OSError: the manifest cannot be read.
     """
     file = package / MANIFEST
     is_dry = not file.is_file() and (package / DRY_MANIFEST).is_file()
@@ -97,7 +97,7 @@ def read_manifest(package: Path) -> Manifest:
 
 
 def _attributes(root: Element, tag: str, name: str) -> list[str]:
-    """The values of an attribute of all elements with a tag, without empty ones."""
+    """Return the non-empty values of an attribute of all elements with a tag."""
     values = (child.attributes.get(name, "") for child in root.children if child.tag == tag)
     return [value for value in values if value]
 
@@ -108,7 +108,7 @@ def _text(root: Element, tag: str) -> str:
 
 
 def _holds(condition: str) -> bool:
-    """Whether a condition of format 3 holds: comparisons with `==` or `!=`, joined by `and`."""
+    """Return whether a condition of format 3 holds: comparisons with `==` or `!=`, joined by `and`."""
     for part in re.split(r"\band\b", condition):
         compared = _COMPARISON.fullmatch(part)
         if compared is None:

@@ -16,18 +16,18 @@ MARKER = ".catkin"
 
 @dataclass(frozen=True, slots=True)
 class BuiltWorkspace:
-    """A devel or install space: its folder, and the source folders that a devel space was built from."""
+    """A devel or install space: its folder, and the source folders of a devel space."""
 
     prefix: Path
     sources: tuple[Path, ...] = ()
 
     def executables_of(self, package: str) -> Path:
-        """The folder for the built programs of a package. It exists only if there are any."""
+        """Return the folder of a package's built programs. It exists only if there are any."""
         return self.prefix / "lib" / package
 
 
 def built_workspaces(variables: Mapping[str, str] | None = None) -> tuple[BuiltWorkspace, ...]:
-    """The workspaces of an environment, by default that of this process."""
+    """Return the workspaces of an environment, by default that of this process."""
     prefix_path = (os.environ if variables is None else variables).get("CMAKE_PREFIX_PATH") or ""
     workspaces = []
     for folder in prefix_path.split(os.pathsep):

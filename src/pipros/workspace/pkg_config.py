@@ -1,4 +1,4 @@
-"""The compiler and linker flags of packages. catkin writes `.pc` files, which pkg-config reads."""
+"""Compiler and linker flags of packages, from the `.pc` files that catkin writes and pkg-config reads."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ class NoFlags(PiprosError):
 
 
 def flags(package: str, option: str, prefix: str = "") -> list[str]:
-    """The flags of a package, folders of overlays first.
+    """Return the flags of a package, folders of overlays first.
 
     Args:
         option: of pkg-config, without its dashes: `cflags-only-I`.
         prefix: removed from the start of each flag, such as `-I`.
 
     Raises:
-        NoFlags: they cannot be found; with what to do.
+        NoFlags: pkg-config is missing or does not know the package; the message says what to do.
     """
     program = shutil.which("pkg-config")
     command = f"pkg-config --{option} {package}"
@@ -41,7 +41,7 @@ def flags(package: str, option: str, prefix: str = "") -> list[str]:
 
 
 def _rank(folder: str) -> int:
-    """The position in the chain of workspaces of the one that contains a folder; 0 for the topmost."""
+    """Return the position of the workspace that contains a folder in the chain; 0 for the topmost."""
     prefixes = [str(workspace.prefix) for workspace in built_workspaces()]
     for number, prefix in enumerate(prefixes):
         if (folder + os.sep).startswith(prefix + os.sep):

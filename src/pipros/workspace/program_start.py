@@ -1,8 +1,8 @@
-"""Starts programs of a workspace with the Python that pipros is installed in.
+"""Environment and command lines that run a workspace's programs with pipros' Python.
 
 The first line of a node is `#!/usr/bin/env python3`, which runs the first `python3` in `PATH`. If a tool of
-pipros is called by its full path, without activating its virtual environment, that would be a Python without
-pipros. So the tools put the folder of their own interpreter first.
+pipros is called by its full path, without an activated virtual environment, that would be a Python without
+pipros. Therefore the tools put the folder of their own interpreter first.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ _POSIX_SHELL = "/bin/sh"
 
 
 def program_environment(variables: Mapping[str, str], executable: str = sys.executable) -> dict[str, str]:
-    """The environment for a program of a package.
+    """Return the environment for a program of a package.
 
-    `python3` and `python` are the given interpreter, and `ROS_DISTRO`, `ROS_VERSION` and `ROS_PYTHON_VERSION`
-    are set, as after sourcing a setup file of Noetic.
+    In it, `python3` and `python` run the given interpreter, and `ROS_DISTRO`, `ROS_VERSION` and
+    `ROS_PYTHON_VERSION` are set as by a setup file of Noetic.
     """
     environment = {**DISTRIBUTION, **variables}
     own = os.path.dirname(os.path.abspath(executable))
@@ -36,12 +36,12 @@ def program_environment(variables: Mapping[str, str], executable: str = sys.exec
 
 
 def command_of(program: Path, arguments: Sequence[str] = (), prefix: str = "") -> list[str]:
-    """The command line that runs a program, behind a prefix such as `gdb -ex run --args`.
+    """Return the command line that runs a program, with a prefix such as `gdb -ex run --args`.
 
-    The prefix is split into words as a shell does; no shell is run.
+    The prefix is split into words like a shell does; no shell runs.
 
     Raises:
-        ValueError: the prefix has an open quote.
+        ValueError: the prefix has an unclosed quote.
     """
     starter: list[str] = []
     if _ON_WINDOWS and program.suffix.lower() == ".py":
@@ -52,7 +52,7 @@ def command_of(program: Path, arguments: Sequence[str] = (), prefix: str = "") -
 
 
 def why_not_startable(program: Path) -> str | None:
-    """What is wrong with the first line of a script, since the kernel's own error is unhelpful; or None."""
+    """Return the problem with a script's first line, or None; the kernel's own error is unhelpful."""
     try:
         start = _start_of(program)
     except OSError as error:
@@ -73,7 +73,7 @@ def why_not_startable(program: Path) -> str | None:
 
 
 def has_windows_line_ends(program: Path) -> bool:
-    """Whether the first line of a script with `#!` has a Windows line end."""
+    """Return whether a script's `#!` line has a Windows line end."""
     try:
         start = _start_of(program)
     except OSError:
@@ -87,7 +87,7 @@ def _start_of(program: Path) -> bytes:
 
 
 def _is_bare_shell_script(program: Path) -> bool:
-    """True for text without `#!`, which the kernel refuses and a shell runs as a shell script."""
+    """Return True for text without `#!`, which the kernel refuses to run but a shell runs as a script."""
     if program.suffix == ".py":
         return False
     try:

@@ -1,4 +1,4 @@
-"""`catkin_make run_tests`: runs the tests that packages list; results are left in `build/test_results`."""
+"""`catkin_make run_tests`: run the tests that packages list; results are written to `build/test_results`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 LeaveError = Callable[[Path, str, str], None]
-"""Called with the result file to write, the name of the test, and the error."""
+"""Callback that receives the result file to write, the name of the test, and the error."""
 
 
 def run_tests(
@@ -33,13 +33,13 @@ def run_tests(
     leave_error: LeaveError,
     script_runner: Sequence[str],
 ) -> None:
-    """Runs tests one after another. As in Noetic, `catkin_test_results` reports the failures afterwards.
+    """Run tests one after another. As in Noetic, `catkin_test_results` reports the failures afterwards.
 
     Args:
         targets: the targets of `catkin_make`, such as `run_tests`.
         say: called with each line to print.
-        leave_error: called for a test that cannot be run; writes a result file that says why.
-        script_runner: command that runs a Python test without pytest; the script and the result file follow.
+        leave_error: called for a test that cannot run; writes a result file with the reason.
+        script_runner: command that runs a Python test without pytest, given the script and the result file.
     """
     results = layout.build / "test_results"
     environment = _environment(layout)
@@ -61,10 +61,10 @@ def run_tests(
 
 
 def _compile(test: TestEntry, project: Project, layout: Layout) -> None:
-    """Has genuine catkin compile the program of a test, if it has one.
+    """Compile the program of a test, if it has one, with genuine catkin.
 
     Raises:
-        MissingTools, NativeBuildFailed: it cannot be compiled.
+        MissingTools, NativeBuildFailed: the program cannot be compiled.
     """
     if not test.target:
         return
@@ -103,7 +103,7 @@ def _command(
 
 
 def _environment(layout: Layout) -> dict[str, str]:
-    """The environment with the workspace set up, as if `devel/setup.sh` had been sourced."""
+    """Return the environment with the workspace set up, as if `devel/setup.sh` had been sourced."""
     from pipros.workspace.environment import underlays_of_build, workspace_environment
 
     variables = program_environment(os.environ)

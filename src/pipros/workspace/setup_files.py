@@ -1,4 +1,4 @@
-"""Writes the `setup.*` files of a devel or install space, for bash, zsh, sh, fish and PowerShell."""
+"""The `setup.*` files of a devel or install space, for bash, zsh, sh, fish and PowerShell."""
 
 from __future__ import annotations
 
@@ -105,11 +105,11 @@ exec "$@"
 
 
 def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence[Path]) -> None:
-    """Makes a folder a workspace: writes the marker, the list of underlays, and the setup files.
+    """Make a folder a workspace: writes the marker, the list of underlays, and the setup files.
 
     Args:
         sources: the source folders of a devel space; empty for an install space.
-        underlays: the workspaces below it, the topmost first.
+        underlays: the workspaces that it was built on, the topmost first.
 
     Raises:
         OSError: the folder cannot be written.
@@ -143,7 +143,7 @@ def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence
 
 
 def write_relaying_setup_files(folder: Path, prefix: Path) -> None:
-    """Writes setup files to a folder that set up the workspace at `prefix`.
+    """Write setup files to a folder that set up the workspace at `prefix`.
 
     Raises:
         OSError: the folder cannot be written.
@@ -162,10 +162,10 @@ def write_relaying_setup_files(folder: Path, prefix: Path) -> None:
 
 
 def _write(file: Path, content: str) -> None:
-    """Writes a setup file that genuine catkin will replace by its own.
+    """Write a setup file with an old timestamp, so that genuine catkin can replace it.
 
-    CMake does not copy a file whose time differs by less than a second from the existing one, so without an
-    earlier time this file would stay if genuine catkin built the workspace right afterwards.
+    CMake does not copy a file whose timestamp differs by less than a second from the existing one: with the
+    current time this file would remain if genuine catkin built the workspace right afterwards.
     """
     if write_if_changed(file, content):
         earlier = time.time() - _OLDER_BY_S
@@ -173,7 +173,7 @@ def _write(file: Path, content: str) -> None:
 
 
 def write_if_changed(file: Path, content: str) -> bool:
-    """Writes a file unless it has that content already. True if it was written."""
+    """Write a file unless it already has that content. Return True if it was written."""
     try:
         if file.read_text("utf-8") == content:
             return False

@@ -1,8 +1,7 @@
-"""Reads a package's `setup.py`: its Python packages, their folders, and its scripts.
+"""Reader for a package's `setup.py`: its Python packages, their folders, and its scripts.
 
-As with catkin, a separate interpreter runs the file, and `setup()` only records its arguments. `distutils`
-is replaced, because Python 3.12 and newer do not have it, and `find_packages` of setuptools where that is not
-installed.
+As in catkin, a separate interpreter runs the file, and `setup()` only records its arguments. `distutils` is
+replaced because Python 3.12 and newer lack it; so is `find_packages` if setuptools is not installed.
 """
 
 from __future__ import annotations
@@ -53,7 +52,7 @@ print("\\0" + json.dumps(recorded))
 
 
 class SetupPyError(PiprosError):
-    """A `setup.py` failed, or describes something that catkin cannot do."""
+    """A `setup.py` failed or uses a feature that catkin does not support."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,10 +64,10 @@ class PythonSetup:
 
 
 def read_setup_py(folder: str) -> PythonSetup:
-    """Runs the `setup.py` in a folder; `ROS_DISTRO` and the like have Noetic's values if unset.
+    """Run the `setup.py` in a folder; `ROS_DISTRO` and the like default to Noetic's values.
 
     Raises:
-        SetupPyError: it failed; with its last lines of output.
+        SetupPyError: it failed or exceeded the time limit; with the last lines of its output.
     """
     try:
         ended = subprocess.run(  # noqa: S603
@@ -95,7 +94,7 @@ def read_setup_py(folder: str) -> PythonSetup:
 
 
 def _folder_of(package: str, folders: Mapping[str, str]) -> str:
-    """The folder of a Python package by the `package_dir` of its `setup.py`, as setuptools computes it."""
+    """Return the folder of a Python package according to `package_dir`, as setuptools computes it."""
     parts, below = package.split("."), list[str]()
     while parts:
         known = folders.get(".".join(parts))

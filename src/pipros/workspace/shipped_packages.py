@@ -1,7 +1,7 @@
-"""The packages of pipros that a build by genuine catkin needs, as far as genuine ROS lacks them.
+"""Packages of pipros that a build by genuine catkin needs and genuine ROS lacks.
 
-Message packages are built with the others. Those of Python have nothing to build: `find_package()` finds a
-small configuration in their place.
+Message packages are built along with the workspace. Python packages have nothing to build: `find_package()`
+finds a small configuration file for each of them.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ set({name}_EXPORTED_TARGETS "")
 _ONLY_GENUINE = frozenset(
     ("message_runtime", *(name for names in COMPONENT_COMMANDS.values() for name in names))
 )
-"""Packages that give commands or C++ libraries to CMake, so that only the genuine ones will do."""
+"""Packages with CMake commands or C++ libraries, for which pipros has no substitute."""
 
 
 def shipped_packages(
     packages: Sequence[SourcePackage], prefixes: Sequence[Path], components: Collection[str] = ()
 ) -> list[SourcePackage]:
-    """The packages of pipros that these need, and that are installed below no prefix.
+    """Return the packages of pipros that the given packages need and that no prefix contains.
 
-    Those with commands for CMake, and those with messages and a C++ library, are not among them: only the
-    genuine ones will do. Message packages need others in turn.
+    Packages with CMake commands, or with messages and a C++ library, are excluded: pipros has no substitute
+    for these. The dependencies of message packages are included.
 
     Args:
-        components: names that are needed besides the dependencies in the manifests.
+        components: further required names, in addition to the dependencies in the manifests.
     """
     shipped = {package.name: package for package in read_source_space(SHARED_PACKAGES, os.environ).packages}
     seen = {package.name for package in packages}
@@ -61,21 +61,21 @@ def shipped_packages(
 
 
 def has_cmake(package: SourcePackage) -> bool:
-    """Whether CMake can build a package that comes with pipros: those of Python have nothing to build."""
+    """Return whether CMake can build a package of pipros; Python packages have nothing to build."""
     return (package.folder / "CMakeLists.txt").is_file()
 
 
 def write_configuration(package: SourcePackage, prefix: Path) -> None:
-    """Has `find_package()` find a package without building it."""
+    """Write a configuration file with which `find_package()` finds a package that is not built."""
     name, version = package.name, str(package.manifest.version)
     folder = prefix / "share" / name / "cmake"
     write_if_changed(folder / f"{name}Config.cmake", _CONFIGURATION.format(name=name, version=version))
 
 
 def is_below(name: str, prefix: Path) -> bool:
-    """Whether CMake finds a package below a prefix.
+    """Return whether CMake finds a package below a prefix.
 
-    catkin installs to `share/<name>/cmake`; Debian moves packages that depend on the processor to
+    catkin installs to `share/<name>/cmake`; Debian moves architecture-dependent packages to
     `lib/<triplet>/cmake/<name>`.
     """
     config = f"{name}Config.cmake"

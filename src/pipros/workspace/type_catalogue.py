@@ -1,4 +1,4 @@
-"""Looks up types of the three kinds of interfaces: messages, services and actions."""
+"""Lookup of message, service and action types."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class TypeCatalogue:
     Attributes:
         command: the tool that shows these types.
         kind: the extension of the files and the name of their folder.
-        noun: the word for one of them.
-        unknown: how the error for an unknown type begins.
+        noun: the word for one type of this kind, for texts.
+        unknown: the start of the error text for an unknown type.
     """
 
     command: str
@@ -36,24 +36,24 @@ class TypeCatalogue:
         return installed_library().definitions
 
     def packages(self) -> Iterator[str]:
-        """The packages that have such types, sorted."""
+        """Yield the packages with types of this kind, sorted."""
         for package in PackageIndex.from_environment():
             if self.names(package.name):
                 yield package.name
 
     def names(self, package: str) -> list[str]:
-        """The names of the types of a package. Raises NotFound."""
+        """Return the names of the types of a package. Raises NotFound."""
         return self.definitions.files.names(self.kind, package)
 
     def types_named(self, name: str) -> list[str]:
-        """The types of that name in all packages; a name with a package is returned as it is."""
+        """Return the types of that name in all packages; a name with a package is returned unchanged."""
         if "/" in name:
             return [name]
         return [f"{package}/{name}" for package in self.packages() if name in self.names(package)]
 
     @staticmethod
     def is_malformed(name: str) -> bool:
-        """True for a name with slashes that does not have the form `package/Type`.
+        """Return True for a name with slashes that does not have the form `package/Type`.
 
         >>> [TypeCatalogue.is_malformed(name) for name in ("std_msgs/String", "String", "/std_msgs/String")]
         [False, False, True]
@@ -61,10 +61,10 @@ class TypeCatalogue:
         return name.startswith("/") or name.count("/") > 1
 
     def text(self, type_name: str, *, is_raw: bool) -> str:
-        """The definition: as written, or with the fields of embedded messages and without comments.
+        """Return the definition: as written, or with the fields of embedded messages and without comments.
 
         Raises:
-            NotFound, DefinitionError: it does not exist, or is invalid.
+            NotFound, DefinitionError: the type does not exist or is invalid.
         """
         if self.is_malformed(type_name):
             raise NotFound(f"invalid name [{type_name}]")
@@ -75,7 +75,7 @@ class TypeCatalogue:
         return SECTION_MARK.join(expanded(part, lookup) for part in parts)
 
     def md5(self, type_name: str) -> str:
-        """The MD5 that peers compare. Errors as for `text`."""
+        """Return the MD5 sum that peers compare. Raises the same errors as `text`."""
         lookup = self.definitions.message
         if self.kind == "srv":
             return service_md5(self.definitions.service(type_name), lookup)
@@ -102,7 +102,7 @@ class TypeCatalogue:
 
 
 def expanded(spec: MessageSpec, lookup: Lookup, indent: str = "") -> str:
-    """The constants and fields of a message, those of embedded messages below theirs."""
+    """Return the constants and fields of a message; embedded messages are indented below their fields."""
     lines = [f"{indent}{item.type} {item.name}={item.text}\n" for item in spec.constants]
     for field in spec.fields:
         lines.append(f"{indent}{field.type} {field.name}\n")

@@ -1,4 +1,4 @@
-"""Checks a package for mistakes that catkin would refuse, before anything is built."""
+"""Checks for mistakes in a package that catkin would reject, before anything is built."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from pipros.workspace.layout import SourcePackage
 from pipros.workspace.manifest import read_manifest
 
 MESSAGES_WITHOUT_DEPENDENCY = frozenset(("std_msgs", "actionlib_msgs"))
-"""Packages that need not be listed, because `Header` and actions use them."""
+"""Packages that need not be listed as dependencies, because `Header` and actions use them."""
 
 
 def check_manifest(project: Project, package: SourcePackage) -> None:
-    """Compares the `CMakeLists.txt` with the manifest.
+    """Check the `CMakeLists.txt` against the manifest.
 
     Raises:
         CMakeError: the manifest lacks a run dependency that `catkin_package()` names.
@@ -41,7 +41,7 @@ def check_manifest(project: Project, package: SourcePackage) -> None:
 def check_interfaces(
     project: Project, definitions: Definitions, find_folder: Callable[[str], Path | None]
 ) -> None:
-    """Reads every message, service and action of a package, and the messages that they contain.
+    """Check every message, service and action of a package, including embedded messages.
 
     Args:
         find_folder: finds the folder of a package; None if it does not exist.
@@ -72,7 +72,7 @@ def check_interfaces(
 
 
 def _with_dependencies(names: Sequence[str], find_folder: Callable[[str], Path | None]) -> set[str]:
-    """The packages and those that their manifests depend on, directly or not: they bring these messages."""
+    """Return the packages and their direct and indirect dependencies, whose messages are available, too."""
     known: set[str] = set()
     pending = list(names)
     while pending:
@@ -97,7 +97,7 @@ class UnknownType(PiprosError):
 
 
 def specs_of(interface: Interface, package: str, definitions: Definitions) -> Iterator[MessageSpec]:
-    """The messages that a file defines."""
+    """Yield the messages defined by an interface file."""
     type_name = f"{package}/{interface.name}"
     if interface.kind == "msg":
         yield definitions.message(type_name)

@@ -149,12 +149,12 @@ def test_stamps_of_another_clock_are_distinguished_from_clocks_that_differ() -> 
     assert of_another.cure.startswith("Stamp with rospy.Time.now()")
     (differing,) = check_graph(FAULTS["stamps-differ"])
     assert "100 s ahead of" in differing.summary
-    assert differing.cure.startswith("Set the clocks of both machines")
+    assert differing.cure.startswith("Synchronize the clocks of both machines")
 
 
 def test_a_misspelt_topic_is_pointed_out() -> None:
     (finding,) = check_graph(FAULTS["no-publishers"])
-    assert "look like it: /chatter." in finding.cure
+    assert "with similar names: /chatter." in finding.cure
 
 
 def test_names_of_peers_cannot_forge_lines() -> None:

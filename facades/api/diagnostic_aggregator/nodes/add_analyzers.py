@@ -1,4 +1,4 @@
-"""`rosrun diagnostic_aggregator add_analyzers`: lends analyzers to an aggregator while it runs."""
+"""`rosrun diagnostic_aggregator add_analyzers`: add analyzers to an aggregator while this node runs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SERVICE = "/diagnostics_agg/add_diagnostics"
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Adds the analyzers of the parameter `~analyzers`, then waits. Returns the exit code."""
+    """Add the analyzers in the parameter `~analyzers`, then wait. Return the exit code."""
     rospy.init_node("add_analyzers", anonymous=True)
     if not rospy.has_param("~analyzers"):
         rospy.logerr("%s/analyzers is not set: load the parameters of the analyzers first", rospy.get_name())

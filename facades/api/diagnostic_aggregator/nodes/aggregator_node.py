@@ -1,4 +1,4 @@
-"""`rosrun diagnostic_aggregator aggregator_node`: publishes all diagnostics by path, and one level."""
+"""`rosrun diagnostic_aggregator aggregator_node`: publish all diagnostics by path, and the overall level."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ AddDiagnostics: Any = load_service_class("diagnostic_msgs/AddDiagnostics")
 
 
 class Aggregator:
-    """Listens to /diagnostics, and publishes what the analyzers make of it."""
+    """Subscriber to /diagnostics that publishes the results of the analyzers."""
 
     def __init__(self) -> None:
         analyzers = rospy.get_param("~analyzers", {})
@@ -31,7 +31,7 @@ class Aggregator:
             other_as_errors=bool(rospy.get_param("~other_as_errors", False)),
         )
         for path, reason in self._aggregation.problems().items():
-            rospy.logerr("the analyzer %s is left out: %s", path, reason)
+            rospy.logerr("the analyzer %s is ignored: %s", path, reason)
         self._is_critical = bool(rospy.get_param("~critical", False))
         self._lock = threading.Lock()
         self._level = -1
@@ -60,7 +60,7 @@ class Aggregator:
                     rospy.logwarn("no stamp is set in the diagnostics of %s", printable(status.name))
 
     def publish(self) -> None:
-        """Publishes all statuses and the level of the whole."""
+        """Publish all statuses and the overall level."""
         with self._lock:
             reported = self._aggregation.report(rospy.get_time())
         array = DiagnosticArray(status=[_message_of(status) for status in reported])
@@ -72,7 +72,7 @@ class Aggregator:
     # -- analyzers of other nodes ---------------------------------------------------
 
     def _on_add(self, request: Any) -> Any:
-        """Adds the analyzers of a node, which are its parameters; they go when its bond is broken."""
+        """Add the analyzers in a node's parameters; they are removed when the node's bond breaks."""
         owner = rospy.resolve_name(request.load_namespace)
         analyzers = rospy.get_param(f"{owner.rstrip('/')}/analyzers", {})
         try:
@@ -110,7 +110,7 @@ def _message_of(status: Status) -> Any:
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Runs until the node is ended. Returns the exit code."""
+    """Run until the node is shut down. Return the exit code."""
     rospy.init_node("diagnostic_aggregator")
     rate = rospy.get_param("~pub_rate", 1.0)
     if isinstance(rate, bool) or not isinstance(rate, (int, float)) or not 0 < rate < 1e4:

@@ -1,4 +1,4 @@
-"""`rosrun diagnostic_common_diagnostics cpu_monitor.py`: reports the load of the processors."""
+"""`rosrun diagnostic_common_diagnostics cpu_monitor.py`: report the load of the processors."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from pipros.libraries.diagnostics.machine import Averages, Report, cpu_report
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Runs until the node is ended. Returns the exit code."""
+    """Run until the node is shut down. Return the exit code."""
     source = psutil()
     host = init("cpu_monitor")
     warning, averages = number("~warning_percentage", 90), Averages(int(number("~window", 1)))
-    source.cpu_percent(percpu=True)  # the load since the last call: the first one has no meaning
+    source.cpu_percent(percpu=True)  # returns the load since the last call, so the first value is meaningless
 
     def read() -> Report:
         return cpu_report(averages.add(source.cpu_percent(percpu=True)), warning)

@@ -1,4 +1,4 @@
-"""`rosrun diagnostic_common_diagnostics hd_monitor.py`: reports on the disks."""
+"""`rosrun diagnostic_common_diagnostics hd_monitor.py`: report temperatures and free space of disks."""
 
 from __future__ import annotations
 
@@ -32,23 +32,23 @@ _DISK_CHIPS = ("drivetemp", "nvme")
 
 
 def ask_hddtemp(address: tuple[str, int] = HDDTEMP) -> list[DiskHeat]:
-    """The disks that the daemon of hddtemp knows.
+    """Return the disks known to the hddtemp daemon.
 
     Raises:
-        OSError: it does not run, or does not answer.
-        BadReading: it is another program.
+        OSError: the daemon is not running or does not answer.
+        BadReading: the answer is not that of hddtemp.
     """
     answer = b""
     with socket.create_connection(address, HDDTEMP_DEADLINE_S) as connection:
         while part := connection.recv(4096):
             answer += part
             if len(answer) > HDDTEMP_LIMIT_BYTES:
-                raise BadReading("hddtemp answered too much")
+                raise BadReading("the answer of hddtemp is too long")
     return parsed_hddtemp(answer.decode("utf-8", "replace"))
 
 
 def disks_of(source: Any) -> list[DiskHeat]:
-    """The disks whose temperature the kernel tells."""
+    """Return the disks whose temperature the kernel reports."""
     chips: dict[str, list[Any]] = getattr(source, "sensors_temperatures", dict)()
     return [
         DiskHeat(chip, item.label or chip, item.current)
@@ -58,7 +58,7 @@ def disks_of(source: Any) -> list[DiskHeat]:
 
 
 def temperatures(source: Any) -> list[DiskHeat]:
-    """Those of hddtemp if it runs, else those of the kernel."""
+    """Return the temperatures from hddtemp if it is running, otherwise from the kernel."""
     with contextlib.suppress(OSError, BadReading):
         if disks := ask_hddtemp():
             return disks
@@ -66,7 +66,7 @@ def temperatures(source: Any) -> list[DiskHeat]:
 
 
 def space_below(source: Any, folder: str) -> Report:
-    """The room on the disk with a folder."""
+    """Return a report on the free space of the disk that contains a folder."""
     try:
         used = source.disk_usage(folder)
     except OSError as error:
@@ -82,7 +82,7 @@ def _is_below(folder: str, mount_point: str) -> bool:
 
 
 class Kept:
-    """A report that is read again when it is too old; it contains its age."""
+    """Cached report that is refreshed after `period_s` seconds and contains its own age."""
 
     def __init__(self, read: Callable[[], Report], period_s: float) -> None:
         self._read, self._period_s = read, period_s
@@ -98,7 +98,7 @@ class Kept:
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Runs until the node is ended. Returns the exit code."""
+    """Run until the node is shut down. Return the exit code."""
     parser = argparse.ArgumentParser("hd_monitor.py", description="Reports on the disks of this machine.")
     parser.add_argument("--diag-hostname", help="Computer name in diagnostics output (ex: 'c1')")
     parser.add_argument("folder", nargs="?", help="report the room on the disk of this folder, too")

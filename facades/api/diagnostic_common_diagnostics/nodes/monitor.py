@@ -1,4 +1,4 @@
-"""What the monitors have in common: their node, and sending what they report."""
+"""Shared code of the monitors: starting the node, reading parameters, and publishing reports."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from pipros.msg import load_message_class
 
 
 def hostname() -> str:
-    """The name of this machine."""
+    """Return the name of this machine."""
     return socket.gethostname()
 
 
 def init(program: str) -> str:
-    """Starts the node, which is named after the machine too. Returns the machine's name."""
+    """Start a node called `<program>_<machine>`. Return the machine's name."""
     host = hostname()
     clean = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in host)
     rospy.init_node(f"{program}_{clean}")
@@ -28,10 +28,10 @@ def init(program: str) -> str:
 
 
 def psutil() -> Any:
-    """The library that reads the machine.
+    """Return the module psutil.
 
     Raises:
-        SystemExit: it is not installed.
+        SystemExit: psutil is not installed.
     """
     try:
         return importlib.import_module("psutil")
@@ -40,10 +40,10 @@ def psutil() -> Any:
 
 
 def number(name: str, default: float) -> float:
-    """A parameter that is a number above 0.
+    """Return a parameter that must be a number above 0.
 
     Raises:
-        SystemExit: it is something else.
+        SystemExit: the parameter has another value.
     """
     value = rospy.get_param(name, default)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < math.inf:
@@ -52,7 +52,7 @@ def number(name: str, default: float) -> float:
 
 
 def report_of(read: Callable[[], Report]) -> Callable[[Any], Any]:
-    """A task for an updater that reports what `read` returns."""
+    """Return a task for an updater that reports the result of `read`."""
 
     def task(status: Any) -> Any:
         report = read()
@@ -65,7 +65,7 @@ def report_of(read: Callable[[], Report]) -> Callable[[Any], Any]:
 
 
 def run_updater(name: str, hardware_id: str, read: Callable[[], Report], hz: float) -> int:
-    """Reports until the node is ended. Returns the exit code."""
+    """Report at `hz` until the node is shut down. Return the exit code."""
     updater = Updater()
     updater.setHardwareID(hardware_id)
     updater.add(name, report_of(read))
@@ -80,7 +80,7 @@ def run_updater(name: str, hardware_id: str, read: Callable[[], Report], hz: flo
 
 
 def publish_all(reports: Callable[[], list[tuple[str, Report]]], hardware_id: str, period_s: float) -> int:
-    """Publishes statuses by their full names until the node is ended. Returns the exit code."""
+    """Publish statuses under their full names until the node is shut down. Return the exit code."""
     array_class: Any = load_message_class("diagnostic_msgs/DiagnosticArray")
     status_class: Any = load_message_class("diagnostic_msgs/DiagnosticStatus")
     pair: Any = load_message_class("diagnostic_msgs/KeyValue")

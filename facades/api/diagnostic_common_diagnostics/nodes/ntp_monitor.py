@@ -1,4 +1,4 @@
-"""`rosrun diagnostic_common_diagnostics ntp_monitor.py`: compares clocks."""
+"""`rosrun diagnostic_common_diagnostics ntp_monitor.py`: compare clocks."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ CHECK_S = 10.0
 
 
 def offset_from(server: str, port: int = sntp.PORT) -> float:
-    """How far the server's clock is ahead, in seconds.
+    """Return the server's clock minus this machine's, in seconds.
 
     Raises:
-        OSError: it does not answer in time.
-        BadReading: what it answers cannot be used.
+        OSError: the server does not answer in time.
+        BadReading: the answer is invalid.
     """
     family, kind, protocol, _, address = socket.getaddrinfo(server, port, type=socket.SOCK_DGRAM)[0]
     with socket.socket(family, kind, protocol) as connection:
@@ -36,7 +36,7 @@ def offset_from(server: str, port: int = sntp.PORT) -> float:
 
 
 def check(server: str, tolerance_us: float, error_us: float, port: int = sntp.PORT) -> Report:
-    """The report on one server."""
+    """Return the report on one server."""
     try:
         return ntp_report(offset_from(server, port) * 1e6, tolerance_us, error_us)
     except (OSError, BadReading, UnicodeError) as error:
@@ -45,7 +45,7 @@ def check(server: str, tolerance_us: float, error_us: float, port: int = sntp.PO
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Runs until the node is ended. Returns the exit code."""
+    """Run until the node is shut down. Return the exit code."""
     parser = argparse.ArgumentParser(
         "ntp_monitor", description="Compares this machine's clock with a server's."
     )

@@ -1,4 +1,4 @@
-"""`rosrun diagnostic_common_diagnostics ram_monitor.py`: reports how much memory is used."""
+"""`rosrun diagnostic_common_diagnostics ram_monitor.py`: report the memory usage."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pipros.libraries.diagnostics.machine import Averages, Report, ram_report
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Runs until the node is ended. Returns the exit code."""
+    """Run until the node is shut down. Return the exit code."""
     source = psutil()
     host = init("ram_monitor")
     warning, averages = number("~warning_percentage", 90), Averages(int(number("~window", 1)))

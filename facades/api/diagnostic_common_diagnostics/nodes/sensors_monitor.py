@@ -1,4 +1,4 @@
-"""`rosrun diagnostic_common_diagnostics sensors_monitor.py`: reports temperatures, fans and voltages."""
+"""`rosrun diagnostic_common_diagnostics sensors_monitor.py`: report temperatures, fans and voltages."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ HWMON = Path("/sys/class/hwmon")
 
 
 def readings(source: Any) -> Iterator[Sensor]:
-    """What psutil reads; nothing on systems whose sensors it does not know."""
+    """Yield the sensors that psutil supports on this system, if any."""
     for chip, found in getattr(source, "sensors_temperatures", dict)().items():
         for item in found:
             yield Sensor(item.label or chip, "Temperature", item.current, item.high, item.critical)
@@ -25,9 +25,9 @@ def readings(source: Any) -> Iterator[Sensor]:
 
 
 def voltages(folder: Path = HWMON) -> Iterator[Sensor]:
-    """What the Linux kernel's drivers of hardware monitors read; nothing on other systems.
+    """Yield the voltages in V from the Linux kernel's hardware monitoring drivers; none on other systems.
 
-    Their files hold thousandths of a volt (the kernel's `hwmon/sysfs-interface`).
+    The drivers' files contain millivolts (the kernel's `hwmon/sysfs-interface`).
     """
     for path in sorted(folder.glob("hwmon*/in*_input")):
         number = path.name.removesuffix("_input")
@@ -47,7 +47,7 @@ def _volts(path: Path) -> float | None:
 
 
 def _text(path: Path) -> str:
-    """What a file of the kernel says; nothing where there is none, or the device does not answer."""
+    """Return the text of a kernel file; empty if it does not exist or the device does not answer."""
     try:
         return path.read_text(encoding="utf-8").strip()
     except OSError:
@@ -56,7 +56,7 @@ def _text(path: Path) -> str:
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Runs until the node is ended. Returns the exit code."""
+    """Run until the node is shut down. Return the exit code."""
     source = psutil()
     host = init("sensors_monitor")
     ignore_fans = bool(rospy.get_param("~ignore_fans", False))

@@ -1,4 +1,4 @@
-"""`rosrun diagnostic_common_diagnostics tf_monitor.py`: reports what is wrong with the transforms on /tf."""
+"""`rosrun diagnostic_common_diagnostics tf_monitor.py`: report problems with the transforms on /tf."""
 
 from __future__ import annotations
 
@@ -22,38 +22,38 @@ PERIOD_S = 1.0
 Check = Callable[[Sequence[HeardTransform]], list[str] | bool]
 
 
-def _nothing_came(came: Sequence[HeardTransform]) -> bool:
-    return not came
+def _is_silent(received: Sequence[HeardTransform]) -> bool:
+    return not received
 
 
 TASKS: list[tuple[str, Check, int, str]] = [
-    ("Messaging status", _nothing_came, WARN, "No tf messages received"),
+    ("Messaging status", _is_silent, WARN, "No tf messages received"),
     ("Time status", heard.of_other_times, WARN, "Received out-of-date/future transforms"),
     ("Reparenting status", heard.reparented, ERROR, "TF re-parenting contention"),
     ("Cycle status", heard.loops, ERROR, "TF cycle detection"),
     ("Multiple authority status", heard.of_several_senders, ERROR, "TF multiple authority contention"),
 ]
-"""Each status: its name, its check, and level and message where that finds something."""
+"""The statuses: name, check, and level and message if the check finds a problem."""
 
 
 class Listener:
-    """Collects transforms, and hands over those of each period."""
+    """Collector of the transforms received in each period."""
 
     def __init__(self) -> None:
-        self._coming: list[HeardTransform] = []
-        self._heard: list[HeardTransform] = []
+        self._received: list[HeardTransform] = []
+        self._reported: list[HeardTransform] = []
         rospy.Subscriber("/tf", TFMessage, self._on_message)
 
     def _on_message(self, message: Any) -> None:
-        self._coming.extend(heard.heard_in(message, rospy.get_rostime()))
+        self._received.extend(heard.heard_in(message, rospy.get_rostime()))
 
     def end_period(self) -> None:
-        """What came since the last call is what `report` looks at from now on."""
-        self._heard, self._coming = self._coming, []
+        """Pass the transforms received since the last call to subsequent calls of `report`."""
+        self._reported, self._received = self._received, []
 
     def report(self, check: Check, level: int, message: str) -> Report:
-        """What a check finds, with level and message where it finds something."""
-        found = check(self._heard)
+        """Return the results of a check, with `level` and `message` if it finds a problem."""
+        found = check(self._reported)
         if not found:
             return Report(OK, "OK")
         texts = found if isinstance(found, list) else []
@@ -62,7 +62,7 @@ class Listener:
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Runs until the node is ended. Returns the exit code."""
+    """Run until the node is shut down. Return the exit code."""
     rospy.init_node("tf_monitor")
     listener = Listener()
     updater = Updater()

@@ -1,4 +1,4 @@
-"""The context of the rules of `roswtf`. Attributes have the names of Noetic's, because plugins read them."""
+"""The context of the `roswtf` rules. Its attributes have Noetic's names, because plugins read them."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ class WtfContext:
 
     Attributes:
         pkg, pkg_dir: the package to check and its folder.
-        pkgs: the package and those that it depends on.
+        pkgs: the package and its dependencies.
         env, ros_root, ros_package_path, pythonpath, ros_master_uri: the environment.
         launch_files, launch: the launch files to check, and their contents.
-        roslaunch_uris: the addresses of the launchers that run.
-        system_state, nodes, topics, services, service_providers: what the master knows.
+        roslaunch_uris: the addresses of running launchers.
+        system_state, nodes, topics, services, service_providers: the registrations at the master.
         uri_node_map: address to node.
         use_sim_time: the parameter of that name.
         expected_edges, actual_edges: (publisher, subscriber, topic) by the registrations, and by the nodes.
-        unconnected_subscriptions: node to the topics that it subscribes to and that have no publisher.
-        errors, warnings: found so far.
-        system: everything that was gathered.
+        unconnected_subscriptions: node to its subscribed topics without a publisher.
+        errors, warnings: the problems found so far.
+        system: the complete report on the running system.
     """
 
     def __init__(self) -> None:
@@ -75,12 +75,12 @@ class WtfContext:
         self.system: SystemReport | None = None
 
     def as_dictionary(self) -> dict[str, Any]:
-        """Attribute to value, for the texts of rules."""
+        """Return the attributes by name, for formatting the texts of rules."""
         return dict(vars(self))
 
     @staticmethod
     def from_env(env: Mapping[str, str] | None = None) -> WtfContext:
-        """Only the environment; by default that of this process."""
+        """Return a context with only the environment, by default that of this process."""
         ctx = WtfContext()
         values = dict(os.environ if env is None else env)
         ctx.env = values
@@ -93,10 +93,10 @@ class WtfContext:
 
     @staticmethod
     def from_package(pkg: str, env: Mapping[str, str] | None = None) -> WtfContext:
-        """The environment, a package and its dependencies.
+        """Return a context with the environment, a package and its dependencies.
 
         Raises:
-            WtfException: the package, or one that it needs, does not exist or is broken.
+            WtfException: the package or a dependency does not exist or is invalid.
         """
         ctx = WtfContext.from_env(env)
         ctx.set_package(pkg)
@@ -104,7 +104,7 @@ class WtfContext:
 
     @staticmethod
     def from_stack(stack: str, env: Mapping[str, str] | None = None) -> WtfContext:
-        """As `from_package`: since catkin, a package is a stack of itself."""
+        """Call `from_package`: since catkin, each package is its own stack."""
         ctx = WtfContext.from_package(stack, env)
         ctx.stack, ctx.stack_dir, ctx.stacks = stack, ctx.pkg_dir, [stack]
         return ctx
@@ -115,7 +115,7 @@ class WtfContext:
         env: Mapping[str, str] | None = None,
         arguments: Mapping[str, str] | None = None,
     ) -> WtfContext:
-        """The environment and launch files; the package to check is that of the first file.
+        """Return a context with the environment and launch files; the first file determines the package.
 
         Raises:
             WtfException: a file cannot be loaded.
@@ -145,7 +145,7 @@ class WtfContext:
         return ctx
 
     def set_package(self, name: str) -> None:
-        """Sets the package to check. Raises as `from_package`."""
+        """Set the package to check. Raises the same errors as `from_package`."""
         from pipros.workspace.dependency_graph import DependencyGraph
 
         index = self.index or PackageIndex.from_environment()
@@ -162,7 +162,7 @@ class WtfContext:
         self.manifest_file = str(package.path / "package.xml")
 
     def set_system(self, system: SystemReport) -> None:
-        """Sets the attributes about the running system."""
+        """Set the attributes about the running system."""
         state = system.state
         self.system = system
         self.system_state = [

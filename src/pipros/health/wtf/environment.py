@@ -1,4 +1,4 @@
-"""Rules about the environment variables and the folders that they name."""
+"""Rules about environment variables and the folders that they list."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from pipros.net.this_machine import addresses_of
 
 
 def paths(path: str | None) -> list[str]:
-    """The entries of a path variable, without empty ones."""
+    """Return the non-empty entries of a path variable."""
     return [entry for entry in (path or "").split(os.pathsep) if entry]
 
 
 def is_executable(path: str) -> bool:
-    """True for a file that this user may execute."""
+    """Return True for a file that the current user may execute."""
     return os.path.isfile(path) and os.access(path, os.X_OK)
 
 
 def invalid_url(url: str) -> str | None:
-    """What is wrong with the URI of a master; None for a valid one."""
+    """Return the problem with a master URI; None if it is valid."""
     scheme, separator, rest = url.partition("://")
     if scheme != "http" or not separator:
         return "protocol is not 'http'"
@@ -40,10 +40,10 @@ def ros_root_check(ctx: WtfContext) -> str | None:
 
 
 def pythonpath_check(ctx: WtfContext) -> str | None:
-    """Several folders contain rospy, of which only the first is imported."""
+    """Find several folders with rospy, of which only the first is imported."""
     found = [entry for entry in paths(ctx.pythonpath) if Path(entry, "rospy", "__init__.py").is_file()]
     if len(found) > 1:
-        return f"rospy is in several of its folders ({', '.join(found)}), of which the first counts"
+        return f"several folders contain rospy ({', '.join(found)}); the first one is used"
     return None
 
 
@@ -71,7 +71,7 @@ def ros_master_uri_hostname(ctx: WtfContext) -> str | None:
     try:
         host, _, _ = split_uri(ctx.ros_master_uri)
     except ValueError:
-        return None  # another rule says so
+        return None  # another rule reports this
     return None if addresses_of(host) else f"Unknown host {host}"
 
 
@@ -133,7 +133,7 @@ environment_warnings: list[Rule] = [
 
 
 def wtf_check_environment(ctx: WtfContext) -> None:
-    """Applies all rules of this module."""
+    """Apply all rules of this module."""
     for rule in environment_warnings:
         warning_rule(rule, rule[0](ctx), ctx)
     for rule in environment_errors:

@@ -75,11 +75,11 @@ node_errors: list[Rule] = []
 node_warnings: list[Rule] = []
 service_errors: list[Rule] = []
 service_warnings: list[Rule] = []
-"""Genuine roswtf has these lists, and no rule in them that it applies."""
+"""Genuine roswtf has these lists, but applies no rules in them."""
 
 
 def load_online(ctx: WtfContext, complain: Callable[[str], Any]) -> None:
-    """Gathers the running system into the context; why nodes do not answer goes to `complain`.
+    """Gather the running system into the context; call `complain` for each node that does not answer.
 
     Raises:
         PiprosError: the master does not answer.
@@ -112,7 +112,7 @@ def _host(api: str) -> str:
 
 
 def wtf_check_graph(ctx: WtfContext, names: object = None) -> None:
-    """Applies all rules of this module to what `load_online` gathered. `names` is there for old callers."""
+    """Apply all rules of this module to the data of `load_online`. `names` is ignored, for compatibility."""
     del names
     for rule in graph_warnings:
         warning_rule(rule, rule[0](ctx), ctx)

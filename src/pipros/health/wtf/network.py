@@ -1,4 +1,4 @@
-"""Rules about the names and addresses of this machine."""
+"""Rules about the host name and addresses of this machine."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.net.this_machine import addresses_of, is_this_machine
 
 
 def ip_check(ctx: WtfContext) -> str | None:
-    """The name of this machine belongs to another machine, and neither ROS_IP nor ROS_HOSTNAME is set."""
+    """Check that the host name resolves to this machine, unless ROS_IP or ROS_HOSTNAME is set."""
     if ctx.env.get("ROS_HOSTNAME") or ctx.env.get("ROS_IP"):
         return None
     name = socket.gethostname()
@@ -58,7 +58,7 @@ warnings: list[Rule] = [
 
 
 def wtf_check(ctx: WtfContext) -> None:
-    """Applies all rules of this module."""
+    """Apply all rules of this module."""
     for rule in warnings:
         warning_rule(rule, rule[0](ctx), ctx)
     for rule in errors:

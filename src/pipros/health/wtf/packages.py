@@ -1,4 +1,4 @@
-"""Rules about packages: their manifests."""
+"""Rules about package manifests."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pipros.workspace.manifest import read_manifest
 
 
 def manifest_valid(ctx: WtfContext) -> list[str]:
-    """The packages whose manifest cannot be read."""
+    """Return the packages whose manifest cannot be read."""
     broken = []
     for name in ctx.pkgs:
         package = ctx.index.get(name) if ctx.index is not None else None
@@ -27,6 +27,6 @@ warnings: list[Rule] = []
 
 
 def wtf_check(ctx: WtfContext) -> None:
-    """Applies all rules of this module."""
+    """Apply all rules of this module."""
     for rule in errors:
         error_rule(rule, rule[0](ctx), ctx)

@@ -1,4 +1,4 @@
-"""Rules of other packages: those that export `<roswtf plugin="module"/>`."""
+"""Plugins: rules of packages that export `<roswtf plugin="module"/>`."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from pipros.workspace.index import PackageIndex
 Check = Callable[[WtfContext], Any]
 
 
-def _nobody(_text: str) -> None:
-    """Ignores a text."""
+def _ignore(_text: str) -> None:
+    """Discard a text."""
 
 
 def load_plugins(
     index: PackageIndex | None = None,
     *,
-    say: Callable[[str], Any] = _nobody,
-    complain: Callable[[str], Any] = _nobody,
+    say: Callable[[str], Any] = _ignore,
+    complain: Callable[[str], Any] = _ignore,
 ) -> tuple[list[Check], list[Check]]:
-    """The checks of all plugins: those without and those with a running system.
+    """Return the static and the online checks of all plugins; online checks need a running system.
 
     A plugin is a module with a function `roswtf_plugin_static`, `roswtf_plugin_online` or both, which take
-    the context. A plugin that cannot be loaded is left out; `complain` is called with the reason.
+    the context. A plugin that cannot be loaded is skipped; `complain` is called with the reason.
     """
     graph = DependencyGraph(index or PackageIndex.from_environment())
     static: list[Check] = []
@@ -40,7 +40,7 @@ def load_plugins(
     for package, name in exporters:
         try:
             module = import_module(name)
-        except Exception as error:  # whatever the plugin's own code raises
+        except Exception as error:  # the plugin's code may raise anything
             complain(f"Unable to load plugin [{name}] from package [{package.name}]: {error}")
             continue
         found = [
@@ -48,7 +48,10 @@ def load_plugins(
             for kind, label in ((static, "static"), (online, "online"))
         ]
         if all(check is None for _, check in found):
-            complain(f"Cannot load plugin [{package.name}]: it has neither of the functions of a plugin")
+            complain(
+                f"Cannot load plugin [{package.name}]: it defines neither roswtf_plugin_static nor "
+                "roswtf_plugin_online"
+            )
             continue
         for kind, check in found:
             if check is not None:

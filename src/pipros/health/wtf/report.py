@@ -1,4 +1,4 @@
-"""Prints the results of rules in Noetic's format."""
+"""Output of rule results in Noetic's format."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pipros.health.wtf.context import WtfContext
 
 
 def print_results(ctx: WtfContext) -> None:
-    """Prints the warnings and errors of a context; in colour on a terminal."""
+    """Print the warnings and errors of a context; in colour on a terminal."""
     is_coloured = sys.stdout.isatty() and not os.environ.get("NO_COLOR")
     warning, error = (
         ("\x1b[1mWARNING\x1b[0m", "\x1b[31m\x1b[1mERROR\x1b[0m") if is_coloured else ("WARNING", "ERROR")

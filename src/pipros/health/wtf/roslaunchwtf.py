@@ -87,7 +87,7 @@ def roslaunch_dead_check(ctx: WtfContext) -> list[str]:
 
 
 def _processes(ctx: WtfContext) -> tuple[list[tuple[str, int]], list[tuple[str, int]]]:
-    """Name and number of starts of each process of all running launchers, ended ones last."""
+    """Return name and start count of the processes of all running launchers: active ones, ended ones."""
     kinds: tuple[list[tuple[str, int]], list[tuple[str, int]]] = ([], [])
     for uri in ctx.roslaunch_uris or ():
         try:
@@ -96,7 +96,7 @@ def _processes(ctx: WtfContext) -> tuple[list[tuple[str, int]], list[tuple[str, 
             for kind, processes in zip(kinds, lists, strict=False):
                 kind.extend((str(name), int(count)) for name, count in processes)
         except (PiprosError, ValueError, TypeError):
-            continue  # the launcher has ended, and left its parameter
+            continue  # the launcher has exited without deleting its parameter
     return kinds
 
 
@@ -109,7 +109,7 @@ online_roslaunch_warnings: list[Rule] = [
 
 
 def wtf_check_static(ctx: WtfContext) -> None:
-    """Applies the rules about launch files, if there are files to check."""
+    """Apply the rules about launch files, if there are files to check."""
     if not ctx.launch_files:
         return
     for rule in static_roslaunch_warnings:
@@ -119,6 +119,6 @@ def wtf_check_static(ctx: WtfContext) -> None:
 
 
 def wtf_check_online(ctx: WtfContext) -> None:
-    """Applies the rules about running launchers."""
+    """Apply the rules about running launchers."""
     for rule in online_roslaunch_warnings:
         warning_rule(rule, rule[0](ctx), ctx)

@@ -1,4 +1,4 @@
-"""The errors and warnings that the rules of `roswtf` add to a context."""
+"""Errors and warnings that the `roswtf` rules add to a context."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from typing import Any
 from pipros.health.wtf.context import WtfContext
 
 Rule = tuple[Any, str]
-"""A function and its text; `%(name)s` in the text stands for an attribute of the context."""
+"""A function and its text; `%(name)s` in the text is replaced by an attribute of the context."""
 
 
 class WtfError:
     """An error found by a rule.
 
     Attributes:
-        msg: the text for a person.
+        msg: the text for the user.
         format_msg: the text of the rule.
-        return_val: what the function of the rule returned.
+        return_val: the return value of the rule's function.
     """
 
     def __init__(self, msg: str, format_msg: str | None = None, return_val: Any = None) -> None:
@@ -30,13 +30,13 @@ class WtfWarning(WtfError):
 
 
 def error_rule(rule: Rule, ret: Any, ctx: WtfContext) -> None:
-    """Adds an error to the context unless `ret`, the result of the rule's function, is false."""
+    """Add an error to the context unless `ret`, the result of the rule's function, is false."""
     if ret:
         ctx.errors.append(WtfError(_text(rule, ret, ctx), rule[1], ret))
 
 
 def warning_rule(rule: Rule, ret: Any, ctx: WtfContext) -> None:
-    """Adds a warning to the context unless `ret`, the result of the rule's function, is false."""
+    """Add a warning to the context unless `ret`, the result of the rule's function, is false."""
     if ret:
         ctx.warnings.append(WtfWarning(_text(rule, ret, ctx), rule[1], ret))
 

@@ -1,4 +1,4 @@
-"""What the aggregator publishes: all statuses by path, and their overall level."""
+"""The output of the aggregator: all statuses by path, and their overall level."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ OWNER_LIMIT = 100
 
 
 class Aggregation:
-    """The analyzers of one aggregator, and those that other nodes have added. Not thread-safe."""
+    """The analyzers of one aggregator, including those added by other nodes. Not thread-safe."""
 
     def __init__(self, base: str, analyzers: Mapping[str, Any], *, other_as_errors: bool = False) -> None:
-        """No status has arrived yet.
+        """Create the analyzers.
 
         Args:
-            base: the path of all analyzers.
-            analyzers: the parameters of that name.
-            other_as_errors: whether statuses without an analyzer are errors.
+            base: the parent path of all analyzers.
+            analyzers: the value of the parameter `analyzers`.
+            other_as_errors: whether to report statuses without an analyzer as errors.
         """
         self.base = f"/{base.strip('/')}" if base.strip("/") else ""
         self._own = AnalyzerGroup(self.base.rpartition("/")[2], self.base, analyzers)
@@ -29,39 +29,39 @@ class Aggregation:
         self._other = OtherAnalyzer(self.base, other_as_errors)
 
     def problems(self) -> dict[str, str]:
-        """The errors of analyzers in the parameters, by path."""
+        """Return the errors of analyzers in the parameters, by path."""
         return _problems(self._own)
 
     def add(self, owner: str, analyzers: Mapping[str, Any]) -> None:
-        """Adds analyzers of another node.
+        """Add analyzers of another node.
 
         Raises:
-            BadAnalyzer: one of them cannot be used, or the node has added some already. Nothing was added.
+            BadAnalyzer: one of them is invalid, or the node has already added analyzers. Nothing is added.
         """
         if owner in self._added:
-            raise BadAnalyzer("", f"{owner} has added analyzers already")
+            raise BadAnalyzer("", f"{owner} has already added analyzers")
         if len(self._added) >= OWNER_LIMIT:
-            raise BadAnalyzer("", f"{OWNER_LIMIT} nodes have added analyzers already")
+            raise BadAnalyzer("", f"{OWNER_LIMIT} nodes have already added analyzers")
         group = AnalyzerGroup("", self.base, analyzers)
         problems = _problems(group)
         if problems:
             raise BadAnalyzer("", "; ".join(f"{path}: {reason}" for path, reason in problems.items()))
         if not analyzers:
-            raise BadAnalyzer("", f"{owner} has no parameters 'analyzers'")
+            raise BadAnalyzer("", f"{owner} has no parameter 'analyzers'")
         self._added[owner] = group
 
     def remove(self, owner: str) -> None:
-        """Removes the analyzers of another node, if it has added any."""
+        """Remove the analyzers that a node has added, if any."""
         self._added.pop(owner, None)
 
     def take(self, status: Status, now_s: float) -> None:
-        """Adds a status."""
+        """Process a received status."""
         taken = [group.analyze(status, now_s) for group in (self._own, *self._added.values())]
         if not any(taken):
             self._other.analyze(status, now_s)
 
     def report(self, now_s: float) -> list[Status]:
-        """All statuses by path."""
+        """Return all statuses by path."""
         reported = self._own.report(now_s)
         for group in self._added.values():
             of_group = group.report(now_s)
@@ -70,7 +70,7 @@ class Aggregation:
 
 
 def whole_level(reported: list[Status]) -> int:
-    """The overall level: the highest; stale counts as an error unless everything is stale.
+    """Return the overall level: the highest; stale counts as an error unless everything is stale.
 
     >>> whole_level([Status("/a", 0), Status("/b", 3)]), whole_level([Status("/b", 3)]), whole_level([])
     (2, 3, 0)

@@ -1,7 +1,7 @@
-"""The analyzers of the aggregator: which statuses each accepts, and what it reports about them.
+"""Analyzers of the aggregator: each accepts certain statuses and reports on them.
 
-They are configured by the `analyzers` parameters, see http://wiki.ros.org/diagnostic_aggregator.
-Times are in seconds of any clock, the same for all calls.
+They are configured by the parameter `analyzers`, see http://wiki.ros.org/diagnostic_aggregator.
+Times are seconds of any clock, the same for all calls.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ from pipros.libraries.diagnostics.items import ERROR, OK, STALE, Item, Status, l
 from pipros.libraries.diagnostics.name_patterns import NamePatterns
 
 TIMEOUT_S = 5.0
-"""After this time without an update an item is stale, unless `timeout` is set."""
+"""Time without an update after which an item is stale, unless `timeout` is set."""
 
 ITEM_LIMIT = 10_000
-"""The most items of one analyzer: their names come from any peer."""
+"""Maximum number of items of one analyzer, because any peer can choose their names."""
 
 DEPTH_LIMIT = 20
-"""Groups in groups."""
+"""Maximum nesting depth of groups."""
 
 SLOW_REGEX = "A regex takes too long, and is not used any more"
 
 
 class BadAnalyzer(PiprosError, ValueError):
-    """The parameters of an analyzer cannot be used.
+    """The parameters of an analyzer are invalid.
 
     Attributes:
-        summary: a short text, which is published as the message of a status.
+        summary: a short text that is published as the message of a status.
     """
 
     def __init__(self, summary: str, reason: str) -> None:
@@ -40,7 +40,7 @@ class BadAnalyzer(PiprosError, ValueError):
 
 
 class Analyzer(Protocol):
-    """Accepts some of the statuses, and reports them below its path.
+    """Interface of analyzers, which accept certain statuses and report them below their path.
 
     Attributes:
         name: the last part of its path.
@@ -51,18 +51,18 @@ class Analyzer(Protocol):
     path: str
 
     def match(self, name: str) -> bool:
-        """Whether it accepts statuses of that name."""
+        """Return whether the analyzer accepts statuses of that name."""
 
     def analyze(self, status: Status, now_s: float) -> bool:
-        """Adds a status that it matches. Returns whether it was accepted."""
+        """Process a status that it matches. Return whether it was accepted."""
 
     def report(self, now_s: float) -> list[Status]:
-        """Its own status, whose name is `path`, and those of its items; may be empty."""
+        """Return its own status, whose name is `path`, and those of its items; may be empty."""
 
 
 @dataclass(frozen=True, slots=True)
 class Criteria:
-    """The names that an analyzer accepts: those that satisfy any of the criteria."""
+    """The names that an analyzer accepts: those that match any of the criteria."""
 
     names: frozenset[str] = frozenset()
     starts: tuple[str, ...] = ()
@@ -82,7 +82,7 @@ class Criteria:
 
 
 class Items:
-    """The items of one analyzer by name, and the status that summarises them."""
+    """The items of one analyzer by name, and the status that summarizes them."""
 
     def __init__(
         self,
@@ -95,11 +95,11 @@ class Items:
         count: int = -1,
         discards_stale: bool = False,
     ) -> None:
-        """No item has arrived yet.
+        """Create the list of items, with only the expected ones.
 
         Args:
-            count: the required number of items, -1 for any.
-            timeout_s: after which an item is stale; 0 for never.
+            count: the required number of items; -1 for any.
+            timeout_s: time without an update after which an item is stale; 0 for never.
         """
         self.name, self.path = name, path
         self._prefixes = tuple(prefixes)
@@ -113,7 +113,7 @@ class Items:
         return True
 
     def report(self, now_s: float) -> list[Status]:
-        """The summary is stale if all items are; if only some are, it is an error."""
+        """Return the summary and the items; the summary is stale if all are, an error if only some are."""
         reported, values, levels = [], [], []
         for name, item in list(self._items.items()):
             is_stale = self._is_stale(item, now_s)
@@ -138,7 +138,7 @@ class Items:
 
 
 def summed_up(levels: Sequence[int]) -> int:
-    """The summary of several levels: the highest, but stale only if all are.
+    """Return the summary of several levels: the highest one, but stale only if all are.
 
     >>> summed_up([0, 1]), summed_up([3, 0]), summed_up([3, 3]), summed_up([])
     (1, 2, 3, 0)
@@ -148,7 +148,7 @@ def summed_up(levels: Sequence[int]) -> int:
 
 
 class GenericAnalyzer(Items):
-    """Accepts the statuses that its parameters name, and reports them all."""
+    """Analyzer that accepts the statuses selected by its parameters, and reports them all."""
 
     def __init__(self, name: str, path: str, criteria: Criteria, **more: Any) -> None:
         super().__init__(name, path, **more)
@@ -167,7 +167,7 @@ class GenericAnalyzer(Items):
 
 
 class DiscardAnalyzer(GenericAnalyzer):
-    """Accepts statuses like a GenericAnalyzer, and reports nothing."""
+    """Analyzer that accepts statuses like a GenericAnalyzer, but reports nothing."""
 
     def report(self, now_s: float) -> list[Status]:
         del now_s
@@ -175,7 +175,7 @@ class DiscardAnalyzer(GenericAnalyzer):
 
 
 class IgnoreAnalyzer:
-    """Accepts nothing and reports nothing, whatever its parameters."""
+    """Analyzer that accepts and reports nothing, regardless of its parameters."""
 
     def __init__(self, name: str, path: str) -> None:
         self.name, self.path = name, path
@@ -197,11 +197,11 @@ class AnalyzerGroup:
     """Analyzers below one path, in the order of their keys. A status is passed to each that accepts it.
 
     Attributes:
-        problems: the errors of analyzers that could not be made, by key.
+        problems: the errors of analyzers that could not be created, by key.
     """
 
     def __init__(self, name: str, path: str, parameters: Mapping[str, Any], depth: int = 0) -> None:
-        """Makes the analyzers of the group; those whose parameters are wrong are reported instead.
+        """Create the analyzers of the group; invalid ones are added to `problems`.
 
         Raises:
             BadAnalyzer: groups are nested too deeply.
@@ -221,7 +221,7 @@ class AnalyzerGroup:
 
     @property
     def groups(self) -> list[AnalyzerGroup]:
-        """The groups among its analyzers."""
+        """The groups among the analyzers."""
         return [analyzer for analyzer in self._analyzers if isinstance(analyzer, AnalyzerGroup)]
 
     def match(self, name: str) -> bool:
@@ -258,7 +258,7 @@ class AnalyzerGroup:
 
 
 class OtherAnalyzer(Items):
-    """Reports statuses that no analyzer accepted, optionally as errors."""
+    """Analyzer for statuses that no other analyzer accepted; optionally reports them as errors."""
 
     def __init__(self, path: str, as_errors: bool) -> None:
         super().__init__("Other", f"{path}/Other", discards_stale=True)
@@ -275,14 +275,14 @@ class OtherAnalyzer(Items):
 
 
 def analyzer_of(base: str, parameters: Any, depth: int = 0) -> Analyzer:
-    """The analyzer that parameters describe, below the path of its group.
+    """Create an analyzer from its parameters, below the path of its group.
 
     Raises:
-        BadAnalyzer: they cannot be used.
+        BadAnalyzer: the parameters are invalid.
     """
     if not isinstance(parameters, Mapping):
         raise BadAnalyzer(
-            "Analyzer init failed", f"an analyzer has parameters, such as type, got {parameters!r}"
+            "Analyzer init failed", f"an analyzer must be a dictionary of parameters, got {parameters!r}"
         )
     kind = parameters.get("type")
     if not isinstance(kind, str) or not kind:
@@ -291,8 +291,8 @@ def analyzer_of(base: str, parameters: Any, depth: int = 0) -> Analyzer:
     if make is None:
         raise BadAnalyzer(
             "Pluginlib exception loading analyzer",
-            f"there is no analyzer {kind}; there are {', '.join(_MAKERS)}. Analyzers that are written in C++ "
-            "can be loaded by Noetic's aggregator_node only",
+            f"unknown analyzer type {kind}; known types are {', '.join(_MAKERS)}. Analyzers written in C++ "
+            "can only be loaded by Noetic's aggregator_node",
         )
     name = parameters.get("path")
     if kind.endswith("IgnoreAnalyzer"):
@@ -311,7 +311,7 @@ def _generic(
         patterns = NamePatterns(_texts(parameters, "regex"))
     except ValueError as error:
         raise BadAnalyzer(
-            "Analyzer init failed", f"the parameter 'regex' of {path} is not one: {error}"
+            "Analyzer init failed", f"the parameter 'regex' of {path} is not a regular expression: {error}"
         ) from None
     criteria = Criteria(
         names=frozenset([*_texts(parameters, "name"), *expected]),
@@ -322,7 +322,7 @@ def _generic(
     if not criteria:
         raise BadAnalyzer(
             "Analyzer init failed",
-            f"{path} takes nothing: it needs startswith, contains, name, expected, regex or "
+            f"{path} matches no status: it needs startswith, contains, name, expected, regex or "
             "find_and_remove_prefix",
         )
     return kind(
@@ -355,12 +355,13 @@ _MAKERS: Mapping[str, Callable[[str, str, Mapping[str, Any], int], Analyzer]] = 
 
 
 def _texts(parameters: Mapping[str, Any], key: str) -> list[str]:
-    """A parameter that is a text or a list of texts."""
+    """Return a parameter that must be a string or a list of strings."""
     value = parameters.get(key, [])
     texts = [value] if isinstance(value, str) else value
     if not isinstance(texts, list) or not all(isinstance(text, str) for text in texts):
         raise BadAnalyzer(
-            "Analyzer init failed", f"the parameter {key!r} must be a text or texts, got {value!r}"
+            "Analyzer init failed",
+            f"the parameter {key!r} must be a string or a list of strings, got {value!r}",
         )
     return texts
 

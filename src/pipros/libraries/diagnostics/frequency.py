@@ -1,4 +1,4 @@
-"""How often something happened in the last few reports."""
+"""Frequency of events over the last few reports."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from math import inf
 
 
 class EventWindow:
-    """Counts events. A report covers the last `window` reporting intervals."""
+    """Counter of events. A report covers the last `reports` reporting intervals."""
 
     def __init__(self, reports: int, now: float) -> None:
         self.count = 0
         self._starts = deque([(now, 0)] * reports, maxlen=reports)
 
     def report(self, now: float) -> tuple[int, float, float]:
-        """The events in the window, its length in seconds, and the events per second."""
+        """Return the number of events in the window, its length in seconds, and the events per second."""
         start, count = self._starts[0]
         self._starts.append((now, self.count))
         events, seconds = self.count - count, now - start
@@ -24,7 +24,7 @@ class EventWindow:
 
 
 def judged(events: int, hz: float, low: float, high: float | None) -> tuple[int, str]:
-    """The level and message for a frequency with its bounds."""
+    """Return the level and message for a frequency in Hz with its bounds."""
     if events == 0:
         return 2, "No events recorded."
     if hz < low:

@@ -1,4 +1,4 @@
-"""One reported status, as the aggregator stores and publishes it."""
+"""Statuses, as the aggregator stores and publishes them."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ LEVEL_NAMES = ("OK", "Warning", "Error", "Stale")
 
 
 def level_name(level: int) -> str:
-    """The name of a level: `OK`, `Warning`, `Error`, `Stale`."""
+    """Return the name of a level: `OK`, `Warning`, `Error`, `Stale`."""
     return LEVEL_NAMES[level] if 0 <= level < len(LEVEL_NAMES) else f"Level {level}"
 
 
 @dataclass(frozen=True, slots=True)
 class Status:
-    """A status, as in diagnostic_msgs/DiagnosticStatus."""
+    """Contents of a diagnostic_msgs/DiagnosticStatus."""
 
     name: str
     level: int = STALE
@@ -28,19 +28,19 @@ class Status:
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A status and the time of its arrival, in seconds; None for one that is only expected."""
+    """A status and its time of arrival in seconds; None if it is expected but has not arrived."""
 
     status: Status
     updated_s: float | None = None
 
     def below(self, path: str, prefixes: Sequence[str], is_stale: bool) -> Status:
-        """The status as it is published below an analyzer's path, without the prefixes of its name."""
+        """Return the status to publish below an analyzer's path, with prefixes removed from its name."""
         name = f"{path}/{output_name(self.status.name, prefixes)}"
         return replace(self.status, name=name, level=STALE if is_stale else self.status.level)
 
 
 def output_name(name: str, prefixes: Sequence[str]) -> str:
-    """A status' name as a part of a path: without the first of the prefixes that it has, and without slashes.
+    """Return a status's name as a path component: without its first matching prefix, and without slashes.
 
     >>> output_name("hokuyo_node: Frequency", ["hokuyo_node"]), output_name("/arm/left", [])
     ('Frequency', ' arm left')

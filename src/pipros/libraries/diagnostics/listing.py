@@ -1,4 +1,4 @@
-"""Statuses as lines for a terminal: `rosdiagnostic`."""
+"""Statuses as lines for a terminal, for `rosdiagnostic`."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ _LONGEST = 2_000
 def listed(
     statuses: Iterable[Status], *, least: int = OK, part: str = "", details: bool = False
 ) -> list[str]:
-    """A line for each status, by name.
+    """Return a line for each status, sorted by name.
 
     Args:
-        statuses: of one array.
-        least: lower levels are left out.
-        part: names without it are left out.
-        details: also a line for each value, and one for the hardware.
+        statuses: the statuses of one array.
+        least: the minimum level to include.
+        part: the substring that names must contain.
+        details: whether to add a line for each value, and one for the hardware.
 
     >>> listed([Status("/b", 0, "fine"), Status("/a", 2, "broken")], least=1)
     ['Error    /a: broken']

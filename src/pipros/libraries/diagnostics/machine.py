@@ -1,6 +1,6 @@
-"""The reports of the monitors of a machine: level, message, and values with Noetic's names.
+"""Reports on a machine: level, message, and values with Noetic's names.
 
-Pure: the readings come from the programs in `facades/api/diagnostic_common_diagnostics/nodes`.
+Pure: the programs in `facades/api/diagnostic_common_diagnostics/nodes` provide the readings.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from pipros.libraries.diagnostics.items import ERROR, OK, WARN, level_name
 from pipros.libraries.diagnostics.summaries import merged
 
 HOT, CRITICALLY_HOT = 55.0, 70.0
-"""Degrees Celsius of a disk, above which it is hot."""
+"""Temperatures in degrees Celsius above which a disk is hot."""
 
 LITTLE, VERY_LITTLE = 5, 1
-"""Free gigabytes of a disk; this many or fewer are a warning, an error."""
+"""Free space of a disk in gigabytes, at or below which it is a warning or an error."""
 
 SMALL_DISK = 10
-"""Gigabytes; smaller disks are ignored."""
+"""Minimum size of a disk in gigabytes; smaller disks are ignored."""
 
 _HEAT = ("OK", "Hot", "Critical Hot")
 _SPACE = ("OK", "Low Disk Space", "Very Low Disk Space")
 
 
 class BadReading(PiprosError, ValueError):
-    """The answer of a device or a server cannot be read."""
+    """The answer of a device or a server is invalid."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class Report:
 
 
 class Averages:
-    """The average of the last readings of each of several things.
+    """Moving averages of several quantities.
 
     >>> averages = Averages(2)
     >>> [averages.add([10.0, 1.0]), averages.add([20.0, 1.0]), averages.add([40.0, 1.0])]
@@ -48,7 +48,7 @@ class Averages:
     """
 
     def __init__(self, window: int) -> None:
-        """Averages the last `window` readings, at least 1."""
+        """Average over the last `window` readings, at least 1."""
         self._readings: deque[Sequence[float]] = deque(maxlen=max(1, window))
 
     def add(self, reading: Sequence[float]) -> list[float]:
@@ -57,7 +57,7 @@ class Averages:
 
 
 def cpu_report(loads: Sequence[float], warning: float) -> Report:
-    """The load of each processor, in percent."""
+    """Return the report on processor loads in percent."""
     average = sum(loads) / len(loads) if loads else 0.0
     values = [("CPU Load Average", f"{average:.2f}")]
     values += [(f"CPU {number} Load", f"{load:.2f}") for number, load in enumerate(loads)]
@@ -67,7 +67,7 @@ def cpu_report(loads: Sequence[float], warning: float) -> Report:
 
 
 def ram_report(used: float, warning: float) -> Report:
-    """The memory that is used, in percent."""
+    """Return the report on the used memory in percent."""
     values = [("RAM Load Average", f"{used:.2f}")]
     if used > warning:
         return Report(WARN, f"RAM Average exceeds {warning:g} percent", values)
@@ -76,7 +76,7 @@ def ram_report(used: float, warning: float) -> Report:
 
 @dataclass(frozen=True, slots=True)
 class DiskHeat:
-    """A disk: its device, what it is, and degrees Celsius (None for one that sleeps)."""
+    """A disk: device, model, and temperature in degrees Celsius (None if it is asleep)."""
 
     device: str
     model: str
@@ -84,7 +84,7 @@ class DiskHeat:
 
 
 def heat_report(disks: Sequence[DiskHeat], *, warns: bool = True) -> Report:
-    """The temperatures of disks. Without any, the report is an error."""
+    """Return the report on disk temperatures; an error if there are none."""
     level, values = OK, list[tuple[str, str]]()
     for number, disk in enumerate(disks):
         heat = disk.degrees if disk.degrees is not None else 0.0
@@ -102,16 +102,16 @@ def heat_report(disks: Sequence[DiskHeat], *, warns: bool = True) -> Report:
 
 
 def parsed_hddtemp(answer: str) -> list[DiskHeat]:
-    """The disks in an answer of the hddtemp daemon, such as `|/dev/sda|WDC 10|41|C|`.
+    """Return the disks in an answer of the hddtemp daemon, such as `|/dev/sda|WDC 10|41|C|`.
 
     Raises:
-        BadReading: it is something else.
+        BadReading: the answer has another format.
     """
     if not answer:
         return []
     fields = answer.strip("|").split("|")
     disks = []
-    for start in range(0, len(fields), 5):  # between two disks there is an empty field
+    for start in range(0, len(fields), 5):  # an empty field separates two disks
         match fields[start : start + 4]:
             case [device, model, degrees, unit]:
                 value = float(degrees) if degrees.isdecimal() else None
@@ -134,7 +134,7 @@ class DiskSpace:
 
 
 def space_report(disks: Iterable[DiskSpace]) -> Report:
-    """The free space of disks; small ones are left out."""
+    """Return the report on the free space of disks, without small ones."""
     level, values = OK, [("Disk Space Reading", "OK")]
     large = [disk for disk in disks if disk.size >= SMALL_DISK]
     for number, disk in enumerate(large, 1):
@@ -152,7 +152,7 @@ def space_report(disks: Iterable[DiskSpace]) -> Report:
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """A reading: `Temperature` in degrees Celsius, `Voltage`, or `Speed` of a fan in turns a minute."""
+    """A reading: `Temperature` in degrees Celsius, `Voltage` in V, or `Speed` of a fan in rpm."""
 
     name: str
     kind: str
@@ -163,7 +163,7 @@ class Sensor:
 
 
 def sensors_report(sensors: Iterable[Sensor], *, ignore_fans: bool = False) -> Report:
-    """The sensors of the mainboard."""
+    """Return the report on the sensors of the mainboard."""
     level, message, values = OK, "OK", list[tuple[str, str]]()
     for sensor in sensors:
         values.append((f"{sensor.name} {sensor.kind}", f"{sensor.value:g}"))
@@ -188,7 +188,7 @@ def _is_above(value: float, limit: float | None) -> bool:
 
 
 def ntp_report(offset_us: float, tolerance_us: float, error_us: float) -> Report:
-    """The offset of a server's clock from this one, in microseconds."""
+    """Return the report on the offset of a server's clock from the local one, in microseconds."""
     values = [
         ("Offset (us)", f"{offset_us:.0f}"),
         ("Offset tolerance (us)", f"{tolerance_us:g}"),
@@ -200,7 +200,7 @@ def ntp_report(offset_us: float, tolerance_us: float, error_us: float) -> Report
 
 
 def ntp_failure(reason: str, tolerance_us: float, error_us: float) -> Report:
-    """The report when a server did not answer correctly."""
+    """Return the report if a server did not answer correctly."""
     values = [
         ("Offset (us)", "N/A"),
         ("Offset tolerance (us)", f"{tolerance_us:g}"),

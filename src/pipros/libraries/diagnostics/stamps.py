@@ -1,23 +1,23 @@
-"""The age of message stamps on arrival."""
+"""Age of message timestamps on arrival."""
 
 from __future__ import annotations
 
 
 class StampDelays:
-    """The least and greatest delays between a stamp and its arrival, since the last report."""
+    """The minimum and maximum delay between timestamps and arrival since the last report, in seconds."""
 
     def __init__(self) -> None:
         self.early_count = self.late_count = self.zero_count = 0
         self.forget()
 
     def forget(self) -> None:
-        """Resets the delays, as after each report."""
+        """Reset the delays, as after each report."""
         self.least = self.greatest = 0.0
         self.has_zero = False
         self.has_any = False
 
     def add(self, stamp: float, now: float) -> None:
-        """Counts a stamp. A zero stamp was not set."""
+        """Count a timestamp. Zero means that it was not set."""
         if stamp == 0:
             self.has_zero = True
             return
@@ -27,7 +27,7 @@ class StampDelays:
         self.has_any = True
 
     def judged(self, least: float, greatest: float) -> tuple[int, str]:
-        """The level and message by the delays that are acceptable. Counts bad reports."""
+        """Return the level and message for the given bounds of the delay. Counts bad reports."""
         if not self.has_any:
             return 1, "No data since last update."
         found = (0, "Timestamps are reasonable.")

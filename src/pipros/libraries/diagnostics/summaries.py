@@ -1,10 +1,13 @@
-"""Merges levels with messages."""
+"""Merging of levels and messages."""
 
 from __future__ import annotations
 
 
 def merged(level: int, message: str, other_level: int, other_message: str) -> tuple[int, str]:
-    """The worse level. Messages of good states, or of bad ones, are joined; a bad one replaces a good one."""
+    """Return the worse level and the merged message.
+
+    Messages of two good or two bad states are joined; the message of a bad state replaces that of a good one.
+    """
     if (level > 0) == (other_level > 0):
         message = f"{message}; {other_message}" if message else other_message
     elif other_level > level:

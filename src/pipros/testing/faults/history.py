@@ -11,11 +11,11 @@ _FILLER = "0123456789abcdef"
 
 
 class TornMessage(ValueError):
-    """A text was not made by `numbered_text`: bytes were changed, lost or mixed."""
+    """A text does not match its checksum: bytes were changed, lost or mixed."""
 
 
 def numbered_text(source: str, number: int, size: int = 0) -> str:
-    """A text with its origin and a checksum: `SOURCE NUMBER CHECKSUM FILLER`.
+    """Return a text with its origin and a checksum: `SOURCE NUMBER CHECKSUM FILLER`.
 
     Args:
         source: a word without blanks. A restarted publisher needs another one.
@@ -28,10 +28,10 @@ def numbered_text(source: str, number: int, size: int = 0) -> str:
 
 
 def read_numbered(text: str) -> tuple[str, int]:
-    """Source and number of a text of `numbered_text`.
+    """Return source and number of a text made by `numbered_text`.
 
     Raises:
-        TornMessage: it is another text, or was changed.
+        TornMessage: the text was changed or has another format.
     """
     parts = text.split(" ", 3)
     if len(parts) == 4 and parts[1].isdecimal():
@@ -66,9 +66,9 @@ class _Sequence:
 
 
 class History:
-    """What each sink received from each source. Thread-safe.
+    """Record of the messages that each sink received from each source. Thread-safe.
 
-    What a sink missed before its first message does not count as lost: it was not connected yet.
+    Messages before a sink's first received one do not count as lost: the sink was not connected yet.
     """
 
     def __init__(self) -> None:
@@ -78,13 +78,13 @@ class History:
         self._torn: list[str] = []
 
     def next_text(self, source: str, size: int = 0) -> str:
-        """The text of the source's next message, with `size` filler characters."""
+        """Return the text of the source's next message, with `size` filler characters."""
         with self._lock:
             number = self._sent[source] = self._sent.get(source, 0) + 1
         return numbered_text(source, number, size)
 
     def receive(self, text: str, sink: str = "sink") -> None:
-        """Records a message that a sink received."""
+        """Record a message that a sink received."""
         try:
             source, number = read_numbered(text)
         except TornMessage as error:
@@ -105,24 +105,24 @@ class History:
 
     @property
     def received(self) -> int:
-        """How many intact messages all sinks received."""
+        """Total number of intact messages that all sinks received."""
         with self._lock:
             return sum(sequence.received for sequence in self._sequences.values())
 
     def last(self, source: str, sink: str = "sink") -> int:
-        """The highest number that a sink received from a source; 0 before the first."""
+        """Return the highest number that a sink received from a source; 0 before the first."""
         with self._lock:
             sequence = self._sequences.get((sink, source))
             return sequence.last if sequence else 0
 
     def sent(self, source: str) -> int:
-        """How many texts `next_text` made for a source."""
+        """Return the number of texts that `next_text` made for a source."""
         with self._lock:
             return self._sent.get(source, 0)
 
     @property
     def torn(self) -> list[str]:
-        """A line for each message that was changed on the way."""
+        """One line for each message that was changed in transit."""
         with self._lock:
             return list(self._torn)
 
@@ -133,12 +133,12 @@ class History:
             return [gap for sequence in self._sequences.values() for gap in sequence.gaps]
 
     def problems(self, *, counted: int = 0, breaks: int = 0) -> list[str]:
-        """A line for each broken promise; empty if none was.
+        """Return one line for each violated guarantee; empty if there are none.
 
         Args:
-            counted: how many dropped messages were reported: the sum of `dropped` of all publishers,
-                subscribers and recorders.
-            breaks: how many links ended or nodes were killed. Each explains one gap.
+            counted: number of reported drops: the sum of `dropped` of all publishers, subscribers and
+                recorders.
+            breaks: number of links that ended or nodes that were killed. Each explains one gap.
         """
         found = self.torn
         with self._lock:
@@ -148,9 +148,9 @@ class History:
                     found.append(f"{about}: {sequence.duplicates} messages were duplicated")
                 if sequence.reordered:
                     found.append(f"{about}: {sequence.reordered} messages were reordered")
-        return [*found, *self._untold(counted, breaks)]
+        return [*found, *self._unreported(counted, breaks)]
 
-    def _untold(self, counted: int, breaks: int) -> Iterator[str]:
+    def _unreported(self, counted: int, breaks: int) -> Iterator[str]:
         gaps = sorted(self.gaps, key=lambda gap: gap.count, reverse=True)[breaks:]
         lost = sum(gap.count for gap in gaps)
         if lost > counted:

@@ -1,4 +1,4 @@
-"""Which process is killed when, and by which signal. Pure; the same seed gives the same schedule."""
+"""Random schedules that kill processes by signals. Pure; the same seed gives the same schedule."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 # Windows has no SIGKILL; its SIGTERM is as abrupt.
 DEFAULT_SIGNALS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGKILL", signal.SIGTERM))
-"""An orderly end requested by a user, one requested by the system, and one without any clean-up."""
+"""A shutdown requested by the user, one requested by the system, and an exit without any clean-up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +17,7 @@ class Kill:
     """One step of a schedule.
 
     Attributes:
-        after: how many messages have to arrive first: schedules do not wait for time.
+        after: the number of messages that must arrive first; schedules do not depend on time.
         victim: the name of the process.
         signal: the signal to send.
     """
@@ -35,10 +35,10 @@ def kill_schedule(
     after: tuple[int, int] = (1, 20),
     signals: Iterable[signal.Signals] = DEFAULT_SIGNALS,
 ) -> list[Kill]:
-    """`count` kills in random order; each victim is killed once before any is killed again.
+    """Return `count` kills in random order; each victim is killed once before any is killed again.
 
     Args:
-        after: the least and the largest number of messages between two kills.
+        after: the minimum and maximum number of messages between two kills.
 
     Raises:
         ValueError: there is no victim or no signal.

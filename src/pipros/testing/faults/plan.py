@@ -1,6 +1,6 @@
-"""Decides what happens to the bytes of a stream. Pure; the same seed gives the same faults.
+"""Planned faults in a byte stream. Pure; the same seed gives the same faults.
 
-Decisions depend on the position in the stream, not on how the system divides it into packets.
+Faults depend on the position in the stream, not on how the operating system divides it into packets.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ _NEVER = 1 << 62
 
 @dataclass(frozen=True, slots=True)
 class Faults:
-    """What a proxy does to each direction of a connection. Distances vary exponentially around the value.
+    """The faults in each direction of a connection. Distances are exponentially distributed around the value.
 
     Attributes:
-        delay_s: by how much bytes are delayed; their order stays.
-        jitter_s: the largest additional delay, drawn for each piece.
-        split_bytes: bytes are passed on in pieces of 1 to this many, each in a packet of its own.
+        delay_s: the delay of all bytes; their order is kept.
+        jitter_s: the maximum additional delay, drawn for each piece.
+        split_bytes: the maximum size of the pieces that are forwarded, each in its own packet.
         corrupt_every_bytes: the distance between two bytes whose value is changed.
         stall_every_bytes: the distance between two pauses of `stall_s`.
         stall_s: the length of a pause.
@@ -46,7 +46,7 @@ class Faults:
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """Bytes to pass on after a delay and a pause."""
+    """Bytes to forward after a delay and a pause."""
 
     data: bytes
     delay_s: float = 0.0
@@ -56,7 +56,7 @@ class Piece:
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """The connection is to be reset."""
+    """Order to reset the connection."""
 
 
 class FaultyStream:
@@ -68,7 +68,7 @@ class FaultyStream:
         self.use(faults)
 
     def use(self, faults: Faults) -> None:
-        """Replaces the faults from the next byte on."""
+        """Replace the faults from the next byte on."""
         self.faults = faults
         chance = {name: random.Random(f"{self._seed}/{name}/{self._at}") for name in _DRAWN}  # noqa: S311
         self._chance = chance
@@ -78,7 +78,7 @@ class FaultyStream:
         self._cut = self._after("cut", faults.cut_every_bytes)
 
     def feed(self, data: bytes) -> Iterator[Piece | Cut]:
-        """What to do with the next bytes. Nothing follows a Cut."""
+        """Yield the actions for the next bytes. Nothing follows a Cut."""
         taken = 0
         while taken < len(data):
             if self._at >= self._cut:
@@ -99,7 +99,7 @@ class FaultyStream:
             yield Piece(bytes(piece), delay_s, pause_s, corrupted)
 
     def _spoil(self, piece: bytearray, end: int) -> int:
-        """Changes the bytes that are due in a piece that ends at `end` in the stream."""
+        """Corrupt the bytes that are due in a piece that ends at stream position `end`."""
         count = 0
         while self._corrupt < end:
             piece[self._corrupt - self._at] ^= 1 << self._chance["bit"].randrange(8)

@@ -1,10 +1,10 @@
 """A proxy between a node and the rest of a ROS system: its master, and its peers.
 
-A node that is started with the proxy's URI as `ROS_MASTER_URI` communicates through it with all others.
+A node that is started with the proxy's URI as `ROS_MASTER_URI` communicates with all others through it.
 Theory of operation: the proxy forwards each XML-RPC call, and replaces every address in parameters and
-answers (the node's own when it registers, those of publishers and services when it asks for them, the TCPROS
-port in the answer to `requestTopic`) by the address of a port of its own. So both sides connect to the proxy,
-whichever of them connects. Each of these ports has the faults of its kind.
+results (the node's own address in registrations, addresses of publishers and services in lookups, the TCPROS
+port in the result of `requestTopic`) by the address of one of its own ports. So each connection leads to the
+proxy, regardless of which side opens it. Each of these ports has the faults of its kind.
 """
 
 from __future__ import annotations
@@ -31,24 +31,28 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 
 _CALL_LIMIT_S = 60.0
 _WAIT_S = 30.0
-"""How long a forwarded call may take; genuine nodes wait for their master without limit."""
+"""Time limit of a forwarded call; genuine nodes wait for their master without a limit."""
 
 _LEFT_ALONE = frozenset({"setParam", "getParam", "paramUpdate"})
-"""Methods whose values are the user's, not addresses."""
+"""Methods whose values are user data, not addresses."""
 
 
 class FaultProxy:
-    """A proxy between the nodes that are started with its `uri` and all others. May be used from any thread.
+    """A proxy between the nodes that are started with its `uri` and all others. Thread-safe.
 
-    Until `inject`, `cut`, `stall` or `refuse` is called, it passes everything on unchanged. Two nodes behind
-    it also communicate through it. It works on the loopback address, with nodes of pipros, rospy and roscpp.
+    Until `inject`, `cut`, `stall` or `refuse` is called, it forwards everything unchanged. Two nodes behind
+    it also communicate through it. It listens on the loopback address and supports nodes of pipros, rospy and
+    roscpp.
 
     Attributes:
         uri: the `ROS_MASTER_URI` for nodes behind the proxy; valid after `start`.
     """
 
     def __init__(self, master_uri: str, *, seed: int = 0) -> None:
-        """Opens nothing yet. The same seed gives each connection the same faults at the same bytes."""
+        """Store the arguments; `start` opens the port.
+
+        The same seed gives each connection the same faults at the same bytes.
+        """
         self.uri = ""
         self._master_uri = master_uri
         self._seed = seed
@@ -60,16 +64,16 @@ class FaultProxy:
         self._starting = asyncio.Lock()
 
     def start(self) -> None:
-        """Opens the port for the master.
+        """Open the port for the master.
 
         Raises:
-            OSError: there is no port.
+            OSError: no port is available.
         """
         self._loop.start()
         self._run(self._open())
 
     def close(self) -> None:
-        """Closes all ports and connections. May be repeated."""
+        """Close all ports and connections. May be repeated."""
         if self._switches:
             self._run(self._shut())
             self._switches = {}
@@ -85,14 +89,14 @@ class FaultProxy:
     # -- faults ------------------------------------------------------------------
 
     def inject(self, *kinds: Kind, **faults: Any) -> None:
-        """Replaces the faults on connections of these kinds, by default `topics`, open ones included.
+        """Replace the faults on connections of these kinds (by default `topics`), including open ones.
 
-        Without faults everything passes again. `Faults` has their names:
+        Without faults, everything is forwarded unchanged. The keywords are the attributes of `Faults`:
         `proxy.inject("topics", "services", delay_s=0.05, split_bytes=7)`.
 
         Raises:
-            TypeError: that fault does not exist.
-            ValueError: that kind does not exist, or a value below 0.
+            TypeError: unknown fault.
+            ValueError: unknown kind, or a negative value.
         """
         wanted = Faults(**faults)
 
@@ -104,11 +108,10 @@ class FaultProxy:
         self._run(use())
 
     def cut(self, *kinds: Kind, reset: bool = True) -> int:
-        """Ends all open connections of these kinds (by default `topics`); returns how many.
+        """End all open connections of these kinds (by default `topics`) and return their number.
 
-        New connections are accepted.
-
-        With `reset=False` both ends see an orderly end of the stream, as when the other process was killed.
+        New connections are still accepted. With `reset=False` both ends see an orderly end of the stream, as
+        if the other process had been killed.
         """
 
         async def cut() -> int:
@@ -118,20 +121,20 @@ class FaultProxy:
         return self._run(cut())
 
     def stall(self, *kinds: Kind) -> None:
-        """Holds back everything on connections of these kinds (by default `topics`) until `resume`."""
+        """Stop forwarding on connections of these kinds (by default `topics`) until `resume`."""
         self._stall(kinds, stall=True)
 
     def resume(self, *kinds: Kind) -> None:
-        """Ends `stall`: passes on what was held back."""
+        """End `stall` and forward the bytes that were held back."""
         self._stall(kinds, stall=False)
 
     def refuse(self, *kinds: Kind, refuse: bool = True) -> None:
-        """Resets new connections of these kinds (by default `topics`) at once, until `refuse=False`."""
+        """Reset new connections of these kinds (by default `topics`) at once, until `refuse=False`."""
         for switch in self._chosen(kinds):
             switch.is_refusing = refuse
 
     def counts(self, kind: Kind = "topics") -> Counts:
-        """What has been done to the connections of a kind so far."""
+        """Return the counts of connections, bytes and faults of a kind so far."""
         return replace(self._chosen((kind,))[0].counts)
 
     def _stall(self, kinds: tuple[Kind, ...], *, stall: bool) -> None:
@@ -144,7 +147,7 @@ class FaultProxy:
 
     def _chosen(self, kinds: tuple[Kind, ...]) -> list[Switch]:
         if unknown := set(kinds) - set(KINDS):
-            raise ValueError(f"a kind of connections must be one of {', '.join(KINDS)}, got {unknown.pop()}")
+            raise ValueError(f"kind must be one of {', '.join(KINDS)}, got {unknown.pop()}")
         return [self._switches[kind] for kind in kinds or ("topics",)]
 
     # -- in the event loop ----------------------------------------------------------
@@ -168,7 +171,7 @@ class FaultProxy:
             await forwarder.stop()
 
     async def translate(self, value: Any) -> Any:
-        """The value with the proxy's own addresses in place of those of others."""
+        """Return the value with all addresses replaced by the proxy's own."""
         if isinstance(value, str):
             if value.startswith("http://"):
                 return await self._in_place_of(value, "nodes")
@@ -186,13 +189,13 @@ class FaultProxy:
         try:
             address = (parts.hostname or "", parts.port or 0)
         except ValueError:
-            return text  # a node registered an invalid address, which is passed on as it is
+            return text  # a node registered an invalid address, which is forwarded unchanged
         if not all(address):
             return text
         return uri(*await self._proxy(kind, address), parts.scheme)
 
     async def _proxy(self, kind: Kind, address: Address) -> Address:
-        """The address of the proxy for an address; created at first use."""
+        """Return the proxy's address for an address; opens a port on first use."""
         async with self._starting:
             if address in self._own:
                 return address
@@ -213,7 +216,7 @@ class FaultProxy:
 
 
 class _Forwarder(RpcServer):
-    """Forwards each call to another XML-RPC server."""
+    """Server that forwards each call to another XML-RPC server."""
 
     def __init__(self, proxy: FaultProxy, target: str) -> None:
         super().__init__({})
@@ -222,7 +225,7 @@ class _Forwarder(RpcServer):
 
     def call(self, name: str, params: tuple[Any, ...], *, caller: Caller) -> Any:
         if name == "system.multicall":
-            return super().call(name, params, caller=caller)  # each of its calls arrives here separately
+            return super().call(name, params, caller=caller)  # `call` is invoked again for each of its calls
         return asyncio.ensure_future(self._forward(name, params))
 
     async def _forward(self, name: str, params: tuple[Any, ...]) -> Any:

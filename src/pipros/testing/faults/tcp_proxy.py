@@ -1,4 +1,4 @@
-"""One listening port whose connections are passed on to another, with faults."""
+"""A listening port that forwards its connections to another address, with faults."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from pipros.testing.faults.plan import Cut, Faults, FaultyStream
 _READ_BYTES = 16 * 1024
 
 _CHUNKS = 64
-"""The most chunks in flight in one direction: a faster sender waits."""
+"""Maximum number of chunks in flight per direction; a faster sender has to wait."""
 
 _WRITE_LIMIT_BYTES = 64 * 1024
 _CONNECT_LIMIT_S = 10.0
 
 _RESET = struct.pack("ii", 1, 0)
-"""The connection is reset when it is closed: the peer gets an error, and no orderly end."""
+"""Socket option that resets the connection on close: the peer gets an error, not an orderly end."""
 
 Address = tuple[str, int]
 
 
 @dataclass(slots=True)
 class Counts:
-    """What has been done to connections so far."""
+    """Counts of connections, bytes and faults so far."""
 
     connections: int = 0
     bytes: int = 0
@@ -39,9 +39,9 @@ class Counts:
 
 
 class Switch:
-    """What a group of proxies shares: the faults, the counts, and whether anything passes.
+    """Shared state of a group of proxies: the faults, the counts, and whether forwarding is stalled.
 
-    For one event loop, except for `faults` and `counts`, which may be read from any thread.
+    Belongs to one event loop, except for `faults` and `counts`, which may be read from any thread.
     """
 
     def __init__(self) -> None:
@@ -53,21 +53,21 @@ class Switch:
         self.links: set[Link] = set()
 
     def inject(self, faults: Faults) -> None:
-        """Replaces the faults, also of open connections."""
+        """Replace the faults, including those of open connections."""
         self.faults = faults
         for link in self.links:
             link.use(faults)
 
     def stall(self, *, stall: bool) -> None:
-        """Holds back everything in both directions, or passes it on again."""
+        """Stop or resume forwarding in both directions."""
         self._passes.clear() if stall else self._passes.set()
 
     async def wait(self) -> None:
-        """Returns at once unless stalled."""
+        """Wait while forwarding is stalled."""
         await self._passes.wait()
 
     def cut(self, *, reset: bool = True) -> int:
-        """Resets or closes all open connections; returns their number."""
+        """Reset or close all open connections and return their number."""
         links = list(self.links)
         count = sum(link.is_open for link in links)
         for link in links:
@@ -76,17 +76,17 @@ class Switch:
 
 
 class TcpProxy:
-    """Listens on a port of the loopback address, and passes connections on to `target`.
+    """Listener on a loopback port that forwards connections to `target`.
 
     Attributes:
         address: host and port; valid after `start`.
     """
 
     def __init__(self, name: str, target: Address, switch: Switch, *, alive: Address | None = None) -> None:
-        """Nothing is opened yet.
+        """Store the arguments; `start` opens the port.
 
         Args:
-            name: with the number of the connection, the seed of its faults.
+            name: part of the seed of each connection's faults, together with the connection's number.
             alive: an address that must accept connections; otherwise connections to this proxy are reset.
         """
         self.address: Address = (LOOPBACK, 0)
@@ -98,16 +98,16 @@ class TcpProxy:
         self._server: asyncio.Server | None = None
 
     async def start(self) -> None:
-        """Opens a free port.
+        """Open a free port.
 
         Raises:
-            OSError: all are in use.
+            OSError: all ports are in use.
         """
         self._server = await asyncio.start_server(self._serve, LOOPBACK, 0, limit=_READ_BYTES)
         self.address = (LOOPBACK, self._server.sockets[0].getsockname()[1])
 
     def stop_accepting(self) -> None:
-        """The first half of `close`. Let the loop run once between both.
+        """Perform the first half of `close`. Run the event loop once between both halves.
 
         Up to Python 3.11, a connection that is being accepted when its server is closed stays open.
         """
@@ -116,7 +116,7 @@ class TcpProxy:
                 asyncio.get_running_loop().remove_reader(listener.fileno())
 
     def close(self) -> None:
-        """Closes the port; open connections stay."""
+        """Close the port; open connections stay."""
         if self._server is not None:
             self._server.close()
 
@@ -148,7 +148,7 @@ class Link:
     """One connection through a proxy.
 
     Attributes:
-        is_open: both sides are connected.
+        is_open: whether both sides are connected.
     """
 
     def __init__(self, seed: str, switch: Switch, writer: asyncio.StreamWriter) -> None:
@@ -166,10 +166,10 @@ class Link:
     async def run(
         self, reader: asyncio.StreamReader, far_reader: asyncio.StreamReader, far_writer: asyncio.StreamWriter
     ) -> None:
-        """Passes bytes on in both directions until both have ended or the connection is cut."""
+        """Forward bytes in both directions until both have ended or the connection is cut."""
         near_writer = self._writers[0]
         self._writers.append(far_writer)
-        if self._is_cut:  # while the other side was being connected to
+        if self._is_cut:  # cut while connecting to the other side
             far_writer.transport.abort()
             return
         self._switch.counts.connections += 1
@@ -186,7 +186,7 @@ class Link:
                 writer.close()
 
     def cut(self, *, counts: bool = True, reset: bool = True) -> None:
-        """Resets or closes both ends. What is under way is lost."""
+        """Reset or close both ends. Bytes in flight are lost."""
         if self._is_cut:
             return
         self._is_cut = True
@@ -203,7 +203,7 @@ class Link:
     async def _pass(
         self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, stream: FaultyStream
     ) -> None:
-        """Passes one direction on. Reading continues while earlier bytes are delayed."""
+        """Forward one direction. Reading continues while earlier bytes are delayed."""
         writer.transport.set_write_buffer_limits(high=_WRITE_LIMIT_BYTES)
         waiting: asyncio.Queue[tuple[float, bytes]] = asyncio.Queue(_CHUNKS)
         reading = asyncio.ensure_future(self._read(reader, waiting))
@@ -227,7 +227,7 @@ class Link:
             while data := await reader.read(_READ_BYTES):
                 await waiting.put((loop.time(), data))
         except OSError:
-            self.cut(counts=False)  # a reset is passed on as one
+            self.cut(counts=False)  # a reset is forwarded as a reset
             return
         await waiting.put((loop.time(), b""))
 
@@ -254,10 +254,10 @@ class Link:
 
 
 async def _probe(address: Address) -> None:
-    """Connects, and closes the connection.
+    """Connect and close the connection.
 
     Raises:
-        OSError: nobody listens there.
+        OSError: no process listens at the address.
     """
     _, writer = await asyncio.wait_for(asyncio.open_connection(*address), _CONNECT_LIMIT_S)
     writer.close()

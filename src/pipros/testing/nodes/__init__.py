@@ -1,5 +1,5 @@
 """The test nodes of rostest: `<test pkg="rostest" type="hztest" …>` and others.
 
-Each reads from its private parameters what to check, checks it, and writes
-a result file as any test script does.
+Each node reads the expectations from its private parameters, checks them, and writes a result file like any
+test script.
 """

@@ -1,4 +1,4 @@
-"""`advertisetest`: topics are advertised and services offered, or are not.
+"""`advertisetest`: check that topics are advertised and services provided, or are not.
 
 Private parameters `topics` and `services`: lists of `{name, timeout: 10.0, negative: false, type}`.
 """
@@ -14,12 +14,12 @@ from pipros.testing.nodes.expectation import Expectation, Watch, expectations, f
 from pipros.testing.nodes.run_checks import run_checks
 from pipros.wire.handshake import WireType
 
-# unittest leaves the frames of modules with this variable out of its reports.
+# unittest omits the frames of modules with this variable from its reports.
 __unittest = True
 
 
 def check_topics(node: Node) -> None:
-    """Raises AssertionError when a topic is not published, or is published and must not be."""
+    """Raise AssertionError if a topic is not published, or is published but must not be."""
 
     def find(expected: Expectation) -> str | None:
         published = node.master.get_published_topics()
@@ -32,7 +32,7 @@ def check_topics(node: Node) -> None:
 
 
 def check_services(node: Node) -> None:
-    """Raises AssertionError when a service is not offered, or is offered and must not be."""
+    """Raise AssertionError if a service is not provided, or is provided but must not be."""
 
     def find(expected: Expectation) -> str | None:
         try:

@@ -1,4 +1,4 @@
-"""Topics and services that must exist, or must not exist, within a time."""
+"""Expectations that topics and services exist, or do not exist, within a time limit."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pipros.node import Node
 from pipros.node.clock import Clock
 from pipros.testing.nodes.run_checks import parameter, poll
 
-# unittest leaves the frames of modules with this variable out of its reports.
+# unittest omits the frames of modules with this variable from its reports.
 __unittest = True
 
 DEFAULT_TIMEOUT_S = 10.0
@@ -23,9 +23,9 @@ class Expectation:
 
     Attributes:
         name: the global name.
-        timeout_s: the time for it to appear; for a negative one, the time during which it must not appear.
-        negative: it must not exist.
-        type: the required type, None for any.
+        timeout_s: the time limit for it to appear; if `negative`, the time during which it must not appear.
+        negative: whether it must not exist.
+        type: the required type; None for any.
     """
 
     name: str
@@ -35,10 +35,10 @@ class Expectation:
 
     @classmethod
     def read(cls, entry: Any, resolve: Callable[[str], str]) -> Expectation:
-        """Reads `{name: …, timeout: …, negative: …, type: …}`; only the name is required.
+        """Parse `{name: …, timeout: …, negative: …, type: …}`; only the name is required.
 
         Raises:
-            AssertionError: the entry is not a dictionary with a name, or its timeout not a number.
+            AssertionError: the entry is not a dictionary with a name, or its timeout is not a number.
         """
         if not isinstance(entry, Mapping) or not isinstance(entry.get("name"), str):
             raise AssertionError(
@@ -54,10 +54,10 @@ class Expectation:
 
 
 def expectations(node: Node, name: str) -> list[Expectation]:
-    """The list in a parameter; empty when it is not set.
+    """Return the expectations in a parameter; empty if it is not set.
 
     Raises:
-        AssertionError: it is not a list of expectations.
+        AssertionError: the parameter is not a list of expectations.
     """
     entries = parameter(node, name, [])
     if not isinstance(entries, list):
@@ -66,7 +66,7 @@ def expectations(node: Node, name: str) -> list[Expectation]:
 
 
 Find = Callable[[Expectation], str | None]
-"""Returns the type of the expected topic or service when it exists, else None."""
+"""Function that returns the type of the expected topic or service if it exists, else None."""
 
 
 class Watch:
@@ -88,10 +88,10 @@ class Watch:
         return max((item.timeout_s for item in self._open), default=0.0)
 
     def check(self, elapsed_s: float, find: Find) -> bool:
-        """Checks all expectations that are still open; True when none is open any more.
+        """Check all undecided expectations; return True if all are decided.
 
         Raises:
-            AssertionError: one was not met.
+            AssertionError: an expectation was not met.
         """
         self._open = [item for item in self._open if not self._is_decided(item, elapsed_s, find(item))]
         return not self._open
@@ -103,14 +103,14 @@ class Watch:
                 raise AssertionError(f"{self._what} [{item.name}] did not appear within {item.timeout_s:g} s")
             return is_over
         if item.negative:
-            raise AssertionError(f"{self._what} [{item.name}] exists, and must not")
+            raise AssertionError(f"{self._what} [{item.name}] exists, but must not")
         if item.type not in (None, found):
             raise AssertionError(f"{self._what} [{item.name}] has the type [{found}], not [{item.type}]")
         return True
 
 
 def follow(node: Node, watch: Watch, find: Find, clock: Clock | None = None) -> None:
-    """Polls until all expectations are decided, in wall time or that of `clock`.
+    """Poll until all expectations are decided. Measures in wall time, or with `clock`.
 
     Raises:
         AssertionError: names the first expectation that was not met.

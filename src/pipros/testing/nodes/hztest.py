@@ -1,8 +1,8 @@
-"""`hztest`: messages arrive at a given rate, or do not arrive.
+"""`hztest`: check that messages arrive at a given rate, or do not arrive.
 
-Private parameters: `topic`, `hz` (0: it must be silent), `hzerror` (needed unless `hz` is 0),
-`test_duration`, `wait_time` (20 s) for the first message, `check_intervals` (each interval must fit the rate
-too), `wall_clock` (measure in wall time even when time is simulated).
+Private parameters: `topic`, `hz` (0: no message may arrive), `hzerror` (required unless `hz` is 0),
+`test_duration` in seconds, `wait_time` (20 s) for the first message, `check_intervals` (each interval must
+match the rate as well), `wall_clock` (measure in wall time even if time is simulated).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pipros.node.any_msg import RawMessage
 from pipros.node.clock import WallClock
 from pipros.testing.nodes.run_checks import number, parameter, poll, run_checks
 
-# unittest leaves the frames of modules with this variable out of its reports.
+# unittest omits the frames of modules with this variable from its reports.
 __unittest = True
 
 
@@ -28,10 +28,11 @@ class AllowedRate:
     error: float
 
     def check(self, arrivals_ns: list[int], *, check_intervals: bool) -> None:
-        """Compares arrival times with the rate. Pure.
+        """Compare arrival times with the rate. Pure.
 
         Raises:
-            AssertionError: too slow, too fast, too irregular, or not silent.
+            AssertionError: the rate is too low, too high or too irregular, or messages arrived although none
+                were expected.
         """
         if not self.hz:
             if arrivals_ns:
@@ -55,7 +56,7 @@ class AllowedRate:
             gap_s = (later - earlier) / NS_PER_S
             if gap_s < 1 / highest or (lowest > 0 and gap_s > 1 / lowest):
                 raise AssertionError(
-                    f"an interval of {gap_s:.3f}s does not fit {lowest:.3f}Hz to {highest:.3f}Hz"
+                    f"an interval of {gap_s:.3f}s does not match {lowest:.3f}Hz to {highest:.3f}Hz"
                 )
 
 
@@ -64,7 +65,7 @@ def _measures_in_time_of_node(node: Node) -> bool:
 
 
 def check(node: Node) -> None:
-    """Raises AssertionError when the rate is not as expected."""
+    """Raise AssertionError if the rate is not as expected."""
     topic = parameter(node, "~topic")
     hz = number(node, "~hz")
     rate = AllowedRate(hz, number(node, "~hzerror") if hz else 0.0)
@@ -84,7 +85,7 @@ def check(node: Node) -> None:
         arrivals_ns.append(now_ns)
 
     node.subscribe(topic, RawMessage, arrive)
-    # A topic must be silent for this time, too: its publisher may be about to start.
+    # Also if no message is expected: the publisher may still be starting.
     if not any(arrivals_ns for _ in poll(node, wait)) and rate.hz:
         raise AssertionError("no messages before timeout")
     if rate.hz or not arrivals_ns:

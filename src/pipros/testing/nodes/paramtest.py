@@ -1,7 +1,7 @@
-"""`paramtest`: a parameter is set, optionally to a given value.
+"""`paramtest`: check that a parameter is set, optionally to a given value.
 
-Private parameters: `param_name_target`, `param_value_expected` (optional), `wait_time` (20 s) for it to be
-set, `test_duration` (5 s) for it to have the value after that.
+Private parameters: `param_name_target`, `param_value_expected` (optional), `wait_time` (20 s) for the
+parameter to be set, `test_duration` (5 s) for it to get the expected value after that.
 """
 
 from __future__ import annotations
@@ -9,14 +9,14 @@ from __future__ import annotations
 from pipros.node import Node
 from pipros.testing.nodes.run_checks import number, parameter, poll, run_checks
 
-# unittest leaves the frames of modules with this variable out of its reports.
+# unittest omits the frames of modules with this variable from its reports.
 __unittest = True
 
 _UNSET = object()
 
 
 def check(node: Node) -> None:
-    """Raises AssertionError when the parameter is not as expected in time."""
+    """Raise AssertionError if the parameter is not as expected in time."""
     target = str(parameter(node, "~param_name_target"))
     expected = parameter(node, "~param_value_expected", None)
     duration = number(node, "~test_duration", 5)

@@ -1,4 +1,4 @@
-"""`publishtest`: messages arrive on topics, or do not.
+"""`publishtest`: check that messages arrive on topics, or do not.
 
 Private parameter `topics`: a list of `{name, timeout: 10.0, negative: false}`.
 """
@@ -10,12 +10,12 @@ from pipros.node.any_msg import RawMessage
 from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
 from pipros.testing.nodes.run_checks import run_checks
 
-# unittest leaves the frames of modules with this variable out of its reports.
+# unittest omits the frames of modules with this variable from its reports.
 __unittest = True
 
 
 def check(node: Node) -> None:
-    """Raises AssertionError when a topic is silent, or one that must be silent is not."""
+    """Raise AssertionError if no message arrives on a topic, or one arrives that must not."""
     expected = expectations(node, "~topics")
     if not expected:
         raise AssertionError("No topic is specified in rosparam.")

@@ -1,4 +1,4 @@
-"""The common part of the test nodes: the node, its parameters, polling, and the report."""
+"""Shared code of the test nodes: the node, its parameters, polling, and the report."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from pipros.node.clock import Clock, WallClock
 from pipros.node.start_params import set_private_params
 from pipros.testing.script_runner import exit_unless, run_program
 
-# unittest leaves the frames of modules with this variable out of its reports.
+# unittest omits the frames of modules with this variable from its reports.
 __unittest = True
 
 POLL_INTERVAL_S = 0.05
-"""How often conditions are checked."""
+"""Interval between checks of conditions."""
 
 CLOCK_TIMEOUT_S = 10.0
-"""How long the first message on /clock may take."""
+"""Time limit for the first message on /clock."""
 
 
 def run_checks(
@@ -32,12 +32,11 @@ def run_checks(
     needs_time: Callable[[Node], bool] = lambda _: True,
     **checks: Callable[[Node], None],
 ) -> None:
-    """Runs checks as the cases of a test script called `name`; exits with 1 if one fails.
+    """Run checks as the cases of a test script called `name`; exit with code 1 if one fails.
 
-    Unless `needs_time` returns False, simulated time must run before the checks.
-
-    A check fails with an AssertionError that says what was expected. Classes and cases have the names of
-    Noetic's, because dashboards group by them.
+    Unless `needs_time` returns False, simulated time must run before the checks. A check fails with an
+    AssertionError that states the expectation. Classes and cases have Noetic's names, because dashboards
+    group by them.
     """
     cases = {f"test_{what}": _case(name, check, needs_time) for what, check in checks.items()}
     kind = type(class_name, (unittest.TestCase,), {**cases, "__module__": "__main__"})
@@ -63,10 +62,10 @@ _REQUIRED = object()
 
 
 def parameter(node: Node, name: str, default: Any = _REQUIRED) -> Any:
-    """A parameter of the test. Without a default it must be set.
+    """Return a parameter of the test. It is required if there is no default.
 
     Raises:
-        AssertionError: it is not set.
+        AssertionError: the parameter is not set.
     """
     try:
         return node.params.get(name)
@@ -77,10 +76,10 @@ def parameter(node: Node, name: str, default: Any = _REQUIRED) -> Any:
 
 
 def number(node: Node, name: str, default: Any = _REQUIRED) -> float:
-    """A parameter that must be a number.
+    """Return a parameter that must be a number.
 
     Raises:
-        AssertionError: it is not a number.
+        AssertionError: the parameter is not a number.
     """
     value = parameter(node, name, default)
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
@@ -92,10 +91,10 @@ def number(node: Node, name: str, default: Any = _REQUIRED) -> float:
 
 
 def poll(node: Node, timeout_s: float, clock: Clock | None = None) -> Iterator[float]:
-    """Yields the elapsed seconds at intervals, at least twice, until the time is up.
+    """Yield the elapsed seconds at intervals, at least twice, until `timeout_s` has elapsed.
 
     Args:
-        clock: measures the seconds; wall time by default.
+        clock: the clock to measure with; wall time by default.
     """
     wall = WallClock()
     clock = clock or wall
@@ -103,7 +102,7 @@ def poll(node: Node, timeout_s: float, clock: Clock | None = None) -> Iterator[f
     elapsed_s = 0.0
     yield elapsed_s
     while elapsed_s < timeout_s and not node.is_shutdown:
-        # In wall time, because simulated time may stand still.
+        # In wall time, because simulated time may be paused.
         wall.sleep(POLL_INTERVAL_S)
         elapsed_s = (clock.now_ns() - start_ns) / NS_PER_S
         yield elapsed_s
@@ -113,4 +112,6 @@ def _wait_for_time(node: Node) -> None:
     for _ in poll(node, CLOCK_TIMEOUT_S):
         if node.clock.now_ns():
             return
-    raise AssertionError(f"/use_sim_time is true, but no message came on /clock in {CLOCK_TIMEOUT_S:g} s")
+    raise AssertionError(
+        f"/use_sim_time is true, but no message arrived on /clock within {CLOCK_TIMEOUT_S:g} s"
+    )

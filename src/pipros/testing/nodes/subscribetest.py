@@ -1,4 +1,4 @@
-"""`subscribetest`: topics have subscribers, or do not.
+"""`subscribetest`: check that topics have subscribers, or do not.
 
 Private parameter `topics`: a list of `{name, timeout: 10.0, negative: false, type}`.
 """
@@ -9,12 +9,12 @@ from pipros.node import Node
 from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
 from pipros.testing.nodes.run_checks import run_checks
 
-# unittest leaves the frames of modules with this variable out of its reports.
+# unittest omits the frames of modules with this variable from its reports.
 __unittest = True
 
 
 def check(node: Node) -> None:
-    """Raises AssertionError when a topic has no subscriber, or has one and must not."""
+    """Raise AssertionError if a topic has no subscriber, or has one but must not."""
 
     def find(item: Expectation) -> str | None:
         _, subscribed, _ = node.master.get_system_state()

@@ -1,1 +1,1 @@
-"""What the commands of CMake and catkin mean for a package without compiled code."""
+"""The commands of CMake and catkin, as they apply to packages without compiled code."""

@@ -1,4 +1,4 @@
-"""The program that packages find as `${CMAKE_COMMAND}`."""
+"""The program behind `${CMAKE_COMMAND}`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ sys.exit(main())
 
 
 def cmake_program(build: Path, variables: Mapping[str, str]) -> str:
-    """The path of CMake, or of a script in the build space that replaces it."""
+    """Return the path of CMake, or of a substitute script in the build space."""
     found = shutil.which("cmake", path=variables.get("PATH"))
     if found is not None:
         return found

@@ -1,4 +1,4 @@
-"""What the commands of a `CMakeLists.txt` work with: the project that they describe, and the variables."""
+"""The state shared by the commands of a `CMakeLists.txt`: the project being described, and the variables."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class FoundPackage:
     """A package that `find_package()` finds.
 
     Attributes:
-        version: that of its manifest; empty if it is not known.
-        extras: the CMake files that it gives to the packages that find it.
+        version: the version in its manifest; empty if unknown.
+        extras: CMake files that are executed in packages that find this one.
     """
 
     version: str = ""
@@ -29,20 +29,20 @@ class FoundPackage:
 
 
 FindPackage = Callable[[str], FoundPackage | None]
-"""Finds a package by name; None if it does not exist."""
+"""Function that returns a package by name, or None if it does not exist."""
 
 
 class ReadContext:
-    """A package while its `CMakeLists.txt` is carried out.
+    """A package during the execution of its `CMakeLists.txt`.
 
     Attributes:
-        project: what was read so far.
-        version: that of the package's manifest.
+        project: the contents read so far.
+        version: the version in the package's manifest.
         scope: the current variables.
         components: the packages that `find_package()` has found.
         find_package: finds a package by name.
-        has_foreign_packages: whether commands may exist that only CMake itself would find.
-        empy_hint: where such commands may be, if that is a template that cannot be expanded.
+        has_foreign_packages: whether unknown commands may exist that only CMake itself would find.
+        empy_hint: the location of such commands, if it is a template that cannot be expanded.
     """
 
     def __init__(
@@ -54,10 +54,10 @@ class ReadContext:
         handlers: Mapping[str, Handler],
         check: Handler,
     ) -> None:
-        """Reads nothing yet.
+        """Store the arguments; `run` does the reading.
 
         Args:
-            handlers: what commands do, by their names in lower case.
+            handlers: the command handlers by command name in lower case.
             check: called before each command; raises `CMakeError` if it is unknown.
         """
         self.project = project
@@ -79,31 +79,31 @@ class ReadContext:
 
     @property
     def file(self) -> str:
-        """The file that is being carried out."""
+        """The file being executed."""
         return self._interpreter.file
 
     def run(self) -> None:
-        """Carries out the `CMakeLists.txt` of the project. Raises CMakeError."""
+        """Execute the project's `CMakeLists.txt`. Raises CMakeError."""
         self._interpreter.run_file(self.project.file)
 
     def error(self, command: Command, reason: str) -> CMakeError:
-        """An error at a command of the current file."""
+        """Return an error located at a command of the current file."""
         return self._interpreter.error(command, reason)
 
     def place(self, command: Command) -> str:
-        """File and line of a command of the current file."""
+        """Return the file and line of a command of the current file."""
         return f"{self.file}:{command.line}"
 
     def need_cmake(self, command: Command, what: str) -> None:
-        """Records that only CMake itself can do something for the package."""
+        """Record that the package uses a feature that only CMake itself provides."""
         self.need_native_build(command, f"needs {what}, which only CMake itself carries out")
 
     def need_native_build(self, command: Command, what: str) -> None:
-        """Records that genuine catkin has to build the package; `what` completes "the package [x] …"."""
+        """Record that genuine catkin has to build the package; `what` completes "the package [x] …"."""
         self.project.needs_cmake.append(NativeTarget(what, self.file, command.line))
 
     def run_extras(self, package: FoundPackage) -> None:
-        """Carries out the CMake files that a package gives to those that find it."""
+        """Execute the CMake extras of a found package."""
         for file in package.extras:
             if file.endswith(".em"):
                 self.has_foreign_packages = True
@@ -120,12 +120,12 @@ class ReadContext:
 
 
 Handler = Callable[[ReadContext, Command, list[str]], None]
-"""What a command does for a package; called with its arguments as words.
+"""Handler of a CMake command; called with the command's arguments as words.
 
-Raises CMakeError, or ValueError for wrong arguments, or `Unsupported` for what only CMake itself can do.
+Raises CMakeError, ValueError for wrong arguments, or `Unsupported` if only CMake itself can run the command.
 """
 
 HARMLESS_MODULES = frozenset(
     ("CMakeParseArguments", "CTest", "GNUInstallDirs", "CheckCXXCompilerFlag", "CheckCCompilerFlag")
 )
-"""Modules of CMake without commands that a package without compiled code would call."""
+"""CMake modules whose commands are of no use to a package without compiled code."""

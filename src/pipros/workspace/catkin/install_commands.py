@@ -1,4 +1,4 @@
-"""The commands that list what is installed."""
+"""Commands that list the files to install."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads `install()` and `catkin_install_python()`, and carries them out."""
+"""Parse and execute `install()` and `catkin_install_python()`."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class Installation:
     """A file or folder that a package installs, or CMake code to run at installation.
 
     Attributes:
-        copy: below the install space; None for code.
-        is_python: whether it is a script of `catkin_install_python()`, which the devel space has, too.
+        copy: the copy to make below the install space; None for code.
+        is_python: whether it is a script of `catkin_install_python()`; the devel space gets those as well.
         code: the text of `install(CODE)`.
         script: the file of `install(SCRIPT)`.
     """
@@ -39,10 +39,10 @@ class Installation:
 
 
 def read_installations(words: list[str], scope: Scope, *, is_python: bool = False) -> list[Installation]:
-    """The installations of `install(words)`; none for compiled targets.
+    """Return the installations of `install(words)`; none for compiled targets.
 
     Args:
-        is_python: whether it is `catkin_install_python(words)`.
+        is_python: whether the command is `catkin_install_python(words)`.
 
     Raises:
         ValueError: wrong arguments.
@@ -62,16 +62,16 @@ def read_installations(words: list[str], scope: Scope, *, is_python: bool = Fals
 
 
 def install(item: Installation, prefix: Path, settings: Mapping[str, str], say: Say) -> None:
-    """Copies a file or folder to the install space, or runs code.
+    """Copy a file or folder to the install space, or run code.
 
     Args:
         prefix: the install space.
         settings: cache entries for code.
 
     Raises:
-        CannotCopy: it does not exist.
+        CannotCopy: the file or folder does not exist.
         CMakeError: the code fails.
-        OSError: it cannot be copied.
+        OSError: the file or folder cannot be copied.
     """
     if item.copy is not None:
         copied = copy(item.copy, prefix, say)
@@ -84,7 +84,7 @@ def install(item: Installation, prefix: Path, settings: Mapping[str, str], say: 
 
 
 def _name_python_3(script: Path) -> None:
-    """Makes the first line of a script name Python 3 if it names no version, as catkin in Noetic does."""
+    """Change a shebang without a Python version to python3, as catkin in Noetic does."""
     content = script.read_bytes()
     first_line, newline, rest = content.partition(b"\n")
     if first_line.rstrip() == b"#!/usr/bin/env python":

@@ -1,4 +1,4 @@
-"""The commands that list messages, services, actions and configurations."""
+"""Commands that list messages, services, actions and configurations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The commands that catkin and its packages add to CMake, and the packages that pipros stands in for."""
+"""The commands that catkin and ROS packages add to CMake, and the packages that pipros substitutes."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ CATKIN_COMMANDS: Mapping[str, tuple[str, ...] | None] = {
     "roslint_add_test": None,
     "roslint_custom": None,
 }
-"""The commands of catkin and of ROS packages, each with the components that define it, the usual one first.
+"""Commands of catkin and of ROS packages, each with the components that define it, the usual one first.
 
-One of them is enough; None for commands that need no component.
+Any one of these components is enough; None for commands that need no component.
 """
 
 COMPONENT_COMMANDS: Mapping[str, tuple[str, ...]] = {
@@ -53,7 +53,7 @@ COMPONENT_COMMANDS: Mapping[str, tuple[str, ...]] = {
 }
 
 CATKIN_VERSION = "0.8.10"
-"""The version of catkin whose commands these are, for `${catkin_VERSION}`."""
+"""The catkin version that defines these commands; the value of `${catkin_VERSION}`."""
 
 _CORE = """
     catkin cmake_modules cpp_common gencpp geneus genlisp genmsg gennodejs genpy message_filters
@@ -74,5 +74,5 @@ _COMPILED = """
 CORE_PACKAGES = frozenset((*_CORE.split(), *_COMPILED.split()))
 """Packages of ROS that `find_package()` finds without a folder.
 
-pipros stands in for them, or they have C++ libraries, which a package without compiled code does not need.
+pipros substitutes them, or they are C++ libraries, which a package without compiled code does not need.
 """

@@ -1,4 +1,4 @@
-"""The commands that say what a package is, what it finds and what it gives to others; and `message()`."""
+"""Commands that declare a package, its dependencies and its exports; and `message()`."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from pipros.workspace.catkin.templates import NEEDS_EMPY, can_expand, expanded, 
 _HARMLESS_PACKAGES = frozenset(
     ("Boost", "Threads", "PythonInterp", "PythonLibs", "Python", "Python2", "Python3", "Eigen3", "OpenCV")
 )
-"""Packages without commands that a package without compiled code would call."""
+"""Packages whose commands are of no use to a package without compiled code."""
 
 _FOUND_VARIABLES: Mapping[str, Mapping[str, str]] = {
     "PythonInterp": {"PYTHONINTERP_FOUND": "1", "PYTHON_VERSION_MAJOR": "3"},
     "Python3": {"Python3_EXECUTABLE": sys.executable, "Python3_Interpreter_FOUND": "1"},
     "Python": {"Python_EXECUTABLE": sys.executable, "Python_Interpreter_FOUND": "1"},
 }
-"""What `find_package()` sets besides `<name>_FOUND`."""
+"""Variables that `find_package()` sets in addition to `<name>_FOUND`."""
 
 
 _COMPONENT_KEYWORDS = frozenset(("COMPONENTS", "OPTIONAL_COMPONENTS", "REQUIRED"))
@@ -44,7 +44,7 @@ def _set_project(context: ReadContext, command: Command, words: list[str]) -> No
                 command,
                 f"The project is named [{name}], but package.xml names the package [{project.name}]",
             )
-        values["CMAKE_PROJECT_NAME"] = "Project"  # that of the workspace
+        values["CMAKE_PROJECT_NAME"] = "Project"  # the name in the workspace's top-level file
     options = sections(words[1:], ("VERSION", "DESCRIPTION", "HOMEPAGE_URL", "LANGUAGES"))
     values["PROJECT_NAME"] = name
     for key, value in (
@@ -78,9 +78,9 @@ def _find_package(context: ReadContext, command: Command, words: list[str]) -> N
 
 
 def _component_names(words: Sequence[str]) -> list[str]:
-    """The components in the arguments of `find_package()`, optional ones too.
+    """Return the components in the arguments of `find_package()`, including optional ones.
 
-    They may follow `REQUIRED` directly. catkin requires the optional ones if it is required itself.
+    Components may follow `REQUIRED` directly. catkin requires optional components if it is itself required.
     """
     names: list[str] = []
     has_version = takes_names = False

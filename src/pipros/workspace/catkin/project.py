@@ -1,4 +1,4 @@
-"""What the `CMakeLists.txt` of a package describes, as values. `project_reader.py` reads it."""
+"""The contents of a package's `CMakeLists.txt` as values. `project_reader.py` produces them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Interface:
 
     Attributes:
         kind: `msg`, `srv` or `action`.
-        folder: where to install it, below the share folder of the package; None if it is not installed.
+        folder: its install folder below the share folder of the package; None if it is not installed.
     """
 
     kind: str
@@ -27,7 +27,7 @@ class Interface:
 
 @dataclass(frozen=True, slots=True)
 class NativeTarget:
-    """Something that only genuine catkin and CMake can build; `what` completes "the package [x] …"."""
+    """A reason to build with genuine catkin and CMake; `what` completes "the package [x] …"."""
 
     what: str
     file: str
@@ -42,10 +42,10 @@ class TestEntry:
         kind: `rostest` for a launch file with tests, `roslaunch` for a launch file or folder to check,
             `python` for a file or folder of unit tests, `gtest` for a compiled program.
         path: the file or folder; for `gtest` the name of the program.
-        arguments: for the launch file; for a check, options and arguments.
-        written: the path as in the `CMakeLists.txt`, relative to the package's folder.
-        target: the target to compile before.
-        place: file and line, for messages.
+        arguments: arguments of the launch file; for a check, options and arguments.
+        written: the path as written in the `CMakeLists.txt`, relative to the package's folder.
+        target: the target to compile first.
+        place: file and line, for error texts.
     """
 
     kind: str
@@ -58,7 +58,7 @@ class TestEntry:
 
 @dataclass(frozen=True, slots=True)
 class Download:
-    """A file that tests need from the network; `path` is where to store it."""
+    """A file that tests download; `path` is the local file."""
 
     url: str
     path: str
@@ -67,11 +67,11 @@ class Download:
 
 @dataclass(frozen=True, slots=True)
 class EnvironmentHook:
-    """A file that the setup files of a workspace run.
+    """A file that the setup files of a workspace source.
 
     Attributes:
-        text: its content; None for that of `source`.
-        installed: its content in the install space; None if that is the same.
+        text: its content; None to copy `source`.
+        installed: its content in the install space; None if it is the same.
     """
 
     name: str
@@ -82,20 +82,20 @@ class EnvironmentHook:
 
 @dataclass(slots=True)
 class Project:
-    """A package as its `CMakeLists.txt` describes it.
+    """A package as described by its `CMakeLists.txt`.
 
     Attributes:
         folder, file: the package's folder, and its `CMakeLists.txt`.
         binary: its folder in the build space.
-        components, catkin_depends: names of packages with the lines that name them.
-        generate_messages_line: the line of `generate_messages()`, 0 without one.
+        components, catkin_depends: package names, each with the line that lists it.
+        generate_messages_line: the line of `generate_messages()`; 0 if it is not called.
         has_reconfigure_options: whether `generate_dynamic_reconfigure_options()` was called.
         config_files: the `.cfg` files of dynamic_reconfigure, relative to the package's folder.
-        needs_cmake: why genuine catkin has to build the package; empty if pipros can.
-        status_lines: what `message(STATUS)` and the like print.
-        warnings: what to warn about, with file and line.
+        needs_cmake: reasons to build the package with genuine catkin; empty if pipros can build it.
+        status_lines: output of `message(STATUS)` and the like.
+        warnings: warnings with file and line.
         cfg_extras: CMake files for the packages that find this one.
-        targets: the names of targets that can be made one by one.
+        targets: the names of targets that can be made individually.
     """
 
     name: str

@@ -1,8 +1,8 @@
-"""Reads the `CMakeLists.txt` of a package.
+"""Reader for the `CMakeLists.txt` of a package.
 
-The file is carried out command by command, as CMake does it, as far as packages without compiled code need
-it. What only CMake itself can do is recorded with its place. The handlers of commands are in the tables of
-`*_commands.py`.
+The file is executed command by command, as CMake does, to the extent that packages without compiled code
+need. Commands that only CMake itself can run are recorded with file and line. The command handlers are in the
+tables of `*_commands.py`.
 """
 
 from __future__ import annotations
@@ -48,19 +48,19 @@ def read_project(
     limits: Limits | None = None,
     status_lines: list[str] | None = None,
 ) -> Project:
-    """Carries out the `CMakeLists.txt` of a package; programs are run and files written, as CMake does it.
+    """Execute the `CMakeLists.txt` of a package; this runs programs and writes files, as CMake does.
 
     Args:
         name: the package's name in its manifest.
         settings: `-D` settings of the command line, and the folders of the workspace.
-        environment: what `$ENV{NAME}` stands for; `ROS_DISTRO` and the like have Noetic's values if unset.
+        environment: the values of `$ENV{NAME}`; `ROS_DISTRO` and the like default to Noetic's values.
         find_package: finds the packages that the file needs.
         version: the package's version in its manifest.
         limits: by default those of the process.
-        status_lines: gets what `message()` prints, also if an error follows.
+        status_lines: receives the output of `message()`, even if an error follows.
 
     Raises:
-        CMakeError: with file and line, for what CMake would refuse as well.
+        CMakeError: CMake would reject the file, too; with file and line.
     """
     project = Project(name, folder, os.path.join(folder, "CMakeLists.txt"))
     if status_lines is not None:
@@ -76,7 +76,7 @@ def read_project(
 
 
 def _check_known(context: ReadContext, command: Command, _words: list[str]) -> None:
-    """Refuses commands that CMake would not know, and records those that only CMake can carry out."""
+    """Reject commands that CMake does not have, and record those that only CMake can run."""
     name = command.name
     if name in BEYOND_COMMANDS:
         context.need_cmake(command, f"{command.written_name}()")

@@ -1,4 +1,4 @@
-"""Runs the custom commands and targets of a package that are out of date, as make would."""
+"""Runner for the outdated custom commands and targets of a package; does the work of make."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ if TYPE_CHECKING:
 
 
 class StepRunner:
-    """Runs steps that are out of date, each at most once.
+    """Runner for outdated steps; runs each at most once.
 
     Attributes:
         has_run: whether any command was run.
     """
 
     def __init__(self, steps: Steps, binary: str, variables: Mapping[str, str], say: Say) -> None:
-        """Runs nothing yet.
+        """Store the arguments; nothing runs yet.
 
         Args:
-            binary: the folder for outputs whose paths are relative.
-            variables: the environment of the commands. `ROS_DISTRO` and the like have Noetic's
-                values if unset.
+            binary: the base folder of relative output paths.
+            variables: the environment of the commands. `ROS_DISTRO` and the like default to Noetic's
+                values.
             say: called with a line for each step that runs.
         """
         self._steps = steps
@@ -40,10 +40,10 @@ class StepRunner:
         self.has_run = False
 
     def run_wanted(self, files: Iterable[str]) -> None:
-        """Runs the targets that belong to `all`, and the steps that make the files given.
+        """Run the targets that belong to `all`, and the steps that make the given files.
 
         Raises:
-            CMakeError: a command failed, or a file is missing that no step makes.
+            CMakeError: a command failed, or no step makes a missing file.
         """
         for name, steps in self._steps.targets.items():
             if any(step.is_wanted for step in steps):
@@ -53,10 +53,10 @@ class StepRunner:
                 self.run(file)
 
     def run(self, name: str) -> bool:
-        """Runs a target, or makes a file; False if the package has neither of that name.
+        """Run a target, or make a file; return False if the package has neither with that name.
 
         Raises:
-            CMakeError: a command failed, or a file is missing that no step makes.
+            CMakeError: a command failed, or no step makes a missing file.
         """
         path = os.path.join(self._binary, name)
         if name not in self._steps.targets and name not in self._steps.rules and path in self._steps.rules:

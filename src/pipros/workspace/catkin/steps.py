@@ -1,6 +1,6 @@
-"""The custom commands and targets of a package: what they run, and what they depend on.
+"""Custom commands and targets of a package: their command lines and dependencies.
 
-They run without a shell. A command that needs one is left to CMake itself.
+Commands run without a shell. A command that needs a shell is left to CMake itself.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ class Step:
 
     Attributes:
         name: the target, or the first output.
-        file, line: the place in a CMake file.
-        outputs: the files that the commands make. A target has no outputs; its commands run each time.
+        file, line: the position in a CMake file.
+        outputs: the files that the commands make. A target has no outputs; its commands always run.
         commands: command lines, each with its working folder.
-        depends: files and targets that are needed before.
+        depends: files and targets that must be made first.
         is_wanted: whether it belongs to the target `all`.
     """
 
@@ -50,11 +50,11 @@ class Steps:
     dependencies: dict[str, list[str]] = field(default_factory=dict)
 
     def add_target(self, words: Sequence[str], scope: Scope, file: str, line: int) -> None:
-        """Adds `add_custom_target(words)`.
+        """Add `add_custom_target(words)`.
 
         Raises:
             ValueError: wrong arguments.
-            Unsupported: it needs a shell or a generator expression.
+            Unsupported: the target needs a shell or a generator expression.
         """
         if not words:
             raise ValueError("called with incorrect number of arguments")
@@ -67,11 +67,11 @@ class Steps:
         self.targets.setdefault(name, []).append(step)
 
     def add_command(self, words: Sequence[str], scope: Scope, file: str, line: int) -> None:
-        """Adds `add_custom_command(words)`.
+        """Add `add_custom_command(words)`.
 
         Raises:
             ValueError: wrong arguments.
-            Unsupported: it needs a shell, a generator expression, or the target is compiled.
+            Unsupported: the command needs a shell or a generator expression, or its target is compiled.
         """
         step = _read(words, scope, Step("", file, line))
         if "TARGET" in words[:-1]:
@@ -86,13 +86,13 @@ class Steps:
             self.rules[output] = step
 
     def add_dependencies(self, words: Sequence[str]) -> None:
-        """Adds `add_dependencies(words)`."""
+        """Add `add_dependencies(words)`."""
         if words:
             self.dependencies.setdefault(words[0], []).extend(words[1:])
 
 
 def _read(words: Sequence[str], scope: Scope, step: Step) -> Step:
-    """The step with what the words say about it."""
+    """Return the step completed by the given words."""
     sections: dict[str, list[str]] = {name: [] for name in (*_LISTS, *_ONE_VALUE)}
     commands: list[list[str]] = []
     current: list[str] = []
@@ -101,7 +101,7 @@ def _read(words: Sequence[str], scope: Scope, step: Step) -> Step:
             current = []
             commands.append(current)
         elif word in sections:
-            # ARGS is an old word between a command and its arguments.
+            # ARGS is an obsolete keyword between a command and its arguments.
             current = sections[word] if word != "ARGS" or not commands else commands[-1]
         elif word not in _SWITCHES:
             current.append(word)
@@ -121,7 +121,10 @@ def _read(words: Sequence[str], scope: Scope, step: Step) -> Step:
 
 
 def _without_shell(words: Sequence[str], folder: str) -> Iterable[tuple[str, tuple[str, ...]]]:
-    """The commands of a command line, each with its working folder; only `cd` and `&&` are understood."""
+    """Yield the commands of a command line, each with its working folder.
+
+    Of the shell's syntax, only `cd` and `&&` are supported.
+    """
     line: list[str] = []
     for word in (*words, "&&"):
         if "$<" in word:
@@ -139,7 +142,7 @@ def _without_shell(words: Sequence[str], folder: str) -> Iterable[tuple[str, tup
 
 
 def _dependency(word: str, scope: Scope) -> str:
-    """Resolves a dependency: an existing source file, else a file in the build tree, else a target."""
+    """Resolve a dependency: an existing source file, else a file in the build tree, else a target."""
     if os.path.exists(scope.in_source(word)):
         return scope.in_source(word)
     return word if os.path.isabs(word) or "/" not in word else scope.in_binary(word)

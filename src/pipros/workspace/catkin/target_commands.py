@@ -1,4 +1,4 @@
-"""The commands that define targets: compiled ones, and custom commands."""
+"""Commands that define compiled and custom targets."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Expands templates of empy 3 (`x.cmake.em`, `x.sh.em`) and carries out `em_expand()`.
+"""Expansion of empy 3 templates (`x.cmake.em`, `x.sh.em`), and the command `em_expand()`.
 
-Templates contain Python. A separate process expands them, with the `em` of the environment.
+Templates contain Python code. A separate process expands them with the environment's `em` module.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ NEEDS_EMPY = "needs empy 3 (pip install 'pipros[templates]')"
 
 
 def can_expand() -> bool:
-    """Whether empy 3 is installed. Version 4 has another language."""
+    """Return whether empy 3 is installed. The template language of version 4 is incompatible."""
     try:
         return version("empy").startswith("3.")
     except PackageNotFoundError:
@@ -33,13 +33,15 @@ def can_expand() -> bool:
 
 
 def expanded(template: str, context: ReadContext, *, is_installed: bool = False) -> str:
-    """A template of a package with the variables that catkin gives to environment hooks and CFG_EXTRAS.
+    """Expand a package's template with catkin's variables for environment hooks and CFG_EXTRAS.
+
+    Blocks while a separate process runs, with a time limit.
 
     Args:
-        is_installed: for the install space; else for the devel space.
+        is_installed: expand for the install space instead of the devel space.
 
     Raises:
-        ValueError: the template is wrong.
+        ValueError: the expansion failed or took too long.
     """
     values, name = context.scope.values, context.project.name
     variables: dict[str, object] = {
@@ -55,7 +57,7 @@ def expanded(template: str, context: ReadContext, *, is_installed: bool = False)
 
 
 def _run(template: str, definitions: str, environment: Mapping[str, str]) -> str:
-    """The expanded template; a Python file defines its variables."""
+    """Return the expanded template; the Python code `definitions` sets its variables."""
     command = [sys.executable, "-m", "em", "--raw-errors", "-F", definitions, template]
     try:
         ended = subprocess.run(  # noqa: S603
@@ -94,7 +96,7 @@ def _em_expand(context: ReadContext, command: Command, words: list[str]) -> None
 
 
 def write(file: str, text: str) -> None:
-    """Writes a file and the folders above it. Raises ValueError."""
+    """Write a file, creating its parent folders. Raises ValueError."""
     try:
         Path(file).parent.mkdir(parents=True, exist_ok=True)
         Path(file).write_text(text, "utf-8")

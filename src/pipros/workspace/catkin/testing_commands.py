@@ -1,4 +1,4 @@
-"""The commands that list tests, and the files that tests need."""
+"""Commands that list tests and their data files."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _add(
     arguments: tuple[str, ...] = (),
     target: str = "",
 ) -> None:
-    # A folder with a slash at its end keeps it.
+    # A trailing slash of a folder is kept.
     written = path.removeprefix(context.project.folder + os.sep)
     test = TestEntry(kind, path, arguments, written, target, context.place(command))
     context.project.tests.append(test)

@@ -1,4 +1,4 @@
-"""The variables that catkin and CMake set before they read a package."""
+"""Variables that catkin and CMake set before they read a package."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pipros.workspace.catkin.project import PYTHON_DESTINATION
 
 
 def package_variables(name: str, folder: str) -> dict[str, str]:
-    """The variables for a package. Those for compilers are left out, and so empty."""
+    """Return the variables for a package. Compiler variables are omitted, so they expand to nothing."""
     system = {"darwin": "Darwin", "win32": "Windows"}.get(sys.platform, "Linux")
     return {
         "CATKIN_PACKAGE_BIN_DESTINATION": f"lib/{name}",

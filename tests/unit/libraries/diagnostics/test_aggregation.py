@@ -123,19 +123,19 @@ def test_the_level_of_everything() -> None:
         (
             {"type": "my_pkg/MyAnalyzer", "path": "X"},
             "Pluginlib exception loading analyzer",
-            "no analyzer my_pkg",
+            "unknown analyzer type my_pkg",
         ),
         ({"path": "X"}, "No Analyzer type given", "no parameter 'type'"),
         ({"type": "GenericAnalyzer"}, "Analyzer init failed", "'path' must be a name, got None"),
         ({"type": "GenericAnalyzer", "path": "/"}, "Analyzer init failed", "must be a name"),
-        ({"type": "GenericAnalyzer", "path": "X"}, "Analyzer init failed", "takes nothing"),
+        ({"type": "GenericAnalyzer", "path": "X"}, "Analyzer init failed", "matches no status"),
         ({"type": "GenericAnalyzer", "path": "X", "regex": "("}, "Analyzer init failed", "'regex'"),
         (
             {"type": "GenericAnalyzer", "path": "X", "name": 5},
             "Analyzer init failed",
-            "must be a text or texts",
+            "must be a string or a list of strings",
         ),
-        ({"type": "GenericAnalyzer", "path": "X", "name": [5]}, "Analyzer init failed", "must be a text"),
+        ({"type": "GenericAnalyzer", "path": "X", "name": [5]}, "Analyzer init failed", "must be a string"),
         (
             {"type": "GenericAnalyzer", "path": "X", "name": "a", "timeout": "x"},
             "Analyzer init failed",
@@ -146,7 +146,7 @@ def test_the_level_of_everything() -> None:
             "Analyzer init failed",
             "must be a dictionary",
         ),
-        (["GenericAnalyzer"], "Analyzer init failed", "an analyzer has parameters"),
+        (["GenericAnalyzer"], "Analyzer init failed", "an analyzer must be a dictionary"),
         (
             {"type": "GenericAnalyzer", "path": "X", "name": "a", "num_items": float("inf")},
             "Analyzer init failed",
@@ -189,9 +189,9 @@ def test_analyzers_come_and_go_with_their_owner() -> None:
     aggregation.add("/node", added)
     with pytest.raises(BadAnalyzer, match="already"):
         aggregation.add("/node", added)
-    with pytest.raises(BadAnalyzer, match="no analyzer B"):
+    with pytest.raises(BadAnalyzer, match="unknown analyzer type B"):
         aggregation.add("/other", {**added, "b": {"type": "B"}})
-    with pytest.raises(BadAnalyzer, match="has no parameters"):
+    with pytest.raises(BadAnalyzer, match="has no parameter"):
         aggregation.add("/other", {})
     feed(aggregation, 0.0, x=OK)
     assert list(reported(aggregation, 0.0)) == ["/Added", "/Added/x"]

@@ -69,7 +69,7 @@ def test_what_must_stay_away_is_watched_for_its_whole_time() -> None:
 def test_what_must_stay_away_and_comes_fails_at_once() -> None:
     watch = Watch([Expectation("/gone", 5.0, negative=True)], "service")
 
-    with pytest.raises(AssertionError, match=r"service \[/gone\] exists, and must not"):
+    with pytest.raises(AssertionError, match=r"service \[/gone\] exists, but must not"):
         watch.check(0.1, Graph(gone="std_srvs/Empty").find)
 
 

@@ -28,7 +28,7 @@ def test_a_single_gap_matters_only_when_gaps_are_checked() -> None:
     arrivals = [at + (50 * MS if number == 5 else 0) for number, at in enumerate(every(100))]
 
     AllowedRate(10, 1).check(arrivals, check_intervals=False)
-    with pytest.raises(AssertionError, match=r"interval of 0.150s does not fit 9.000Hz to 11.000Hz"):
+    with pytest.raises(AssertionError, match=r"interval of 0.150s does not match 9.000Hz to 11.000Hz"):
         AllowedRate(10, 1).check(arrivals, check_intervals=True)
 
 
