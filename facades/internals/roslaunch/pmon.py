@@ -392,7 +392,7 @@ class ProcessMonitor(threading.Thread):
 
 
 def start_process_monitor() -> ProcessMonitor | None:
-    """Start a monitor, which `pmon_shutdown` or the exit of the program ends. Return None after `rl_signal`."""
+    """Start a monitor that ends with `pmon_shutdown` or the program; return None after `rl_signal`."""
     if _shutdown.has_begun:
         return None
     monitor = ProcessMonitor(f"ProcessMonitor-{next(_numbers)}")
