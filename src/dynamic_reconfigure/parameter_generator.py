@@ -1,4 +1,4 @@
-"""What old `.cfg` files import."""
+"""Names imported by old `.cfg` files."""
 
 from pipros.reconfigure.generator import ParameterGenerator as ParameterGenerator
 

@@ -1,4 +1,4 @@
-"""What `.cfg` files import."""
+"""Names imported by `.cfg` files."""
 
 from pipros.reconfigure.generator import ParameterGenerator as ParameterGenerator
 
