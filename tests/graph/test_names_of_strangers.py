@@ -28,7 +28,7 @@ def test_playing_an_illegal_topic_is_one_error(
 
     shown = repr(topic)[1:-1].replace("\\xe9", "\xe9")
     assert done.returncode == 1
-    assert done.output == f"ERROR: [{shown}] is not a legal name of a topic. Play other topics with --topics"
+    assert done.output == f"ERROR: [{shown}] is not a legal topic name. Play other topics with --topics"
     done = ros.pipros.run("rosbag", "play", "-q", path, "--topics", "/b", ROS_MASTER_URI=master.uri)
     assert (done.returncode, done.output) == (0, "")
 

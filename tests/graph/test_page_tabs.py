@@ -42,9 +42,7 @@ def test_a_curve_of_numbers(robot: RosSystem) -> None:
 
 def test_a_curve_waits_for_its_topic_and_names_what_is_not_a_number(robot: RosSystem) -> None:
     with Page(robot).connect() as browser:
-        assert (
-            "there is no topic of this name yet" in next(browser.watch("plot", field="/nothing/x"))["error"]
-        )
+        assert "no such topic yet" in next(browser.watch("plot", field="/nothing/x"))["error"]
     with Page(robot).connect() as browser:
         data = first(browser.watch("plot", field="/imu/header"), lambda value: value.get("error"))
         assert "/imu/header must be a number" in data["error"]
@@ -87,7 +85,7 @@ def test_images(robot: RosSystem) -> None:
         assert json.loads(head)["full"] == [8, 4]
         assert pixels == b"\xff\x00\x00" * 32
     with Page(robot).connect() as browser:
-        assert "must have the type sensor_msgs/Image" in next(browser.watch("image", name="/imu"))["error"]
+        assert "topic type must be sensor_msgs/Image" in next(browser.watch("image", name="/imu"))["error"]
 
 
 def test_frames(robot: RosSystem) -> None:

@@ -203,7 +203,7 @@ def test_a_full_disk_leaves_a_valid_bag_and_disturbs_no_publisher(
     record = ros.pipros.start("bash", "-c", limited, ROS_MASTER_URI=master.uri)
     text = "x" * 10_000
     publish(talker, "/text", [String(text + str(n)) for n in range(250)])
-    record.wait_for("cannot write to 'full.bag': File too large. Recording goes on when it can")
+    record.wait_for("cannot write to 'full.bag': File too large. Recording resumes when writing succeeds")
     publish(talker, "/text", [String("not recorded")])
     record.press_ctrl_c()
 

@@ -28,8 +28,8 @@ class Difference:
 DIFFERENCES = [
     Difference(
         Kind.NAMED,
-        "the insides of genuine rospy's transport: pipros has links of its own (`pipros.net`), and nobody "
-        "can use these without the rest of rospy",
+        "internals of genuine rospy's transport: pipros has its own (`pipros.net`), and these are useless "
+        "without the rest of rospy",
         (
             "rospy.*.ConnectionStatisticsLogger",
             "rospy.*.Poller",
@@ -57,13 +57,12 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.NAMED,
-        "made code from templates that run as Python code; `catkin_make` makes C++ headers without",
+        "generated code from templates that run Python code; `catkin_make` generates C++ headers otherwise",
         ("genmsg.template_tools.*",),
     ),
     Difference(
         Kind.ABSENT,
-        "checks of the nodes of Python's DOM: pipros reads manifests without it, by a reader that refuses "
-        "document types",
+        "checks of Python's DOM nodes: pipros reads manifests with a parser that refuses document types",
         ("roslib.manifestlib.check*", "roslib.manifestlib.get_nodes_by_name"),
     ),
     Difference(
@@ -98,17 +97,17 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "they drive genuine catkin's build with CMake and make; here `catkin_make` builds",
+        "they drive genuine catkin's build with CMake and make; `catkin_make` of pipros builds without them",
         ("catkin.builder.*",),
     ),
     Difference(
         Kind.DIFFERS,
-        "a function with a decorator, which takes what the function takes",
+        "a decorated function with the same arguments",
         ("roslib.scriptutil.get_*", "roslib.scriptutil.script_resolve_name"),
     ),
     Difference(
         Kind.DIFFERS,
-        "they are caught and raised as there, but their class, or its base, has pipros' name",
+        "they are raised and caught as in Noetic, but their class, or its base, has a name of pipros",
         (
             "*.ArgException",
             "*.FatalProcessLaunch",
@@ -121,7 +120,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "connections of an ssh client in Python: pipros runs the system's `ssh`, which checks hosts",
+        "connections of an ssh client in Python: pipros runs the system's `ssh`, which verifies hosts",
         (
             "roslaunch.*SSHChildROSLaunchProcess.is_dead",
             "roslaunch.*SSHChildROSLaunchProcess.ssh*",
@@ -130,7 +129,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "parts that launchers of pipros do not consist of, and names that modules import for themselves",
+        "parts that the launchers of pipros do not have, and names that modules import for internal use",
         (
             "roslaunch.child.ROSLaunchChild.child_server",
             "roslaunch.child.ROSLaunchChild.pm",
@@ -156,12 +155,12 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "rules about rosdep's database, pip, Debian packages and rosbuild, which pipros does without",
+        "rules about rosdep's database, pip, Debian packages and rosbuild, which pipros does not use",
         ("roswtf.packages.*", "roswtf.py_pip_deb_checks.*", "roswtf.rosdep_db.*", "roswtf.stacks.*"),
     ),
     Difference(
         Kind.ABSENT,
-        "the insides of `rosconsole echo`; the command has options for what it can do",
+        "internals of `rosconsole echo`; use the options of the command",
         ("rospy.rosconsole.RosConsoleEcho*",),
     ),
     Difference(
@@ -171,12 +170,12 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.DIFFERS,
-        "an attribute that is given to the constructor, no method",
+        "an attribute set by the constructor, not a method",
         ("rospy.*Service.error_handler", "rospy.*ServiceImpl.error_handler"),
     ),
     Difference(
         Kind.ABSENT,
-        "the inner steps and state of these classes, which are pipros' own",
+        "internal methods and state of these classes, which pipros implements differently",
         (
             "actionlib.*INVALID_TRANSITION",
             "actionlib.*NO_TRANSITION",
@@ -219,12 +218,12 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "a function by a slip, where a class was meant; it returns None",
+        "a function by mistake, where a class was intended; it returns None",
         ("actionlib_tools.library.YAMLBag",),
     ),
     Difference(
         Kind.ABSENT,
-        "they write the sources that a build needs; here a `.cfg` file is read without",
+        "they write the sources for a build; pipros reads `.cfg` files without one",
         (
             "dynamic_reconfigure.parameter_generator*.LINEDEBUG",
             "dynamic_reconfigure.parameter_generator*.ParameterGenerator.*",
@@ -239,17 +238,17 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.DIFFERS,
-        "a dictionary, which takes what Python's takes",
+        "a dictionary, with the arguments of Python's",
         ("dynamic_reconfigure.encoding.Config",),
     ),
     Difference(
         Kind.ABSENT,
-        "rules of migration are parsed here, and run by `pipros.bag.migration`, not as Python classes",
+        "migration rules are parsed and interpreted by `pipros.bag.migration`; they are not Python classes",
         ("rosbag.migration.*", "rosbag.rosbag_main.MessageMigrator.*"),
     ),
     Difference(
         Kind.ABSENT,
-        "the insides of the command `rosbag`, and what modules define for themselves",
+        "internals of the command `rosbag`, and names that modules define for internal use",
         (
             "rosbag.rosbag_main.*_op",
             "rosbag.rosbag_main.handle_*",

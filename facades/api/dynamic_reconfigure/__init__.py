@@ -1,4 +1,4 @@
-"""dynamic_reconfigure, as Noetic has it, on pipros: parameters that change while a node runs."""
+"""Drop-in replacement for Noetic's dynamic_reconfigure: parameters that change while a node runs."""
 
 from typing import Any as _Any
 
@@ -8,19 +8,19 @@ _star_names(__name__, "roslib")
 
 
 class DynamicReconfigureException(Exception):
-    """Base of the errors of dynamic_reconfigure."""
+    """Base class of the errors of dynamic_reconfigure."""
 
 
 class DynamicReconfigureParameterException(DynamicReconfigureException):
-    """A parameter does not exist, or cannot have that value."""
+    """A parameter does not exist, or does not accept a value."""
 
 
 class DynamicReconfigureCallbackException(DynamicReconfigureException):
-    """A server's callback failed, or returned nothing."""
+    """A server's callback failed, or returned no configuration."""
 
 
 def find_reconfigure_services() -> list[str]:
-    """The names of all servers of the graph."""
+    """Return the names of all servers in the graph."""
     import rosservice
 
     suffix = "/set_parameters"
@@ -29,5 +29,5 @@ def find_reconfigure_services() -> list[str]:
 
 
 def get_parameter_names(descr: _Any) -> _Any:
-    """The names of the parameters of a configuration's module."""
+    """Return the parameter names in a configuration's module."""
     return descr.defaults.keys()

@@ -1,4 +1,4 @@
-"""`Client`: reads and changes the parameters of another node."""
+"""`Client`: read and change the parameters of another node."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from rospy import ServiceException
 _star_names(__name__, "roslib threading")
 
 _SLICE_S = 0.1
-"""How long a wait lasts before it looks for Ctrl-C and a shutdown."""
+"""Interval at which a wait checks for Ctrl-C and shutdown."""
 
 
 class Client:
-    """Follows the parameters of the server `name`.
+    """Client of the reconfigure server `name`. Receives its configuration and every change.
 
     Args:
-        timeout: seconds to wait for the server; None for ever.
-        config_callback: called with the configuration when it comes, and at each change.
+        timeout: seconds to wait for the server; None to wait forever.
+        config_callback: called with the configuration when it is first received, and at each change.
         description_callback: called with the list of parameters.
 
     Raises:
-        ROSException: there is no server in that time.
+        ROSException: the server did not appear within `timeout`.
     """
 
     def __init__(
@@ -63,15 +63,15 @@ class Client:
         self._updates_sub = rospy.Subscriber(f"{topic}/parameter_updates", ConfigMsg, self._updates_msg)
 
     def get_configuration(self, timeout: float | None = None) -> Any:
-        """The configuration; None where it does not come within `timeout` seconds (for ever: None)."""
+        """Return the configuration, or None after `timeout` seconds without one (None: wait forever)."""
         return self._wait("config", timeout)
 
     def get_parameter_descriptions(self, timeout: float | None = None) -> Any:
-        """The parameters; None where they do not come in time."""
+        """Return the list of parameters, or None if it is not received within `timeout` seconds."""
         return self._wait("param_description", timeout)
 
     def get_group_descriptions(self, timeout: float | None = None) -> Any:
-        """The tree of groups; None where it does not come in time."""
+        """Return the tree of groups, or None if it is not received within `timeout` seconds."""
         return self._wait("group_description", timeout)
 
     def _wait(self, what: str, timeout: float | None) -> Any:
@@ -85,13 +85,13 @@ class Client:
             return getattr(self, what)
 
     def update_configuration(self, changes: dict[str, Any]) -> Any:
-        """Changes parameters, and returns what the server says of them.
+        """Change parameters, and return the new configuration from the server. Blocks until it answers.
 
-        Texts are taken for what the parameter's type is; for enums also the name of a constant.
+        Strings are converted to the parameter's type; enums also accept the name of a constant.
 
         Raises:
-            DynamicReconfigureParameterException: the parameter does not exist, or cannot have this value.
-            DynamicReconfigureCallbackException: the server refused.
+            DynamicReconfigureParameterException: a parameter does not exist, or does not accept the value.
+            DynamicReconfigureCallbackException: the service call failed.
         """
         described = {each["name"]: each for each in self.get_parameter_descriptions() or ()}
         converted = {}
@@ -116,7 +116,7 @@ class Client:
             raise DynamicReconfigureParameterException(str(error)) from error
 
     def update_groups(self, changes: Any) -> Any:
-        """The tree of groups with new states, by the groups' names."""
+        """Return the tree of groups with new states, by the groups' names."""
         tree = self.get_group_descriptions()
 
         def change(group: Any) -> None:
@@ -129,13 +129,13 @@ class Client:
         return tree
 
     def close(self) -> None:
-        """Follows the server no more."""
+        """Unsubscribe from the server."""
         self._descriptions_sub.unregister()
         self._updates_sub.unregister()
 
     @property
     def config_callback(self) -> Callable[[Any], object] | None:
-        """Called with each new configuration; one that is set is called at once."""
+        """Callback for each new configuration. Setting it calls it with the current one (or None)."""
         return self._config_callback
 
     @config_callback.setter
@@ -145,16 +145,16 @@ class Client:
             value(self.config)
 
     def get_config_callback(self) -> Callable[[Any], object] | None:
-        """`config_callback`."""
+        """Return `config_callback`."""
         return self.config_callback
 
     def set_config_callback(self, value: Callable[[Any], object] | None) -> None:
-        """Sets `config_callback`."""
+        """Set `config_callback`."""
         self.config_callback = value
 
     @property
     def description_callback(self) -> Callable[[Any], object] | None:
-        """Called with the parameters; one that is set is called at once."""
+        """Callback for the list of parameters. Setting it calls it with the current list (or None)."""
         return self._description_callback
 
     @description_callback.setter
@@ -164,16 +164,16 @@ class Client:
             value(self.param_description)
 
     def get_description_callback(self) -> Callable[[Any], object] | None:
-        """`description_callback`."""
+        """Return `description_callback`."""
         return self.description_callback
 
     def set_description_callback(self, value: Callable[[Any], object] | None) -> None:
-        """Sets `description_callback`."""
+        """Set `description_callback`."""
         self.description_callback = value
 
     def _updates_msg(self, msg: Any) -> None:
         with self._cv:
-            if self.group_description is None:  # the description comes on a topic of its own
+            if self.group_description is None:  # the description has its own topic
                 self._early = msg
                 return
             self.config = decode_config(msg, self.group_description)
@@ -186,7 +186,7 @@ class Client:
         described = extract_params(description) if description else []
         for each in described:
             if each["type"] not in TYPES:
-                print(f"{self.name}: {each['name']} has the unknown type {each['type']}", file=sys.stderr)
+                print(f"{self.name}: {each['name']} has unknown type {each['type']}", file=sys.stderr)
         with self._cv:
             self.group_description = description
             self.param_description = described

@@ -1,4 +1,4 @@
-"""`rosrun dynamic_reconfigure dynparam`: lists, reads and changes the parameters of nodes."""
+"""`rosrun dynamic_reconfigure dynparam`: list, read and change parameters of nodes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pipros.safe.yaml import load
 
 
 class CommandParser(argparse.ArgumentParser):
-    """Exits with 1, as in Noetic, where no command or an unknown one is given; with 2 for other mistakes."""
+    """Argument parser that exits with 1 for a missing or unknown command, as Noetic's, else with 2."""
 
     def error(self, message: str) -> NoReturn:
         self.print_usage(sys.stderr)
@@ -30,7 +30,7 @@ class CommandParser(argparse.ArgumentParser):
 
 
 def parser() -> argparse.ArgumentParser:
-    """The commands with their arguments."""
+    """Return the parser of the commands and their arguments."""
     made = CommandParser(prog="dynparam", description=__doc__)
     commands = made.add_subparsers(dest="command", required=True)
     commands.add_parser("list", help="list the nodes that can be configured")
@@ -50,18 +50,18 @@ def parser() -> argparse.ArgumentParser:
 
 
 def mapping_of(text: str, where: str) -> dict[str, Any]:
-    """A YAML mapping. Raises ValueError for anything else."""
+    """Parse a YAML mapping. Raise ValueError for anything else."""
     try:
         value = load(text)
     except PiprosError as error:
-        raise ValueError(f"{where} cannot be read: {error}") from error
+        raise ValueError(f"cannot read {where}: {error}") from error
     if not isinstance(value, dict):
         raise ValueError(f"{where} must be a YAML mapping of names to values, got {text.strip()!r}")
     return {name: part for name, part in value.items() if name != "groups"}
 
 
 def changes_of(options: Any) -> dict[str, Any]:
-    """What `set`, `load` and `set_from_parameters` change. Raises ValueError for what cannot be changes."""
+    """Return the changes requested by `set`, `load` or `set_from_parameters`. Raise ValueError if invalid."""
     if options.command == "load":
         return mapping_of(Path(options.file).read_text(encoding="utf-8"), options.file)
     if options.command == "set_from_parameters":
@@ -77,7 +77,7 @@ def changes_of(options: Any) -> dict[str, Any]:
 
 
 def main() -> int:
-    """Carries out a command. Returns the exit code."""
+    """Run the command line, and return the exit code."""
     options = parser().parse_args(rospy.myargv()[1:])
     try:
         rospy.init_node("dynparam", anonymous=True, disable_signals=True)
@@ -108,7 +108,7 @@ def main() -> int:
 
 
 def _as_yaml(config: Any) -> str:
-    """Each parameter in a line; JSON's way to write a value is also YAML's, but for some numbers."""
+    """Format one parameter per line. JSON values are valid YAML, except for some numbers."""
     lines = []
     for name, value in config.items():
         if name == "groups":

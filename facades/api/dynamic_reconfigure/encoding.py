@@ -1,4 +1,4 @@
-"""Configurations and descriptions to messages and back."""
+"""Convert configurations and descriptions to messages and back."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ _star_names(
 
 
 def encode_description(descr: Any) -> ConfigDescrMsg:
-    """The message that describes a configuration's module."""
+    """Return the message that describes the configuration of a module."""
     return ConfigDescrMsg(
         groups=encode_groups(None, descr.config_description),
         max=encode_config(descr.max),
@@ -61,8 +61,8 @@ def encode_description(descr: Any) -> ConfigDescrMsg:
     )
 
 
-def encode_groups(parent: Any, group: Any) -> list[Any]:  # noqa: ARG001 # as others call it
-    """The messages of a group and of those in it."""
+def encode_groups(parent: Any, group: Any) -> list[Any]:  # noqa: ARG001 # part of the public signature
+    """Return the messages of a group and its subgroups."""
     fields = ("name", "type", "level", "description", "edit_method")
     described = [ParamDescription(*(each[field] for field in fields)) for each in group["parameters"]]
     message = GroupMsg(group["name"], group["type"], described, group["parent"], group["id"])
@@ -70,7 +70,7 @@ def encode_groups(parent: Any, group: Any) -> list[Any]:  # noqa: ARG001 # as ot
 
 
 def encode_config(config: Any, flat: bool = True) -> ConfigMsg:
-    """The message of a configuration; a value that is a dictionary is its tree of groups."""
+    """Return the message of a configuration. A dictionary value is the configuration's tree of groups."""
     message = ConfigMsg()
     for name, value in config.items():
         if isinstance(value, bool):
@@ -99,7 +99,7 @@ def _states_below(group: Any) -> Iterator[GroupState]:
 
 
 def initial_config(msg: Any, description: Any = None) -> Config:
-    """The configuration of a message, with the states and values of groups by a `.cfg` description."""
+    """Decode a message, with the states and values of the groups in a `.cfg` description."""
     config = values(msg)
     if msg.groups and description is not None:
         described = {group["id"]: group for group in all_groups(description)}

@@ -1,4 +1,4 @@
-"""What `.cfg` files import."""
+"""Names imported by `.cfg` files."""
 
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.reconfigure.generator import ParameterGenerator as ParameterGenerator

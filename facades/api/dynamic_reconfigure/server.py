@@ -1,4 +1,4 @@
-"""`Server`: offers the parameters of a node to be changed."""
+"""`Server`: lets other nodes change the parameters of a node."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ _star_names(__name__, "copy roslib threading")
 
 
 class Server:
-    """Calls `callback(config, level)` at once, and whenever a client changes parameters.
+    """Server that calls `callback(config, level)` immediately, and whenever a client changes parameters.
 
-    The callback returns the configuration that holds from then on. It may call `update_configuration` itself.
+    The callback returns the new configuration. It may call `update_configuration` itself.
 
     Args:
-        type: the module of the configuration, such as `my_pkg.cfg.FooConfig`.
-        namespace: below which name; private unless it begins with a slash.
+        type: module of the configuration, such as `my_pkg.cfg.FooConfig`.
+        namespace: namespace of the server's topics and service; private unless it begins with a slash.
     """
 
     def __init__(self, type: Any, callback: Callable[[Any, int], Any], namespace: str = "") -> None:  # noqa: A002
@@ -59,7 +59,7 @@ class Server:
         self.set_service = rospy.Service(f"{self.ns}set_parameters", ReconfigureSrv, self._set_callback)
 
     def update_configuration(self, changes: Any) -> Any:
-        """Changes parameters as a client would, and returns all of them."""
+        """Change parameters as a client would, and return the whole configuration."""
         with self.mutex:
             config = deepcopy(self.config)
             config.update(changes)

@@ -1,4 +1,4 @@
-"""`rosbag` for Python code: recorded messages in files.
+"""Drop-in replacement for Noetic's `rosbag`: read and write bags.
 
 Facade of `pipros.bag`; see http://wiki.ros.org/rosbag/Code%20API.
 """

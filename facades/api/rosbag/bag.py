@@ -1,4 +1,4 @@
-"""`rosbag.Bag`: bags for Python code; see http://wiki.ros.org/rosbag/Code%20API. Facade of `pipros.bag`."""
+"""Drop-in replacement for `rosbag.Bag`; see http://wiki.ros.org/rosbag/Code%20API. Facade of `pipros.bag`."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ _star_names(
 
 
 class Compression:
-    """The compressions of chunks."""
+    """Names of the chunk compressions."""
 
     NONE = _compression.NONE
     BZ2 = _compression.BZ2
@@ -56,25 +56,25 @@ class Compression:
 
 
 class Bag(IndexAccess):
-    """A bag file, open for reading, writing or appending. Use it in one thread at a time.
+    """A bag file, open for reading, writing or appending. Not thread-safe.
 
-    Unlike genuine rosbag, messages come in time order also where they were not written in it; what is written
-    with a connection header of its own, or of another type than before, gets a connection of its own; and
-    one may read while writing.
+    Unlike genuine rosbag, messages are always read in time order, even if written out of order; each
+    combination of topic, type and connection header gets its own connection; and the bag can be read while
+    it is written.
 
     Args:
-        f: a path, or a file for bytes that can seek. Files are closed by `close`, too.
+        f: a path, or a seekable binary file, which `close` closes, too.
         mode: `r`, `w` or `a`.
-        compression: for the chunks to write: `none`, `bz2` or `lz4`.
-        chunk_threshold: their size in bytes, uncompressed.
+        compression: compression of written chunks: `none`, `bz2` or `lz4`.
+        chunk_threshold: uncompressed size of written chunks, in bytes.
         allow_unindexed: open a bag without an index as an empty one, for `reindex`.
-        options: a dictionary with `compression` and `chunk_threshold`, which win.
-        skip_index: frequencies are not wanted, so that the indexes of all chunks need not be read.
+        options: a dictionary with `compression` and `chunk_threshold`, which override the arguments.
+        skip_index: do not read the indexes of all chunks; frequencies of topics are then unknown.
 
     Raises:
         ValueError: an argument is invalid.
         ROSBagException: the file is not a bag.
-        ROSBagUnindexedException: it has no index.
+        ROSBagUnindexedException: the bag has no readable index.
     """
 
     def __init__(
@@ -141,17 +141,17 @@ class Bag(IndexAccess):
 
     @property
     def options(self) -> dict[str, Any]:
-        """The options for chunks to write."""
+        """Options of written chunks, as a dictionary."""
         return {"compression": self._compression, "chunk_threshold": self._chunk_threshold}
 
     @property
     def filename(self) -> str | None:
-        """The path, or None for a bag that was opened from a file object."""
+        """Path of the file, or None if the bag was opened from a file object."""
         return self._filename
 
     @property
     def version(self) -> int:
-        """The version of the format: 200 for 2.0."""
+        """Format version: 200 for 2.0."""
         return self._version
 
     @property
@@ -161,12 +161,12 @@ class Bag(IndexAccess):
 
     @property
     def size(self) -> int:
-        """Bytes of the file."""
+        """Size of the file in bytes."""
         return self._opened().size
 
     @property
     def compression(self) -> str:
-        """The compression of the next chunk that is written."""
+        """Compression of written chunks."""
         return self._compression
 
     @compression.setter
@@ -178,7 +178,7 @@ class Bag(IndexAccess):
 
     @property
     def chunk_threshold(self) -> int:
-        """The size of chunks to write, in bytes."""
+        """Uncompressed size of written chunks, in bytes."""
         return self._chunk_threshold
 
     @chunk_threshold.setter
@@ -189,15 +189,15 @@ class Bag(IndexAccess):
         self._chunk_threshold = chunk_threshold
 
     def set_encryptor(self, encryptor: str | None = None, param: Any = None) -> None:
-        """Does nothing without an encryptor.
+        """Do nothing if `encryptor` is empty; encryption is not supported.
 
         Raises:
-            ROSBagEncryptNotSupportedException: there is one; encrypted bags are not supported.
+            ROSBagEncryptNotSupportedException: an encryptor was given.
         """
         del param
         if encryptor not in (None, "", "rosbag/NoEncryptor"):
             raise ROSBagEncryptNotSupportedException(
-                f"bags cannot be encrypted, got the encryptor [{encryptor}]"
+                f"encryption is not supported, got encryptor [{encryptor}]"
             )
 
     def read_messages(
@@ -209,18 +209,18 @@ class Bag(IndexAccess):
         raw: bool = False,
         return_connection_header: bool = False,
     ) -> Iterator[Any]:
-        """Messages in time order.
+        """Return an iterator over messages in time order.
 
         Args:
-            topics: those wanted, or one; all, if not given or empty.
-            start_time, end_time: the times wanted, both included.
-            connection_filter: is called with topic, type, md5sum, definition and connection header of each
-                connection, and says whether it is wanted.
-            raw: give (type, serialized message, md5sum, position, class) in place of the message.
-            return_connection_header: give `BagMessageWithConnectionHeader`, not `BagMessage`.
+            topics: a topic or several; by default, or if empty, all.
+            start_time, end_time: first and last timestamp, inclusive.
+            connection_filter: called with topic, type, md5sum, definition and connection header of each
+                connection; returns whether to read it.
+            raw: yield (type, serialized message, md5sum, position, class) instead of the message.
+            return_connection_header: yield `BagMessageWithConnectionHeader` instead of `BagMessage`.
 
         Raises:
-            ROSBagException: the bag is damaged, or has no usable definition of a type.
+            ROSBagException: the bag is damaged, or has no valid definition of a type.
         """
         bag = self._view()
         connections = self._chosen(bag, topics, connection_filter)
@@ -267,17 +267,17 @@ class Bag(IndexAccess):
         raw: bool = False,
         connection_header: Mapping[str, Any] | None = None,
     ) -> None:
-        """Adds a message.
+        """Add a message.
 
         Args:
             msg: a message; if `raw`, the tuple (type, serialized message, md5sum, class), or one with a
-                position before the class, as `read_messages` gives it.
-            t: when it was received; now, if not given.
-            connection_header: of its publisher.
+                position before the class, as yielded by `read_messages`.
+            t: time of receipt; by default now.
+            connection_header: connection header of the publisher.
 
         Raises:
             ValueError: an argument is invalid, or the bag is closed.
-            ROSBagException: raw, and there is no class to take the definition from.
+            ROSBagException: the message is raw, and no class provides its definition.
         """
         bag = self._opened()
         if not topic:
@@ -302,17 +302,17 @@ class Bag(IndexAccess):
             )
 
     def flush(self) -> None:
-        """Writes what was added since the last chunk to the file, as a chunk."""
+        """Write the messages added since the last flush to the file, as a chunk."""
         with translated():
             self._opened().flush()
 
     def reindex(self) -> Iterator[int]:
-        """Rebuilds the index of a bag opened with mode `a` and `allow_unindexed`; `close` writes it.
+        """Rebuild the index of a bag opened with mode `a` and `allow_unindexed`; `close` writes it.
 
-        Gives the positions of the chunks, for a display of progress.
+        Returns an iterator over the positions of the chunks, for progress displays.
 
         Raises:
-            ROSBagException: the format cannot be given an index.
+            ROSBagException: the format does not support an index.
         """
         bag = self._opened()
         if self._mode != "a":
@@ -321,7 +321,7 @@ class Bag(IndexAccess):
             return iter(bag.reindex())
 
     def close(self) -> None:
-        """Writes the index and closes the file. May be called twice."""
+        """Write the index, and close the file. Idempotent."""
         if self._bag is None:
             return
         file, bag = self._file, self._bag

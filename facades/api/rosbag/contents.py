@@ -1,4 +1,4 @@
-"""What `rosbag.Bag` tells of its contents."""
+"""Counts and descriptions of a `rosbag.Bag`."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from rosbag.results import CompressionTuple, TopicTuple, TypesAndTopicsTuple
 
 
 class BagContents(ABC):
-    """The methods of `Bag` that count and describe, for a bag in any mode."""
+    """Methods of `Bag` that count and describe its contents, in any mode."""
 
     _filename: str | None
     _skip_index: bool
 
     @abstractmethod
     def _view(self) -> BagReader:
-        """The bag as a reader has it."""
+        """Return a reader of the bag."""
 
     def __str__(self) -> str:
         with translated():
             return _info.info_text(self._info())
 
     def get_compression_info(self) -> CompressionTuple:
-        """The most frequent compression of the chunks, and the bytes of all chunks."""
+        """Return the most frequent compression of the chunks, and the total size of all chunks in bytes."""
         with translated():
             found = _info.compressions(self._view())
         if not found:
@@ -39,7 +39,7 @@ class BagContents(ABC):
         return CompressionTuple(found[0].name, *sums)
 
     def get_message_count(self, topic_filters: Iterable[str] | str | None = None) -> int:
-        """The number of messages, of all topics or of those given."""
+        """Return the number of messages on the given topics, or on all."""
         bag = self._view()
         if topic_filters is None:
             return bag.message_count
@@ -47,11 +47,11 @@ class BagContents(ABC):
         return sum(counts[connection.id] for connection in bag.connections_of(topic_filters))
 
     def get_start_time(self) -> float:
-        """The time of the first message in seconds. Raises `ROSBagException` if there is none."""
+        """Return the time of the first message in seconds. Raise `ROSBagException` if the bag is empty."""
         return self._time(lambda bag: bag.start)
 
     def get_end_time(self) -> float:
-        """The time of the last message in seconds. Raises `ROSBagException` if there is none."""
+        """Return the time of the last message in seconds. Raise `ROSBagException` if the bag is empty."""
         return self._time(lambda bag: bag.end)
 
     def _time(self, which: Callable[[BagReader], Stamp]) -> float:
@@ -64,7 +64,7 @@ class BagContents(ABC):
     def get_type_and_topic_info(
         self, topic_filters: Iterable[str] | str | None = None
     ) -> TypesAndTopicsTuple:
-        """The types of the bag with their md5sums, and its topics or those given."""
+        """Return the message types with their md5sums, and the given topics, or all."""
         bag = self._view()
         wanted = {topic_filters} if isinstance(topic_filters, str) else topic_filters
         with translated():
@@ -78,7 +78,7 @@ class BagContents(ABC):
         )
 
     def _get_yaml_info(self, key: str | None = None) -> str | None:
-        """What `rosbag info --yaml` prints; a part of it by its key."""
+        """Return the output of `rosbag info --yaml`, or the part selected by `key`."""
         with translated():
             info = self._info()
         if key is None:

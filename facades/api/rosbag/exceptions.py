@@ -1,4 +1,4 @@
-"""The exceptions of `rosbag`."""
+"""Exceptions of `rosbag`."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from pipros.bag.errors import BagError, BagFormatError, NotIndexed
 
 
 class ROSBagException(Exception):
-    """A bag cannot be read or written as asked.
+    """A bag cannot be read or written as requested.
 
     Attributes:
-        value: the text.
+        value: the error text.
     """
 
     value: Any
@@ -28,13 +28,13 @@ class ROSBagException(Exception):
 
 
 class ROSBagFormatException(ROSBagException):
-    """The bytes of a file break the format of bags."""
+    """The bytes of a file violate the bag format."""
 
     __module__ = "rosbag.bag"  # as in pickles of genuine ROS
 
 
 class ROSBagUnindexedException(ROSBagException):
-    """A bag has no index: its writer was killed."""
+    """A bag has no index, because its writer was killed."""
 
     __module__ = "rosbag.bag"  # as in pickles of genuine ROS
 
@@ -56,7 +56,7 @@ class ROSBagEncryptException(ROSBagException):
 
 @contextmanager
 def translated() -> Iterator[None]:
-    """Errors of pipros as the exceptions that users of rosbag catch."""
+    """Translate errors of pipros into the exceptions that users of rosbag catch."""
     try:
         yield
     except NotIndexed as error:

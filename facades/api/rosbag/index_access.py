@@ -1,6 +1,6 @@
-"""The private methods of `Bag` that other programs use: rqt_bag, editors and mergers of bags.
+"""Private methods of `Bag` that other programs use, such as rqt_bag and bag editors.
 
-Names and meanings are those of genuine rosbag; the index is read when one of them is asked for.
+Names and meanings are those of genuine rosbag. The index is read on first use.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ ConnectionFilter = Callable[[str, str, str, str, Mapping[str, bytes]], bool]
 
 
 class ConnectionInfo:
-    """A connection by the names that rosbag gives its parts."""
+    """A connection, with rosbag's attribute names."""
 
     def __init__(self, connection: Connection) -> None:
         self.id = connection.id
@@ -40,7 +40,7 @@ class ConnectionInfo:
 
 
 class ChunkInfo:
-    """A chunk as the index has it."""
+    """Index entry of a chunk."""
 
     def __init__(self, pos: int, start_time: Time, end_time: Time, counts: Mapping[int, int]) -> None:
         self.pos = pos
@@ -60,7 +60,7 @@ class ChunkHeader:
 
 @total_ordering
 class IndexEntry:
-    """A message's place; compared by its time alone. `position` is what `_read_message` takes."""
+    """Location of a message, ordered by its time alone. Pass `position` to `_read_message`."""
 
     __slots__ = ("chunk_pos", "offset", "time")
 
@@ -87,7 +87,7 @@ class IndexEntry:
 
 
 class IndexAccess(BagContents):
-    """The methods and attributes of `Bag` with an underscore that public code uses."""
+    """Underscored methods and attributes of `Bag` that public code uses."""
 
     _version: int
     _indexed: tuple[BagReader, MessageIndex, dict[int, list[IndexEntry]]] | None = None
@@ -150,7 +150,7 @@ class IndexAccess(BagContents):
     def _get_connections(
         self, topics: Iterable[str] | str | None = None, connection_filter: ConnectionFilter | None = None
     ) -> Iterator[ConnectionInfo]:
-        """The connections of these topics for which the filter gives True."""
+        """Yield the connections of these topics that the filter accepts."""
         for each in self._chosen(self._view(), topics, connection_filter):
             yield ConnectionInfo(each)
 
@@ -182,7 +182,7 @@ class IndexAccess(BagContents):
         start_time: Time | None = None,
         end_time: Time | None = None,
     ) -> Iterator[IndexEntry]:
-        """The entries of the connections between the times, in time order."""
+        """Yield the entries of the connections in time order, between two times, inclusive."""
         for entry in heapq.merge(*self._get_indexes(connections)):
             if end_time and entry.time > end_time:
                 return
@@ -195,7 +195,7 @@ class IndexAccess(BagContents):
         start_time: Time | None = None,
         end_time: Time | None = None,
     ) -> Iterator[IndexEntry]:
-        """As `_get_entries`, the latest first."""
+        """Yield the entries of `_get_entries` in reverse order."""
         indexes = (reversed(index) for index in self._get_indexes(connections))
         for entry in heapq.merge(*indexes, reverse=True):
             if start_time and entry.time < start_time:
@@ -204,7 +204,7 @@ class IndexAccess(BagContents):
                 yield entry
 
     def _get_entry(self, t: Time, connections: Iterable[ConnectionInfo] | None = None) -> IndexEntry | None:
-        """The last entry at or before a time."""
+        """Return the last entry at or before `t`, or None."""
         indexes = self._get_indexes(connections)
         found = [(index, bisect_right(index, t, key=lambda entry: entry.time)) for index in indexes]
         return max((index[at - 1] for index, at in found if at), default=None)
@@ -212,13 +212,13 @@ class IndexAccess(BagContents):
     def _get_entry_after(
         self, t: Time, connections: Iterable[ConnectionInfo] | None = None
     ) -> IndexEntry | None:
-        """The first entry after a time."""
+        """Return the first entry after `t`, or None."""
         indexes = self._get_indexes(connections)
         found = [(index, bisect_right(index, t, key=lambda entry: entry.time)) for index in indexes]
         return min((index[at] for index, at in found if at < len(index)), default=None)
 
     def _read_message(self, position: Any, raw: bool = False, return_connection_header: bool = False) -> Any:
-        """The message at the position of an entry, as `read_messages` gives it."""
+        """Return the message at an entry's position, in the form of `read_messages`."""
         bag = self._view()
         index = self._indexed[1] if self._indexed is not None and self._indexed[0] is bag else None
         index = index or MessageIndex(bag, process_limits())

@@ -1,6 +1,6 @@
-"""`rosbag.migration` for Python code: bags of older definitions, checked and fixed by rules.
+"""Drop-in replacement for `rosbag.migration`: check and fix bags with older definitions.
 
-Facade of `pipros.bag.migration`. Rules are parsed, not run, so rules cannot be classes made in Python.
+Facade of `pipros.bag.migration`. Rules are parsed, not executed, so rules cannot be Python classes.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ _star_names(
 
 
 class BagMigrationException(Exception):
-    """A rule file or a bag is broken."""
+    """A rule file or a bag is invalid."""
 
 
 class MessageMigrator:
-    """The rules of some files.
+    """Migration rules from files.
 
     Args:
-        input_rule_files: their paths.
-        plugins: also the rules that installed packages export.
+        input_rule_files: paths of the rule files.
+        plugins: also load the rules that installed packages export.
 
     Raises:
         BagMigrationException: a file cannot be read, or is not a rule file.
@@ -55,7 +55,7 @@ def _warn(text: str) -> None:
 
 
 def checkbag(migrator: MessageMigrator, inbag: str) -> list[Change]:
-    """The types of a bag that need a migration.
+    """Return the types of a bag that need a migration.
 
     Raises:
         BagMigrationException: the bag cannot be read.
@@ -68,14 +68,14 @@ def checkbag(migrator: MessageMigrator, inbag: str) -> list[Change]:
 
 
 def fixbag(migrator: MessageMigrator, inbag: str, outbag: str) -> bool:
-    """Writes the migrated bag; False, and no file, if rules are missing. Raises as `checkbag`."""
+    """Write the migrated bag. Return False, and write nothing, if rules are missing. Raises as `checkbag`."""
     return not fixbag2(migrator, inbag, outbag)
 
 
 def fixbag2(migrator: MessageMigrator, inbag: str, outbag: str, force: bool = False) -> list[Change]:
-    """Writes the migrated bag; gives the changes that lack rules, and writes nothing, if there are some.
+    """Write the migrated bag. If rules are missing, write nothing, and return the changes that lack them.
 
-    With `force` those messages stay as they are. Raises as `checkbag`.
+    With `force`, the affected messages are copied unchanged. Raises as `checkbag`.
     """
     try:
         with open_bag(inbag) as bag:

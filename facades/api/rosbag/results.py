@@ -1,4 +1,4 @@
-"""What the methods of `rosbag.Bag` give."""
+"""Results of the methods of `rosbag.Bag`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rospy.rostime import Time
 
 
 class BagMessage(NamedTuple):
-    """What `read_messages` gives. The message is a tuple when it was asked for raw."""
+    """Item of `read_messages`. `message` is a tuple if `raw` was requested."""
 
     topic: str
     message: Any
@@ -17,7 +17,7 @@ class BagMessage(NamedTuple):
 
 
 class BagMessageWithConnectionHeader(NamedTuple):
-    """What `read_messages` gives with `return_connection_header`."""
+    """Item of `read_messages` with `return_connection_header`."""
 
     topic: str
     message: Any
@@ -26,7 +26,7 @@ class BagMessageWithConnectionHeader(NamedTuple):
 
 
 class TopicTuple(NamedTuple):
-    """A topic: `frequency` is None if it is not known."""
+    """Summary of a topic. `frequency` is in Hz, or None if unknown."""
 
     msg_type: str
     message_count: int
@@ -35,14 +35,14 @@ class TopicTuple(NamedTuple):
 
 
 class TypesAndTopicsTuple(NamedTuple):
-    """The md5sums of types by their names, and the topics by theirs."""
+    """md5sums by message type, and topic summaries by name."""
 
     msg_types: dict[str, str]
     topics: dict[str, TopicTuple]
 
 
 class CompressionTuple(NamedTuple):
-    """The most frequent compression of the chunks, and the bytes of all chunks."""
+    """Most frequent compression of the chunks, and the total size of all chunks in bytes."""
 
     compression: str
     uncompressed: int

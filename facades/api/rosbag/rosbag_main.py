@@ -1,6 +1,6 @@
 """The command `rosbag` as functions, one for each subcommand.
 
-They take the arguments after the subcommand, return None, and end the process with SystemExit on failure.
+They take the arguments after the subcommand, return None, and raise SystemExit on failure.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ _star_names(
 
 
 def rosbagmain(argv: Sequence[str] | None = None) -> None:
-    """The command `rosbag`; `argv` has its name first. Ends the process with its exit code."""
+    """Run the command `rosbag`, and raise SystemExit with its exit code. `argv[0]` is the command's name."""
     sys.exit(_main(list(sys.argv if argv is None else argv)[1:]))
 
 
@@ -64,55 +64,55 @@ def _run(subcommand: str, argv: Sequence[str]) -> None:
 
 
 def record_cmd(argv: Sequence[str]) -> None:
-    """`rosbag record`."""
+    """Run `rosbag record`."""
     _run("record", argv)
 
 
 def info_cmd(argv: Sequence[str]) -> None:
-    """`rosbag info`."""
+    """Run `rosbag info`."""
     _run("info", argv)
 
 
 def play_cmd(argv: Sequence[str]) -> None:
-    """`rosbag play`."""
+    """Run `rosbag play`."""
     _run("play", argv)
 
 
 def filter_cmd(argv: Sequence[str]) -> None:
-    """`rosbag filter`."""
+    """Run `rosbag filter`."""
     _run("filter", argv)
 
 
 def fix_cmd(argv: Sequence[str]) -> None:
-    """`rosbag fix`."""
+    """Run `rosbag fix`."""
     _run("fix", argv)
 
 
 def check_cmd(argv: Sequence[str]) -> None:
-    """`rosbag check`."""
+    """Run `rosbag check`."""
     _run("check", argv)
 
 
 def compress_cmd(argv: Sequence[str]) -> None:
-    """`rosbag compress`."""
+    """Run `rosbag compress`."""
     _run("compress", argv)
 
 
 def decompress_cmd(argv: Sequence[str]) -> None:
-    """`rosbag decompress`."""
+    """Run `rosbag decompress`."""
     _run("decompress", argv)
 
 
 def reindex_cmd(argv: Sequence[str]) -> None:
-    """`rosbag reindex`."""
+    """Run `rosbag reindex`."""
     _run("reindex", argv)
 
 
 def encrypt_cmd(argv: Sequence[str]) -> None:
-    """`rosbag encrypt`."""
+    """Run `rosbag encrypt`."""
     _run("encrypt", argv)
 
 
 def decrypt_cmd(argv: Sequence[str]) -> None:
-    """`rosbag decrypt`."""
+    """Run `rosbag decrypt`."""
     _run("decrypt", argv)

@@ -1,4 +1,4 @@
-"""Bags: recorded messages in a file. Reading, writing, indexing and repairing them, without a node.
+"""Read, write, index and repair bags (files of recorded messages). No node is needed.
 
     from pipros.bag import BagReader, BagWriter, merged, open_bag
 

@@ -1,4 +1,4 @@
-"""One bag that is read, written, or appended to and read at the same time, as `rosbag.Bag` allows."""
+"""A bag open for reading, writing or appending; it can be read while it is written, as with `rosbag.Bag`."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from pipros.basics.limits import process_limits
 
 
 class BagFile:
-    """A bag in an open file, which it does not close. Use it in one thread at a time.
+    """A bag in an open file, which it does not close. Not thread-safe.
 
     Args:
-        file: open for reading bytes, and for writing unless `mode` is `r`; it can seek.
-        name: of the file, for errors.
+        file: a seekable binary file, readable, and writable unless `mode` is `r`.
+        name: the file's name, for error messages.
         mode: `r`, `w` or `a`.
         allow_unindexed: open a bag without an index as an empty one, for `reindex`.
 
     Raises:
         BagError: the file is not a bag, or cannot be appended to.
-        NotIndexed: it has no index.
+        NotIndexed: the bag has no readable index.
 
     Attributes:
-        version: of the format: 200 for 2.0.
-        writer: None while the bag is only read.
-        topics: as `writer`.
+        version: format version as an integer: 200 for 2.0.
+        writer: None while the bag is read-only.
+        topics: adds messages by topic; None while the bag is read-only.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class BagFile:
         self._reader = None
 
     def set_chunks(self, compression: str, chunk_bytes: int) -> None:
-        """Sets how later chunks are made. The open chunk is written first."""
+        """Write the open chunk, and set the compression and size of later chunks."""
         self.flush()
         self._compression, self._chunk_bytes = compression, chunk_bytes
         if self.writer is not None:
@@ -100,12 +100,12 @@ class BagFile:
         return self.writer.size if self.writer is not None else self.view().size
 
     def flush(self) -> None:
-        """Writes what was added since the last chunk, as a chunk."""
+        """Write the messages added since the last flush, as a chunk."""
         if self.writer is not None:
             self.writer.flush()
 
     def view(self) -> BagReader:
-        """A reader of the bag, including what was added so far, which is written to the file first."""
+        """Flush, and return a reader of all messages added so far."""
         if self._reader is not None:
             return self._reader
         if self.writer is None:
@@ -114,10 +114,10 @@ class BagFile:
         return BagReader.of_layout(self._file, self._name, self.writer.layout, self._limits)
 
     def reindex(self) -> list[int]:
-        """Rebuilds the index of a bag in mode `a`; returns the positions of its chunks.
+        """Rebuild the index of a bag in mode `a`; return the positions of its chunks.
 
         Raises:
-            BagError: the format cannot be given an index.
+            BagError: the format does not support an index.
         """
         self.finish()
         writer = reindex(self._file, self._name, self._limits)
@@ -125,6 +125,6 @@ class BagFile:
         return [chunk.position for chunk in writer.layout.chunks]
 
     def finish(self) -> None:
-        """Writes the index, if something may have been written."""
+        """Write the index, unless the bag is read-only."""
         if self.writer is not None:
             self.writer.finish()

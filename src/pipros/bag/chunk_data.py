@@ -1,4 +1,4 @@
-"""The contents of chunks: read from the file, decompressed ahead of time, kept while they are needed."""
+"""Cache of chunk contents, which threads decompress ahead of use."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from pipros.bag.source import Source
 from pipros.basics.limits import Limits, limit_text
 
 LARGE_BYTES = 16 * 1024 * 1024
-"""Uncompressed chunks above this size are not read as a whole: their messages are read one by one."""
+"""Uncompressed chunks above this size are not loaded as a whole: their messages are read one by one."""
 
 _ORDINARY_RATIO = 1000
-"""Times that real messages become larger by decompression. Only large blank images and maps exceed it."""
+"""Largest expansion ratio of ordinary messages. Only large blank images and maps exceed it."""
 
 _ENTRY_BYTES_PER_BYTE = 16
-"""Each message adds at least a byte to a compressed chunk, and an entry of at most 16 bytes to an index."""
+"""Each message adds at least one byte to a compressed chunk, and at most 16 bytes to an index."""
 
 _AHEAD_BYTES = 64 * 1024 * 1024
-"""The uncompressed size of the chunks that are read ahead."""
+"""Maximum uncompressed size of the chunks that are read ahead."""
 
 
 class Headers(Protocol):
-    """Returns the header of a chunk by its number."""
+    """Callable that returns the header of a chunk by its number."""
 
     def __call__(self, number: int, /) -> ChunkHeader: ...
 
 
 def read_chunk_data(source: Source, header: ChunkHeader, limits: Limits) -> bytes:
-    """The whole content of a chunk.
+    """Return the whole content of a chunk.
 
     Raises:
-        BagFormatError: it is cut off, damaged or larger than allowed.
+        BagFormatError: the chunk is truncated, damaged or larger than allowed.
     """
     where = check_chunk(source, header, limits)
     data = source.read(header.data_position, header.data_size)
@@ -45,10 +45,10 @@ def read_chunk_data(source: Source, header: ChunkHeader, limits: Limits) -> byte
 
 
 def check_chunk(source: Source, header: ChunkHeader, limits: Limits) -> str:
-    """Where the chunk is, for errors.
+    """Check the size of a chunk against the limits, and return its location for error messages.
 
     Raises:
-        BagFormatError: it is larger than allowed.
+        BagFormatError: the chunk is larger than allowed.
     """
     where = f"{source.at(header.data_position)}, a chunk"
     if header.size > limits.bag_chunk_bytes:
@@ -65,18 +65,18 @@ def check_chunk(source: Source, header: ChunkHeader, limits: Limits) -> str:
 
 
 def check_index_size(source: Source, entry_bytes: int, limits: Limits) -> None:
-    """Raise `BagFormatError` if entries of messages take too many bytes for the size of the file."""
+    """Raise `BagFormatError` if the index entries are implausibly large for the size of the file."""
     if entry_bytes > limits.bag_index_bytes + _ENTRY_BYTES_PER_BYTE * source.size:
         raise BagFormatError(
-            f"{source.name}: {source.size} bytes expand to too many messages, with entries of {entry_bytes} "
+            f"{source.name}: {source.size} bytes expand to too many messages: their index has {entry_bytes} "
             f"bytes; {limit_text('bag_index_bytes', limits.bag_index_bytes)}"
         )
 
 
 class ChunkStore:
-    """The contents of chunks: at most `bag_cache_bytes` besides the one in use.
+    """Cache of chunk contents: at most `bag_cache_bytes`, plus the chunk in use.
 
-    Threads decompress the chunks that come next.
+    A thread pool decompresses the upcoming chunks.
     """
 
     def __init__(self, source: Source, headers: Headers, limits: Limits) -> None:
@@ -89,10 +89,10 @@ class ChunkStore:
         self._threads: ThreadPoolExecutor | None = None
 
     def get(self, number: int, upcoming: Sequence[int] = ()) -> bytes | None:
-        """The content of a chunk; None for a large one whose messages are to be read from the file.
+        """Return the content of a chunk; None for a large chunk, whose messages must be read from the file.
 
         Args:
-            upcoming: the numbers of the chunks that will be asked for next.
+            upcoming: the numbers of the chunks that will be requested next.
 
         Raises:
             BagFormatError: the chunk is damaged.
@@ -113,11 +113,11 @@ class ChunkStore:
         return data
 
     def drop(self, number: int) -> None:
-        """Discards a chunk that is no longer needed."""
+        """Discard a chunk that is no longer needed."""
         self._kept_bytes -= len(self._kept.pop(number, b""))
 
     def close(self) -> None:
-        """Ends the threads."""
+        """Stop the thread pool."""
         self._ahead.clear()
         if self._threads is not None:
             self._threads.shutdown(wait=True, cancel_futures=True)
@@ -144,7 +144,7 @@ class ChunkStore:
                 where = check_chunk(self._source, header, self._limits)
                 data = self._source.read(header.data_position, header.data_size)
             except BagFormatError:
-                return  # said when its turn comes
+                return  # `get` reports it when the chunk is requested
             if self._threads is None:
                 self._threads = ThreadPoolExecutor(processors, thread_name_prefix="chunks")
             self._ahead[number] = self._threads.submit(

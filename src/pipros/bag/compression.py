@@ -1,6 +1,6 @@
-"""Compression of chunks: none, bz2 and lz4; in MCAP files zstd, too, which is only read here.
+"""Compression of chunks: none, bz2 and lz4. For MCAP files, zstd can be read, too.
 
-lz4 is read without the `lz4` library by `lz4_frame.py`, slowly; writing it needs the library (`pipros[lz4]`).
+Writing lz4 needs the `lz4` library (`pipros[lz4]`). Without it, `lz4_frame.py` reads lz4, slowly.
 """
 
 from __future__ import annotations
@@ -16,25 +16,25 @@ ZSTD = "zstd"
 
 
 def has_lz4() -> bool:
-    """Whether chunks can be written with lz4."""
+    """Return whether chunks can be written with lz4."""
     return _lz4() is not None
 
 
 def compress(compression: str, data: bytes | memoryview) -> bytes | memoryview:
-    """The data of a chunk, compressed.
+    """Return the compressed data of a chunk.
 
     Raises:
-        BagError: an unknown compression, or lz4 without its library.
+        BagError: the compression is unknown, or the lz4 library is not installed.
     """
     if compression == NONE:
         return data
     if compression == BZ2:
         return bz2.compress(data)
     if compression != LZ4:
-        raise BagError(f"the compression must be one of {', '.join(COMPRESSIONS)}, got [{compression}]")
+        raise BagError(f"compression must be one of {', '.join(COMPRESSIONS)}, got [{compression}]")
     library = _lz4()
     if library is None:
-        raise BagError("lz4 cannot be written without its library: pip install 'pipros[lz4]'")
+        raise BagError("writing lz4 needs the lz4 library: pip install 'pipros[lz4]'")
     packed: bytes = library.compress(
         data, block_size=library.BLOCKSIZE_MAX4MB, block_linked=False, content_checksum=True, store_size=False
     )
@@ -42,10 +42,10 @@ def compress(compression: str, data: bytes | memoryview) -> bytes | memoryview:
 
 
 def decompress(compression: str, data: bytes, size: int, where: str) -> bytes:
-    """The data of a chunk, which must be `size` bytes. At most that many are ever produced.
+    """Return the decompressed data of a chunk, which must be `size` bytes. Never produces more than that.
 
     Raises:
-        BagFormatError: the bytes are damaged, or of another size.
+        BagFormatError: the data are damaged, or have another size.
     """
     if compression == NONE:
         plain = data
@@ -57,7 +57,7 @@ def decompress(compression: str, data: bytes, size: int, where: str) -> bytes:
         plain = _decompress_zstd(data, size, where)
     else:
         raise BagFormatError(
-            f"{where}: the compression must be one of {', '.join(COMPRESSIONS)}, got [{compression}]"
+            f"{where}: compression must be one of {', '.join(COMPRESSIONS)}, got [{compression}]"
         )
     if len(plain) != size:
         raise BagFormatError(f"{where}: the chunk must have {size} bytes, got {len(plain)}")
@@ -87,7 +87,7 @@ def _decompress_lz4(data: bytes, size: int, where: str) -> bytes:
 
         return decompress_frame(data, size, where)
     try:
-        # One byte more than allowed would show that there is more.
+        # One byte more than allowed shows that the data are too long.
         plain: bytes = library.LZ4FrameDecompressor().decompress(data, size + 1)
     except (RuntimeError, ValueError, EOFError, MemoryError) as error:
         raise BagFormatError(f"{where}: the lz4 data are damaged: {error}") from None
@@ -96,9 +96,11 @@ def _decompress_lz4(data: bytes, size: int, where: str) -> bytes:
 
 def _decompress_zstd(data: bytes, size: int, where: str) -> bytes:
     try:
-        import zstandard  # comes with the mcap library
+        import zstandard  # a dependency of the mcap library
     except ImportError:
-        raise BagError(f"{where}: zstd needs its library: pip install 'pipros[mcap]'") from None
+        raise BagError(
+            f"{where}: reading zstd needs the zstandard library: pip install 'pipros[mcap]'"
+        ) from None
     try:
         claimed = zstandard.get_frame_parameters(data).content_size
         if claimed not in (size, zstandard.CONTENTSIZE_UNKNOWN):
@@ -110,7 +112,7 @@ def _decompress_zstd(data: bytes, size: int, where: str) -> bytes:
 
 
 def _lz4() -> Any:
-    """The `lz4.frame` module, or None where it is not installed."""
+    """Return the `lz4.frame` module, or None if it is not installed."""
     try:
         import lz4.frame
     except ImportError:

@@ -1,4 +1,4 @@
-"""Connections of a bag: one publisher of one topic, with the fields of its connection header."""
+"""A bag's connections. Each is one publisher of one topic, with the fields of its connection header."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class Connection:
 
     Attributes:
         id: its number in the file.
-        topic: where its messages are played.
+        topic: the topic on which its messages are played.
         header: the fields of the connection header, as bytes: `type`, `md5sum`, `message_definition`, and
-            maybe `callerid`, `latching`, and `topic` as the publisher had it.
+            optionally `callerid`, `latching`, and `topic` as the publisher named it.
         type, md5sum, definition: those fields as text.
     """
 
@@ -42,10 +42,10 @@ class Connection:
 
 
 def parse_connection(fields: Fields, data: bytes, where: str) -> Connection:
-    """The connection of a connection record.
+    """Parse a connection record.
 
     Raises:
-        BagFormatError: it has no topic, number or type.
+        BagFormatError: the record has no topic, number or type.
     """
     identity = number(fields, "conn", 4, where)
     if "topic" not in fields:
@@ -57,7 +57,7 @@ def parse_connection(fields: Fields, data: bytes, where: str) -> Connection:
 
 
 def connection_record(connection: Connection) -> bytes:
-    """The record of a connection."""
+    """Return the record of a connection."""
     fields = {
         "op": bytes([Op.CONNECTION]),
         "topic": connection.topic.encode(),

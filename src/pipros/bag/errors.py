@@ -1,4 +1,4 @@
-"""The errors of bags."""
+"""Exceptions for bags."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ _TEXT_LIMIT = 2_000
 
 
 class BagError(PiprosError):
-    """A bag cannot be read or written as requested. Quoted parts of the file are made printable."""
+    """A bag cannot be read or written as requested. The text is made printable, as it may quote the file."""
 
     def __init__(self, text: str = "") -> None:
         super().__init__(printable(text, _TEXT_LIMIT))
 
 
 class BagFormatError(BagError):
-    """The bytes of a file violate the format of bags. The text names the place."""
+    """The bytes of a file violate the bag format. The text names the position."""
 
 
 class NotIndexed(BagError):
-    """A bag has no index: its writer was killed. `rosbag reindex` makes one."""
+    """A bag has no index, because its writer was killed. `rosbag reindex` rebuilds it."""
 
 
 class NoMessages(BagError):

@@ -1,6 +1,7 @@
-"""Selects messages of a bag by an expression over `topic`, `m` and `t`, which can only read them.
+"""Select messages of a bag by an expression over `topic`, `m` and `t`. Expressions are read-only.
 
-The idioms of tutorials work: `t.to_sec() < 10`, `topic.startswith("/cam")`, `m._type == "std_msgs/String"`,
+Supports the idioms of the tutorials:
+`t.to_sec() < 10`, `topic.startswith("/cam")`, `m._type == "std_msgs/String"`,
 `any(x.header.frame_id == "map" for x in m.transforms)`.
 """
 
@@ -25,5 +26,5 @@ class MessageExpression:
         """False if the topic and the time determine the result."""
 
     def value(self, topic: str, message: Any, time: Any) -> Any:
-        """Its value. Raises `ExpressionError` where it fails."""
+        """Return the value of the expression. Raise `ExpressionError` if its evaluation fails."""
         return self._expression.value({"topic": topic, "m": message, "t": time})

@@ -1,4 +1,4 @@
-"""Images of `sensor_msgs` as files: raw images as PNG, without a library; compressed images unchanged."""
+"""Save `sensor_msgs` images as files: raw images as PNG, without a library; compressed images unchanged."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ IMAGE_TYPES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
 
 
 def image_file(message: Any) -> tuple[str, bytes]:
-    """The suffix and the content of a file with the image.
+    """Return the suffix and the content of the image file.
 
     Raises:
-        BagError: the encoding cannot be written, the image has fewer bytes than its size requires, or its
-            type has other fields than the installed one of that name.
+        BagError: the encoding is not supported, the image has fewer bytes than its size requires, or its
+            definition differs from the installed one.
     """
     installed = installed_class(message._type)
     if installed is None or installed._md5sum != message._md5sum:
-        raise BagError(f"images must have the installed definition of [{message._type}]")
+        raise BagError(f"the definition of [{message._type}] must be the installed one")
     if message._type == "sensor_msgs/CompressedImage":
         data = bytes(message.data)
         return (".png" if data.startswith(b"\x89PNG") else ".jpg"), data
     known = _ENCODINGS.get(message.encoding)
     if known is None:
-        raise BagError(f"images must be of the encodings {', '.join(_ENCODINGS)}, got [{message.encoding}]")
+        raise BagError(f"image encoding must be one of {', '.join(_ENCODINGS)}, got [{message.encoding}]")
     size, samples, colour, order = known
     width, height, step = message.width, message.height, message.step
     row = width * size * samples

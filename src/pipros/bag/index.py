@@ -1,6 +1,6 @@
 """The index of a bag of format 2.0: where the messages of each connection are, and what each chunk contains.
 
-An entry of an index is seconds, nanoseconds and the offset of the message's record in the uncompressed chunk.
+An entry holds seconds, nanoseconds, and the offset of the message record in the uncompressed chunk.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from pipros.bag.records import TIME, U32, U64, Fields, Op, number, record_bytes,
 
 ENTRY = Struct("<III")
 INDEX_RECORD_BYTES = 55
-"""The size of an index record as all writers make it, without its entries."""
+"""Size of an index record as all writers produce it, without its entries."""
 
 Stamp = tuple[int, int]
-"""A time: seconds and nanoseconds."""
+"""A timestamp: seconds and nanoseconds."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChunkInfo:
-    """What the index says about a chunk.
+    """Index entry of a chunk.
 
     Attributes:
-        position: of the chunk's record in the file.
+        position: byte position of the chunk's record in the file.
         start, end: the times of its earliest and latest message.
-        counts: how many messages of each connection are in it.
+        counts: number of messages, by connection.
     """
 
     position: int
@@ -42,8 +42,8 @@ class ChunkHeader:
 
     Attributes:
         compression: `none`, `bz2` or `lz4`.
-        data_position, data_size: the compressed bytes in the file.
-        size: how many bytes they are uncompressed.
+        data_position, data_size: position and size of the compressed data in the file, in bytes.
+        size: uncompressed size in bytes.
     """
 
     compression: str
@@ -53,7 +53,7 @@ class ChunkHeader:
 
 
 def parse_chunk_header(fields: Fields, data_position: int, data_size: int, where: str) -> ChunkHeader:
-    """The header of a chunk from the fields of its record.
+    """Return the header of a chunk from the fields of its record.
 
     Raises:
         BagFormatError: the size or the compression is missing.
@@ -65,20 +65,20 @@ def parse_chunk_header(fields: Fields, data_position: int, data_size: int, where
 
 
 def chunk_header_bytes(compression: str, size: int, data_size: int) -> bytes:
-    """The start of a chunk's record, up to its data."""
+    """Return the start of a chunk's record, up to its data."""
     fields = {"op": bytes([Op.CHUNK]), "compression": compression.encode(), "size": U32.pack(size)}
     return record_bytes(fields, b"")[:-4] + U32.pack(data_size)
 
 
 def parse_index(fields: Fields, data: bytes, where: str) -> tuple[int, bytes]:
-    """The number of a connection, and its entries in one chunk, packed as `ENTRY`.
+    """Return the number of a connection, and its entries in one chunk, packed as `ENTRY`.
 
     Raises:
         BagFormatError: the version is not 1, or the size does not fit the number of entries.
     """
     version = number(fields, "ver", 4, where)
     if version != 1:
-        raise BagFormatError(f"{where}: the version of an index must be 1, got {version}")
+        raise BagFormatError(f"{where}: index version must be 1, got {version}")
     count = number(fields, "count", 4, where)
     if len(data) != count * ENTRY.size:
         raise BagFormatError(f"{where}: {count} entries must be {count * ENTRY.size} bytes, got {len(data)}")
@@ -86,7 +86,7 @@ def parse_index(fields: Fields, data: bytes, where: str) -> tuple[int, bytes]:
 
 
 def index_record(connection: int, entries: bytes) -> bytes:
-    """The index record of one connection in one chunk."""
+    """Return the index record of one connection in one chunk."""
     fields = {
         "op": bytes([Op.INDEX]),
         "conn": U32.pack(connection),
@@ -97,14 +97,14 @@ def index_record(connection: int, entries: bytes) -> bytes:
 
 
 def parse_chunk_info(fields: Fields, data: bytes, where: str) -> ChunkInfo:
-    """What a chunk info record says.
+    """Parse a chunk info record.
 
     Raises:
         BagFormatError: the version is not 1, or the size does not fit the number of connections.
     """
     version = number(fields, "ver", 4, where)
     if version != 1:
-        raise BagFormatError(f"{where}: the version of a chunk info must be 1, got {version}")
+        raise BagFormatError(f"{where}: chunk info version must be 1, got {version}")
     count = number(fields, "count", 4, where)
     if len(data) != count * TIME.size:
         raise BagFormatError(
@@ -119,7 +119,7 @@ def parse_chunk_info(fields: Fields, data: bytes, where: str) -> ChunkInfo:
 
 
 def chunk_info_record(info: ChunkInfo) -> bytes:
-    """The chunk info record of one chunk."""
+    """Return the chunk info record of one chunk."""
     fields = {
         "op": bytes([Op.CHUNK_INFO]),
         "ver": U32.pack(1),

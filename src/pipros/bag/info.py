@@ -1,4 +1,4 @@
-"""What `rosbag info` prints about a bag, as text and as YAML in Noetic's format. Only the index is read."""
+"""The output of `rosbag info`, as text and as YAML in Noetic's format. Only the index is read."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _PLAIN = re.compile(r"[\w/.*~+-]*")
 
 @dataclass(frozen=True, slots=True)
 class Compression:
-    """The chunks of one compression: how many, and their bytes."""
+    """Number and total sizes of the chunks with one compression."""
 
     name: str
     chunks: int
@@ -31,8 +31,8 @@ class Topic:
     """One topic.
 
     Attributes:
-        type: of its first connection.
-        frequency: by the median time between messages, in Hz; None if unknown.
+        type: message type of its first connection.
+        frequency: in Hz, from the median time between messages; None if unknown.
     """
 
     topic: str
@@ -44,7 +44,7 @@ class Topic:
 
 @dataclass(frozen=True, slots=True)
 class Info:
-    """The figures of a bag. `start` and `end` are in seconds, None without messages."""
+    """Summary of a bag. `start` and `end` are in seconds, or None if there are no messages."""
 
     path: str | None
     version: str
@@ -69,10 +69,10 @@ class Info:
 
 
 def bag_info(bag: BagReader, path: str | None, *, with_frequencies: bool = False) -> Info:
-    """Reads the headers of all chunks and, for frequencies, their indexes too.
+    """Summarize a bag, from the headers of all chunks and, for frequencies, their indexes.
 
     Raises:
-        BagFormatError: they are damaged.
+        BagFormatError: a header or an index is damaged.
     """
     known = Info(path, bag.format_name, bag.size)
     if not bag.message_count and not bag.connections:
@@ -93,7 +93,7 @@ def bag_info(bag: BagReader, path: str | None, *, with_frequencies: bool = False
 
 
 def compressions(bag: BagReader) -> list[Compression]:
-    """The compressions of the chunks, the most frequent one first."""
+    """Return the compressions of the chunks, most frequent first."""
     found: dict[str, list[int]] = {}
     for number in range(len(bag.chunks)):
         header = bag.chunk_header(number)
@@ -110,7 +110,7 @@ def compressions(bag: BagReader) -> list[Compression]:
 def topics(
     bag: BagReader, wanted: Iterable[str] | None = None, *, with_frequencies: bool = False
 ) -> list[Topic]:
-    """The topics by name: those wanted, or all."""
+    """Return the wanted topics, or all, sorted by name."""
     counts = bag.count_by_connection()
     times = bag.times_by_connection() if with_frequencies else {}
     chosen = None if wanted is None else set(wanted)
@@ -142,7 +142,7 @@ def _frequency(times: Sequence[float]) -> float | None:
 
 
 def _printable(info: Info) -> Info:
-    """The figures with the texts of the bag on one line each, without control characters."""
+    """Return `info` with its strings on one line each, without control characters."""
     return replace(
         info,
         compressions=[replace(each, name=listed(each.name)) for each in info.compressions],
@@ -152,7 +152,7 @@ def _printable(info: Info) -> Info:
 
 
 def info_text(info: Info) -> str:
-    """The lines of `rosbag info`."""
+    """Return the output of `rosbag info`."""
     info = _printable(info)
     rows: list[tuple[str, str]] = [] if info.path is None else [("path", info.path)]
     rows.append(("version", info.version))
@@ -232,7 +232,7 @@ def _topic_lines(info: Info) -> list[str]:
 
 
 def info_tree(info: Info) -> dict[str, Any]:
-    """What `rosbag info --yaml` prints, as values; fractions are formatted already."""
+    """Return the values that `rosbag info --yaml` prints. Fractions are already formatted."""
     info = _printable(info)
     tree: dict[str, Any] = {} if info.path is None else {"path": info.path}
     tree["version"] = info.version
@@ -261,7 +261,7 @@ def _topic_tree(topic: Topic) -> dict[str, Any]:
 
 
 def info_yaml(info: Info) -> str:
-    """The text of `rosbag info --yaml`."""
+    """Return the output of `rosbag info --yaml`."""
     lines = []
     for name, value in info_tree(info).items():
         if not isinstance(value, list):
@@ -273,10 +273,10 @@ def info_yaml(info: Info) -> str:
 
 
 def info_value(info: Info, key: str) -> str:
-    """The text of `rosbag info --yaml --key`: a part of the tree by a dotted path, `topics[0].messages`.
+    """Return the output of `rosbag info --yaml --key`: the value at a path such as `topics[0].messages`.
 
     Raises:
-        BagError: the part does not exist.
+        BagError: the key does not exist.
     """
     value: Any = info_tree(info)
     for part in key.replace("[", ".[").split("."):
@@ -305,7 +305,7 @@ def _items(values: Sequence[dict[str, Any]]) -> Iterator[str]:
 
 
 def _scalar(value: object) -> str:
-    """A value in YAML: as Noetic prints it, or in quotes if it could mean something else."""
+    """Return a value in YAML: as Noetic prints it, or in quotes if it would be ambiguous."""
     text = str(value)
     return text if _PLAIN.fullmatch(text) else "'" + text.replace("'", "''") + "'"
 
@@ -327,7 +327,7 @@ def _date(seconds: float) -> str:
 
 
 def human_size(size: float) -> str:
-    """A number of bytes: `1.5 MB`."""
+    """Format a number of bytes: `1.5 MB`."""
     for unit in ("KB", "MB", "GB", "TB", "PB", "EB", "ZB"):
         size /= 1024.0
         if size < 1024:
@@ -336,7 +336,7 @@ def human_size(size: float) -> str:
 
 
 def human_frequency(frequency: float) -> str:
-    """A frequency: `1.5 kHz`."""
+    """Format a frequency in Hz: `1.5 kHz`."""
     for unit in ("Hz", "kHz", "MHz", "GHz"):
         if frequency < 1000:
             return f"{frequency:.1f} {unit}"

@@ -1,4 +1,4 @@
-"""The connections and chunks of a bag, as its index lists them. Messages are not read."""
+"""Connections and chunks of a bag, read from its index. Messages are not read."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ class Layout:
     """A bag's connections and chunks.
 
     Attributes:
-        version: of the format.
-        connections: by their number, in file order.
-        chunks: in file order.
-        indexes: for bags whose index was rebuilt: the entries of each chunk by connection, by the chunk's
-            position. Other chunks have their entries in the file.
-        index_bytes: the size of `indexes`.
-        headers: likewise, for parts of a file without a chunk header.
-        index_position: where the index begins; 0 if there is none.
-        end: where the chunks end.
-        damage: what was wrong, if the index was rebuilt.
+        version: format version.
+        connections: connections by number, in file order.
+        chunks: chunks in file order.
+        indexes: index entries by chunk position, then by connection, for bags whose index was rebuilt. The
+            entries of other chunks are in the file.
+        index_bytes: total size of `indexes`.
+        headers: chunk headers by position, for parts of a file that have none.
+        index_position: byte position of the index; 0 if there is none.
+        end: byte position after the last chunk.
+        damage: descriptions of the damage, if the index was rebuilt.
     """
 
     version: Version
@@ -52,10 +52,10 @@ class Layout:
 
 
 def read_version(source: Source) -> tuple[Version, int]:
-    """The version of a bag, and the position of its first record.
+    """Return the format version of a bag, and the position of its first record.
 
     Raises:
-        BagError: the file is empty, or is not a bag.
+        BagError: the file is empty or not a bag.
     """
     start = source.read(0, min(source.size, _LONGEST_FIRST_LINE))
     line, newline, _ = start.partition(b"\n")
@@ -68,11 +68,12 @@ def read_version(source: Source) -> tuple[Version, int]:
 
 
 def read_layout(source: Source, start: int) -> Layout:
-    """The index of a bag of format 2.0, whose first record begins at `start`.
+    """Read the index of a bag of format 2.0 whose first record begins at `start`.
 
     Raises:
-        NotIndexed: it has no index, or the file ends before it.
-        BagFormatError: the index is damaged.
+        NotIndexed: the bag has no index, or it is truncated or damaged.
+        BagFormatError: the index overlaps the file header.
+        BagError: the bag is encrypted.
     """
     try:
         fields, data_position, data_size = source.header(start)
@@ -86,7 +87,7 @@ def read_layout(source: Source, start: int) -> Layout:
     if fields.get("encryptor"):
         raise BagError(f"{source.name} is encrypted, which pipros cannot read")
     if not position or (position >= source.size and counts != (0, 0)):
-        reason = "has no index" if not position else "is cut off before its index"
+        reason = "has no index" if not position else "ends before its index"
         raise NotIndexed(f"{source.name} {reason}. {REPAIR}")
     layout = Layout(Version(2, 0), index_position=position, end=position)
     if position < data_position + data_size:
@@ -130,10 +131,10 @@ def _read_index(source: Source, layout: Layout, counts: tuple[int, int]) -> None
 
 
 def read_chunk_header(source: Source, layout: Layout, position: int) -> ChunkHeader:
-    """The header of the chunk at `position`.
+    """Return the header of the chunk at `position`.
 
     Raises:
-        BagFormatError: there is none.
+        BagFormatError: there is no chunk.
     """
     if position in layout.headers:
         return layout.headers[position]
@@ -147,7 +148,7 @@ def read_chunk_header(source: Source, layout: Layout, position: int) -> ChunkHea
 def read_chunk_index(
     source: Source, layout: Layout, chunk: ChunkInfo, header: ChunkHeader, end: int
 ) -> Mapping[int, bytes]:
-    """The entries of a chunk by connection.
+    """Return the entries of a chunk by connection.
 
     Args:
         end: where the next chunk begins.
@@ -174,7 +175,7 @@ def read_chunk_index(
             found[connection] = entries
         position = data_position + data_size
     if position > end:
-        # Otherwise chunks within each other could share the entries of the last one.
+        # Otherwise nested chunks could share the entries of the last one.
         raise BagFormatError(
             f"{source.at(chunk.position)}: the chunk must end before the next one, at byte {end}"
         )
@@ -184,7 +185,7 @@ def read_chunk_index(
 
 
 class _Block:
-    """A part of a source, read at once; anything beyond it is read from the source."""
+    """Part of a source, read ahead. Reads beyond it go to the source."""
 
     def __init__(self, source: Source, position: int, size: int) -> None:
         self._source = source

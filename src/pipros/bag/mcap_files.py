@@ -1,7 +1,7 @@
-"""MCAP files with ROS 1 messages, read and written like bags, by the `mcap` library (`pipros[mcap]`).
+"""Read and write MCAP files of ROS 1 messages like bags. Needs the `mcap` library (`pipros[mcap]`).
 
-The profile is `ros1`: messages are encoded as `ros1`, their definitions are schemas of encoding `ros1msg`,
-and a channel's metadata are fields of the connection header (https://mcap.dev/spec/registry).
+The profile is `ros1`: messages have the encoding `ros1`, their definitions are schemas of the encoding
+`ros1msg`, and a channel's metadata are fields of the connection header (https://mcap.dev/spec/registry).
 """
 
 from __future__ import annotations
@@ -33,32 +33,32 @@ from pipros.msg.time import NS_PER_S
 _VERSION = Version(0, 0)
 _COMPRESSIONS = {"none": "NONE", "lz4": "LZ4", "bz2": "ZSTD", "zstd": "ZSTD"}
 _AFTER_ALL = 1 << 64
-"""Nanoseconds above every time."""
+"""Larger than every timestamp (ns)."""
 
 _TIMES_NS = (1 << 32) * NS_PER_S
-"""The first time, in nanoseconds, that a ROS time cannot hold."""
+"""First timestamp (ns) beyond the range of ROS times."""
 
 _OF_HEADER = ("callerid", "latching", "md5sum", "topic")
 
 
 @contextmanager
 def _translated(name: str) -> Iterator[None]:
-    """Translates the library's errors about damaged files."""
+    """Translate the library's errors about damaged files into `BagFormatError`."""
     try:
         yield
     except BagError:
         raise
     except OSError as error:
-        if error.errno != errno.EINVAL:  # a seek to before the file
+        if error.errno != errno.EINVAL:  # a seek to a negative position
             raise
-        raise BagFormatError(f"{name} is damaged or cut off") from error
+        raise BagFormatError(f"{name} is damaged or truncated") from error
     except Exception as error:
-        # Besides its own errors, the library passes on those of struct, lz4 and zstandard.
+        # The library raises errors of struct, lz4 and zstandard besides its own.
         if not isinstance(
             error, struct.error | ValueError | OverflowError | EOFError | RuntimeError | KeyError
         ) and (type(error).__module__.partition(".")[0] not in ("mcap", "zstandard", "lz4")):
             raise
-        raise BagFormatError(f"{name} is damaged or cut off: {error or type(error).__name__}") from error
+        raise BagFormatError(f"{name} is damaged or truncated: {error or type(error).__name__}") from error
 
 
 def _library() -> Any:
@@ -71,17 +71,17 @@ def _library() -> Any:
 
 
 def connection_of(channel: Any, schema: Any, name: str) -> Connection:
-    """A channel as a connection.
+    """Convert a channel into a connection.
 
     Raises:
-        BagError: its messages are not of ROS 1.
+        BagError: the channel does not carry ROS 1 messages.
     """
     if channel.message_encoding != "ros1" or schema is None or schema.encoding != "ros1msg":
         encoding = "no schema" if schema is None else schema.encoding
-        hint = " (messages of ROS 2)" if channel.message_encoding == "cdr" else ""
+        hint = " (ROS 2 messages)" if channel.message_encoding == "cdr" else ""
         raise BagError(
-            f"{name}: the messages of [{channel.topic}] must be of the encoding ros1 with a "
-            f"schema ros1msg, got {channel.message_encoding} with {encoding}{hint}"
+            f"{name}: the messages of [{channel.topic}] must have the encoding ros1 and a "
+            f"schema of the encoding ros1msg, got {channel.message_encoding} with {encoding}{hint}"
         )
     header = {"topic": channel.topic, "type": schema.name, **channel.metadata}
     fields = {name: value.encode() for name, value in header.items()}
@@ -99,11 +99,11 @@ class McapReader(BagReader):
     """An MCAP file of ROS 1 messages, with the methods of `BagReader`.
 
     Args:
-        path: of the file, or a file that is open for reading bytes, which is closed with the reader.
+        path: a path, or a binary file open for reading, which is closed with the reader.
 
     Raises:
-        NotIndexed: it has no summary: it is being written, or its writer was killed.
-        BagError: the library is missing, the file is damaged, or its messages are not of ROS 1.
+        NotIndexed: the file has no summary: it is still being written, or its writer was killed.
+        BagError: the library is missing, the file is damaged, or its messages are not ROS 1 messages.
     """
 
     def __init__(self, path: Any, *, limits: Limits | None = None) -> None:
@@ -186,12 +186,12 @@ class McapReader(BagReader):
 
 
 def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: Progress) -> list[str]:
-    """Copies all messages of an MCAP file, up to the first damaged place, to a file with a summary.
+    """Copy all messages before the first damage in an MCAP file to `file`, which gets a summary.
 
-    Returns what was damaged.
+    Returns descriptions of the damage.
 
     Raises:
-        BagError: the library is missing, or messages are not of ROS 1.
+        BagError: the library is missing, or there are messages that are not ROS 1 messages.
     """
     _library()
     from mcap.records import Channel, Schema
@@ -228,23 +228,23 @@ def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: P
 
 
 def _stamp(time_ns: int, name: str) -> Stamp:
-    """Seconds and nanoseconds. Raises `BagFormatError` beyond the range of ROS times."""
+    """Split into seconds and nanoseconds. Raise `BagFormatError` beyond the range of ROS times."""
     if time_ns >= _TIMES_NS:
-        raise BagFormatError(f"{name}: a time must be below 2^32 s, got {time_ns} ns")
+        raise BagFormatError(f"{name}: timestamps must be below 2^32 s, got {time_ns} ns")
     return divmod(time_ns, NS_PER_S)
 
 
 class McapWriter:
-    """Writes messages into an open file as MCAP; the methods are those of `BagWriter`.
+    """Writes MCAP into an open file, with the methods of `BagWriter`.
 
     Args:
-        compression: `none`, `lz4` or `zstd`; `bz2`, which MCAP does not have, is `zstd`.
+        compression: `none`, `lz4` or `zstd`. MCAP does not support `bz2`; it selects `zstd`.
     """
 
     def __init__(self, file: Any, *, compression: str = "none", chunk_bytes: int = 1024 * 1024) -> None:
         library = _library()
         if compression not in _COMPRESSIONS:
-            raise BagError(f"the compression must be one of {', '.join(_COMPRESSIONS)}, got [{compression}]")
+            raise BagError(f"compression must be one of {', '.join(_COMPRESSIONS)}, got [{compression}]")
         self._file = file
         self.layout = Layout(_VERSION)
         self._writer = library.writer.Writer(
@@ -264,7 +264,7 @@ class McapWriter:
         return int(self._file.tell())
 
     def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection:
-        """As that of `BagWriter`."""
+        """Add a connection; see `BagWriter.add_connection`."""
         connection = Connection(len(self._channels), topic, dict(header))
         key = connection.type, bytes(header.get("message_definition", b""))
         if key not in self._schemas:
@@ -276,22 +276,22 @@ class McapWriter:
         return connection
 
     def write(self, connection: Connection, seconds: int, nanoseconds: int, data: bytes) -> None:
-        """Adds a serialized message."""
+        """Add a serialized message."""
         time = seconds * NS_PER_S + nanoseconds
         self._writer.add_message(self._channels[connection.id], time, data, time)
 
     def write_message(self, connection: Connection, seconds: int, nanoseconds: int, message: Any) -> None:
-        """Adds a message. Raises `SerializationError`, and adds nothing, if a field does not fit."""
+        """Add a message. Raise `SerializationError`, and add nothing, if a field does not fit."""
         buffer = BytesIO()
         message.serialize(buffer)
         self.write(connection, seconds, nanoseconds, buffer.getvalue())
 
     def flush(self) -> None:
-        """Passes what was written to the operating system; the open chunk stays in memory."""
+        """Pass all written chunks to the operating system. The open chunk stays in memory."""
         self._file.flush()
 
     def finish(self) -> None:
-        """Writes the summary. May be repeated."""
+        """Write the summary. Idempotent."""
         if not self._is_finished:
             self._is_finished = True
             self._writer.finish()

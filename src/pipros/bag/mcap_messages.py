@@ -1,7 +1,7 @@
-"""The messages of an MCAP file in time order: with few chunks in memory, whatever their times.
+"""Read the messages of an MCAP file in time order, with few chunks in memory.
 
-Of each chunk whose times overlap those of the next messages, the times and offsets of its messages are kept.
-Contents are kept and decompressed again as those of bags (`chunk_data.py`).
+While the time range of a chunk overlaps that of the next messages, the times and offsets of its messages are
+kept in memory. Contents are cached and decompressed again as those of bags are (`chunk_data.py`).
 """
 
 from __future__ import annotations
@@ -35,20 +35,20 @@ from pipros.basics.limits import Limits
 from pipros.msg.time import NS_PER_S
 
 McapMessage = tuple[int, int, bytes, int, int]
-"""Channel, time in ns, serialized message, the position of its chunk, its offset there."""
+"""Channel, timestamp (ns), serialized message, position of its chunk, offset in the chunk."""
 
 _LOOSE = -1
-"""Stands for a chunk of all messages outside of chunks."""
+"""Number of a pseudo chunk of all messages outside of chunks."""
 
 
 class McapMessages:
-    """The messages of some channels between two times in ns, both included. Iterate once.
+    """Iterator over the messages of some channels between two timestamps (ns), inclusive. Single use.
 
     Args:
-        indexes: chunk indexes of the summary, by position.
+        indexes: chunk indexes of the summary, sorted by position.
 
     Raises:
-        BagFormatError: while iterating, at the place where the file is damaged.
+        BagFormatError: while iterating, when it reaches damage in the file.
     """
 
     def __init__(
@@ -147,7 +147,7 @@ class McapMessages:
         return found
 
     def _find_chunks(self) -> list[tuple[int, int]]:
-        """Reads the file from its start, for files whose summary lists no chunks. Returns their times."""
+        """Scan a file whose summary lists no chunks. Return the first and last time of each chunk."""
         times: list[tuple[int, int]] = []
         stamps, positions = array("Q"), array("Q")
         for op, position, size in records(self._source, len(MAGIC)):

@@ -1,7 +1,7 @@
-"""The records of MCAP files in bounded memory: chunks by position, their messages, and the summary.
+"""Read records of MCAP files in bounded memory: chunks by position, their messages, and the summary.
 
-The `mcap` library parses schemas, channels, statistics and chunk indexes. Everything else is read here: the
-library bounds neither decompression nor reads, and makes an object for each message of a chunk.
+The `mcap` library parses schemas, channels, statistics and chunk indexes. This module reads everything else,
+because the library bounds neither decompression nor reads, and creates an object for each message of a chunk.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ MESSAGE_START = Struct("<HIQQ")
 """Channel, sequence, log time, publish time."""
 
 _CHUNK_START = Struct("<QQQII")
-"""First and last time, size, checksum, length of the name of the compression."""
+"""First and last time (ns), uncompressed size, checksum, length of the compression's name."""
 
 _FOOTER_AND_MAGIC = RECORD.size + 20 + len(MAGIC)
 _COMPRESSIONS = {b"": NONE, b"lz4": LZ4, b"zstd": ZSTD}
 
 ENTRY_BYTES = 16
-"""What an entry of `Entries` takes."""
+"""Size of an entry of `Entries`."""
 
 
 class Entries(Sequence[Entry]):
-    """Times in ns and offsets of messages in a chunk, in time order, packed. Their rank is 0."""
+    """Packed timestamps (ns) and offsets of the messages in a chunk, in time order. Their rank is 0."""
 
     def __init__(self, times: array[int], offsets: array[int]) -> None:
         order: Any = None
@@ -67,7 +67,7 @@ class Entries(Sequence[Entry]):
 
 @dataclass(frozen=True, slots=True)
 class McapChunk:
-    """A chunk as its own record describes it; times are in ns, a checksum of 0 means none."""
+    """Description of a chunk, from its record. Times are in ns; a checksum of 0 means none."""
 
     start: int
     end: int
@@ -77,7 +77,7 @@ class McapChunk:
 
 @dataclass(slots=True)
 class Summary:
-    """The summary of a file: records of the `mcap` library, chunk indexes by position."""
+    """Summary of a file, as records of the `mcap` library. Chunk indexes are sorted by position."""
 
     statistics: Any = None
     schemas: dict[int, Any] = field(default_factory=dict)
@@ -86,18 +86,18 @@ class Summary:
 
 
 def parsed(kind: Any, data: bytes) -> Any:
-    """A record of the `mcap` library. Raises what the library does if the record is damaged."""
+    """Parse a record with the `mcap` library. Raises the library's errors if the record is damaged."""
     from mcap.data_stream import ReadDataStream
 
     return kind.read(ReadDataStream(BytesIO(data)))
 
 
 def read_summary(source: Source) -> Summary | None:
-    """The summary of a file; None if it has none.
+    """Return the summary of a file, or None if it has none.
 
     Raises:
-        BagFormatError: it is cut off, names a chunk twice, or has a record of another kind. Damaged records
-            raise what the library raises.
+        BagFormatError: the summary is truncated, lists a chunk twice, or has a record of another kind.
+            Damaged records raise the library's errors.
     """
     from mcap.records import Channel, ChunkIndex, Schema, Statistics
 
@@ -134,10 +134,10 @@ def read_summary(source: Source) -> Summary | None:
 
 
 def records(source: Source, position: int) -> Iterator[tuple[int, int, int]]:
-    """The records of a file from a position on: the kind of each, and the position and size of its content.
+    """Yield kind, content position and content size of each record from a position on.
 
     Raises:
-        BagFormatError: the file ends before the last one.
+        BagFormatError: the file ends within a record.
     """
     while True:
         op, size = RECORD.unpack(source.read(position, RECORD.size))
@@ -147,7 +147,7 @@ def records(source: Source, position: int) -> Iterator[tuple[int, int, int]]:
 
 
 def records_in(data: bytes, where: str) -> Iterator[tuple[int, int, int]]:
-    """As `records`, of the content of a chunk."""
+    """Yield kind, position and size of each record in the content of a chunk; see `records`."""
     position, end = 0, len(data)
     while position < end:
         after = position + RECORD.size
@@ -160,39 +160,39 @@ def records_in(data: bytes, where: str) -> Iterator[tuple[int, int, int]]:
 
 
 def read_chunk(source: Source, position: int) -> McapChunk:
-    """The description of the chunk whose record is at `position`.
+    """Return the description of the chunk whose record is at `position`.
 
     Raises:
-        BagFormatError: there is no chunk, or its description is damaged.
+        BagFormatError: there is no chunk, or its record is damaged.
     """
     where = source.at(position)
     op, size = RECORD.unpack(source.read(position, RECORD.size))
     if op != CHUNK or size < _CHUNK_START.size + 8:
-        raise BagFormatError(f"{where}: the record must be a chunk, got the record {op} of {size} bytes")
+        raise BagFormatError(f"{where}: the record must be a chunk, got record {op} of {size} bytes")
     position += RECORD.size
     start, end, plain_size, checksum, length = _CHUNK_START.unpack(source.read(position, _CHUNK_START.size))
     position += _CHUNK_START.size
     name = source.read(position, min(length, 8))
     if name not in _COMPRESSIONS or len(name) != length:
         raise BagFormatError(
-            f"{where}: the compression must be lz4 or zstd, got [{name.decode('utf-8', 'replace')}]"
+            f"{where}: compression must be lz4 or zstd, got [{name.decode('utf-8', 'replace')}]"
         )
     data_size = int.from_bytes(source.read(position + length, 8), "little")
     if data_size > size - _CHUNK_START.size - length - 8:
-        raise BagFormatError(f"{where}: {data_size} bytes of data do not fit into a chunk of {size} bytes")
+        raise BagFormatError(f"{where}: {data_size} bytes of data do not fit into a record of {size} bytes")
     header = ChunkHeader(_COMPRESSIONS[name], position + length + 8, data_size, plain_size)
     return McapChunk(start, end, checksum, header)
 
 
 def check_content(source: Source, chunk: McapChunk, data: bytes) -> None:
-    """Raise `BagFormatError` if the content of a chunk differs from its checksum."""
+    """Raise `BagFormatError` if the content of a chunk does not match its checksum."""
     if chunk.checksum and zlib.crc32(data) != chunk.checksum:
         where = source.at(chunk.header.data_position)
-        raise BagFormatError(f"{where}: the chunk is damaged: its checksum differs")
+        raise BagFormatError(f"{where}: the chunk is damaged: wrong checksum")
 
 
 def message_entries(data: bytes, where: str, wanted: Container[int], first: int, last: int) -> Entries:
-    """The messages in the content of a chunk, of the channels and times in ns wanted.
+    """Return the entries of messages on the wanted channels between two timestamps (ns), inclusive.
 
     Raises:
         BagFormatError: a record is damaged.
@@ -211,9 +211,10 @@ def message_entries(data: bytes, where: str, wanted: Container[int], first: int,
 def all_records(
     source: Source, limits: Limits, progress: Callable[[int], object]
 ) -> Iterator[tuple[int, bytes]]:
-    """The schemas, channels and messages of a file from its start, without its summary: kind and content.
+    """Yield kind and content of the schemas, channels and messages of a file. The summary is not needed.
 
-    At the first damaged place it raises `BagFormatError`.
+    Raises:
+        BagFormatError: at the first damage.
     """
     if source.read(0, min(source.size, len(MAGIC))) != MAGIC:
         raise BagFormatError(f"{source.name} is not an MCAP file")

@@ -1,4 +1,4 @@
-"""The messages of many bags in time order. Memory is bounded by the open chunks of each bag."""
+"""Merge the messages of several bags in time order. Memory is bounded by the open chunks of each bag."""
 
 from __future__ import annotations
 
@@ -19,9 +19,13 @@ def merged_raw(
     start: Stamp | None = None,
     end: Stamp | None = None,
 ) -> Iterator[tuple[int, RawMessage]]:
-    """Serialized messages of all bags in time order, each with the number of its bag.
+    """Yield serialized messages of all bags in time order, each with the number of its bag.
 
-    Those of one time come in the order of the bags. Arguments are those of `BagReader.raw_messages`.
+    Messages with equal timestamps are in the order of the bags.
+
+    Args:
+        where: selects connections; by default all.
+        start, end: first and last timestamp, inclusive.
 
     Raises:
         BagFormatError: a bag is damaged.
@@ -42,7 +46,7 @@ def merged(
     start: Stamp | None = None,
     end: Stamp | None = None,
 ) -> Iterator[BagMessage]:
-    """As `merged_raw`, with the messages themselves. Raises as `BagReader.messages`."""
+    """Yield deserialized messages of all bags; see `merged_raw` and `BagReader.messages`."""
     for number, (connection, seconds, nanoseconds, data, _, _) in merged_raw(bags, where, start, end):
         message = bags[number].class_of(connection)().deserialize(data)
         yield BagMessage(connection.topic, message, Time(seconds, nanoseconds), connection)

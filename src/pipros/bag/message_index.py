@@ -1,4 +1,4 @@
-"""The messages of a bag by position, for programs that move back and forth in it, such as viewers."""
+"""Random access to the messages of a bag, for programs such as viewers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipros.basics.limits import Limits
 
 
 class Position(NamedTuple):
-    """Where a message is: its time, the position of its chunk, and its offset there."""
+    """Location of a message: its timestamp, the position of its chunk, and its offset in the chunk."""
 
     seconds: int
     nanoseconds: int
@@ -25,9 +25,9 @@ class Position(NamedTuple):
 
 
 class MessageIndex:
-    """The positions of all messages of a bag, read at first use, and its messages by position.
+    """Index of all messages of a bag, read on first use, with access to messages by position.
 
-    The chunk that was decompressed last is kept.
+    The most recently decompressed chunk is cached.
     """
 
     def __init__(self, bag: BagReader, limits: Limits) -> None:
@@ -38,7 +38,7 @@ class MessageIndex:
         self._kept: tuple[int, bytes] = (-1, b"")
 
     def positions(self) -> dict[int, list[Position]]:
-        """The positions in time order, by the number of the connection. Raises `BagFormatError`."""
+        """Return positions in time order, by connection number. Raise `BagFormatError` for a damaged bag."""
         if self._positions is None:
             found: dict[int, list[Position]] = {key: [] for key in self._bag.layout.connections}
             for at, chunk in enumerate(self._bag.chunks):
@@ -53,10 +53,10 @@ class MessageIndex:
         return self._positions
 
     def message(self, chunk: int, offset: int) -> tuple[Connection, Stamp, bytes]:
-        """The message at a position, serialized.
+        """Return connection, timestamp and serialized message at a position.
 
         Raises:
-            BagFormatError: there is no message.
+            BagFormatError: there is no message at this position.
         """
         where = f"{self._bag.name}, chunk at byte {chunk}, offset {offset}"
         read = self._reading(chunk, where)
@@ -77,7 +77,7 @@ class MessageIndex:
         return connection, stamp, read(begin + 4, int.from_bytes(read(begin, 4), "little"))
 
     def _old_connection(self, fields: Fields) -> Connection | None:
-        """In format 1.2 each message carries its topic and type."""
+        """Return the connection of a message of format 1.2, whose record names its topic and type."""
         wanted = tuple(text_of(fields.get(name, b"")) for name in ("topic", "type", "md5"))
         for each in self._bag.connections:
             if (each.topic, each.type, each.md5sum) == wanted:
@@ -85,7 +85,7 @@ class MessageIndex:
         return None
 
     def _reading(self, chunk: int, where: str) -> Callable[[int, int], bytes]:
-        """A function that reads pieces of a chunk."""
+        """Return a function that reads pieces of a chunk."""
         if len(self._numbers) != len(self._bag.chunks):
             self._numbers = {each.position: at for at, each in enumerate(self._bag.chunks)}
         at = self._numbers.get(chunk)

@@ -1,4 +1,4 @@
-"""Brings messages of older definitions to those of the installed packages, by rules or field by field."""
+"""Migrate messages to the definitions of the installed packages, by rules or field by field."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class Change:
     """A type of a bag that the installed packages define differently.
 
     Attributes:
-        old, new: the type and md5sum in the bag, and of the package.
-        missing: the conversions whose rule does not exist, or is not valid.
+        old, new: type and md5sum in the bag, and in the installed package.
+        missing: the conversions that have no valid rule.
     """
 
     old: Kind
@@ -48,7 +48,7 @@ class Migrator:
         self._parts: dict[tuple[type[Message], str], type[Message] | None] = {}
 
     def changes(self, bag: BagReader) -> list[Change]:
-        """The types of a bag that need a migration. Raises `BagError` for a broken definition."""
+        """Return the types of a bag that need a migration. Raise `BagError` if a definition is malformed."""
         found: dict[Kind, Change] = {}
         for connection in bag.connections:
             old = connection.type, connection.md5sum
@@ -59,9 +59,9 @@ class Migrator:
         return list(found.values())
 
     def target(self, connection: Connection) -> type[Message] | None:
-        """The installed class to which a connection's messages are migrated; None if they need no migration.
+        """Return the class to which a connection's messages are migrated, or None if they stay unchanged.
 
-        A rule may rename the type. A type that is not installed stays as it is.
+        A rule may rename the type. Types that are not installed are not migrated.
         """
         name = connection.type
         rule = self._rules.get((name, connection.md5sum))
@@ -107,14 +107,14 @@ class Migrator:
         return self._classes[rule.new]
 
     def _part_class(self, cls: type[Message], field: str) -> type[Message] | None:
-        """The class of the messages in a field, or None for builtin values."""
+        """Return the class of the messages in a field, or None for builtin values."""
         key = cls, field
         if key not in self._parts:
             self._parts[key] = _class_of_part(cls, field)
         return self._parts[key]
 
     def migrate(self, message: Message, new: type[Message]) -> Message:
-        """A message of the class `new` with the content of `message`.
+        """Return a message of the class `new` with the content of `message`.
 
         Raises:
             BagError: a rule is missing.
@@ -132,7 +132,7 @@ class Migrator:
             rule = self._rules.get((message._type, message._md5sum))
         made: Any = new()
         if list(message.__slots__) != list(new.__slots__):
-            raise BagError(f"there is no rule from {message._type} [{message._md5sum}] to [{new._md5sum}]")
+            raise BagError(f"no rule migrates {message._type} [{message._md5sum}] to [{new._md5sum}]")
         for name in message.__slots__:
             self._set(made, name, getattr(message, name))
         return made  # type: ignore[no-any-return]
@@ -148,7 +148,7 @@ class Migrator:
         return made
 
     def _set(self, owner: Any, name: str, value: Any) -> None:
-        """Sets a field; messages in it are migrated to the class that the field has."""
+        """Set a field. Messages in the value are migrated to the class of the field."""
         inner = self._part_class(type(owner), name)
         if inner is not None and isinstance(value, Message):
             value = self.migrate(value, inner)
@@ -157,10 +157,10 @@ class Migrator:
         setattr(owner, name, value)
 
     def fix(self, bag: BagReader, writer: MessageWriter, *, force: bool = False) -> list[Change]:
-        """Writes the migrated messages of a bag; returns the changes with missing rules.
+        """Write the migrated messages of a bag, and return the changes with missing rules.
 
-        If rules are missing, nothing is written, unless `force` is set: then messages that need them stay as
-        they are.
+        If rules are missing, nothing is written, unless `force` is set: then the affected messages are copied
+        unchanged.
         """
         incomplete = [change for change in self.changes(bag) if change.missing]
         if incomplete and not force:
@@ -196,7 +196,7 @@ class Migrator:
 
 @lru_cache(maxsize=1000)
 def _class_of_text(rule: Rule, side: str, name: str) -> type[Message] | None:
-    """A type of the old or the new definition of a rule; its package may be left out."""
+    """Return the class of a type in a rule's old or new definition. The package name is optional."""
     top, text = (rule.new[0], rule.new_text) if side == "new" else (rule.old[0], rule.old_text)
     classes = message_classes_from_text(top, text)
     names = name, f"std_msgs/{name}", f"{top.partition('/')[0]}/{name}"
@@ -214,14 +214,14 @@ def _class_of_part(cls: type[Message], field: str) -> type[Message] | None:
 
 
 def _as_class(message: Message, cls: type[Message]) -> Message:
-    """The same bytes as a message of another class with the same definition."""
+    """Return the same bytes as a message of another class with the same definition."""
     buffer = io.BytesIO()
     message.serialize(buffer)
     return cls().deserialize(buffer.getvalue())
 
 
 def rule_text(change: tuple[Kind, Kind], old: type[Message], new: type[Message]) -> str:
-    """A rule to be completed by hand: fields of the same name are assigned already."""
+    """Return a rule template to be completed by hand. Fields with equal names are already assigned."""
     lines = [
         f"class update_{change[0][0].replace('/', '_')}_{change[0][1]}(MessageUpdateRule):",
         f'\told_type = "{change[0][0]}"',
@@ -251,5 +251,5 @@ def rule_text(change: tuple[Kind, Kind], old: type[Message], new: type[Message])
 
 
 def _quoted(text: str) -> str:
-    """A definition, which may come from a stranger, for use in triple quotes: it cannot end them."""
+    """Escape an untrusted definition for use in triple quotes."""
     return text.strip().replace("\\", "\\\\").replace('"', '\\"')

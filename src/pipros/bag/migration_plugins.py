@@ -1,6 +1,6 @@
-"""The migration rules that installed packages export, as `rosbag check` and `fix` of Noetic find them.
+"""Find the migration rules that installed packages export, as Noetic's `rosbag check` and `fix` do.
 
-A package that depends on one of the names below exports `<NAME ATTRIBUTE="file.bmr"/>` in its manifest.
+A package that depends on one of the names below can export `<NAME ATTRIBUTE="file.bmr"/>` in its manifest.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _EXPORTS = {
 
 
 def installed_rules(index: PackageIndex, warn: Say) -> list[Rule]:
-    """The rules of all packages. Rules that cannot be read are left out; `warn` is called with the reason."""
+    """Return the rules of all packages. Unreadable rules are skipped with a call of `warn`."""
     found: list[Rule] = []
     for package, file in _files(index, warn):
         try:
@@ -51,5 +51,5 @@ def _files(index: PackageIndex, warn: Say) -> Iterator[tuple[str, Path]]:
 
 
 def rules_of_files(files: Iterable[str]) -> list[Rule]:
-    """The rules of these files. Raises `BagError`, or `OSError` where one cannot be read."""
+    """Return the rules of these files. Raise `BagError` or `OSError` if one is malformed or unreadable."""
     return [rule for file in files for rule in parse_rules(read_text(file), file)]

@@ -1,7 +1,7 @@
 """Migration rules of `rosbag check` and `rosbag fix`: how messages of older definitions become newer ones.
 
-Rule files are Python classes as genuine rosbag writes them (`.bmr`), but they are parsed, never run; see
-`migration_update` for what `update` may do.
+Rule files (`.bmr`) contain Python classes, as genuine rosbag writes them. They are parsed, never executed;
+see `migration_update` for the statements that `update` may contain.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from pipros.bag.errors import BagError
 from pipros.msg.dynamic import message_classes_from_text
 
 _DEPTH_LIMIT = 100
-"""Nesting of expressions and statements; each `elif` nests one deeper."""
+"""Maximum nesting of expressions and statements. Each `elif` adds one level."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """One rule. `is_valid` is False for one that still has to be completed by hand."""
+    """One rule. `is_valid` is False until it has been completed by hand."""
 
     name: str
     old: tuple[str, str]
@@ -32,13 +32,13 @@ class Rule:
 
 
 def parse_rules(text: str, file: str, on_refusal: Callable[[str], object] | None = None) -> list[Rule]:
-    """The rules of a file.
+    """Return the rules of a file.
 
     Args:
-        on_refusal: called with what is wrong with a rule, which is then left out.
+        on_refusal: called with the error of each invalid rule, which is then skipped.
 
     Raises:
-        BagError: it is malformed, or does what rules may not; the text names file and line.
+        BagError: the file is malformed, or contains statements that rules must not; the text names the line.
     """
     try:
         tree = ast.parse(text)
@@ -60,7 +60,7 @@ def parse_rules(text: str, file: str, on_refusal: Callable[[str], object] | None
 
 
 def _check_depth(tree: ast.Module, file: str) -> None:
-    """Refuse what would exceed Python's recursion limit when it is checked, written or evaluated."""
+    """Reject nesting that would exceed Python's recursion limit during checks, unparsing or evaluation."""
     left: list[tuple[ast.AST, int]] = [(tree, 0)]
     while left:
         node, depth = left.pop()
@@ -71,7 +71,7 @@ def _check_depth(tree: ast.Module, file: str) -> None:
 
 def _rule(node: ast.stmt, file: str) -> Rule:
     if not isinstance(node, ast.ClassDef):
-        raise _refusal(node, file, "a rule file may contain classes only")
+        raise _refusal(node, file, "a rule file must contain only classes")
     values: dict[str, object] = {}
     methods: dict[str, ast.FunctionDef] = {}
     for part in node.body:
@@ -81,10 +81,10 @@ def _rule(node: ast.stmt, file: str) -> Rule:
             except (ValueError, TypeError):
                 raise _refusal(part, file, "a value must be a literal") from None
         elif isinstance(part, ast.FunctionDef):
-            if part.name != "get_class_def":  # from rules that genuine rosbag generated
+            if part.name != "get_class_def":  # genuine rosbag generates this method
                 methods[part.name] = part
         elif not migration_update.is_text(part) and not isinstance(part, ast.Pass):
-            raise _refusal(part, file, "a rule may have values and methods")
+            raise _refusal(part, file, "a rule must contain only values and methods")
     try:
         migration_update.check(methods)
     except migration_update.Refused as error:
@@ -101,7 +101,7 @@ def _rule(node: ast.stmt, file: str) -> Rule:
 
 def _md5sum(type_name: str, text: str, node: ast.AST, file: str) -> str:
     if not type_name:
-        return ""  # a type that only one side has
+        return ""  # the type exists on one side only
     try:
         return message_classes_from_text(type_name, text)[type_name]._md5sum
     except Exception as error:

@@ -1,9 +1,9 @@
-"""Carries out the method `update` of a migration rule, statement by statement, without running Python code.
+"""Interpret the method `update` of a migration rule without running Python code.
 
-It supports what real rules do: assignments to fields of messages and to names, `assert`, `if`, `for` over a
-list, `self.migrate`, `self.migrate_array`, `self.get_new_class(NAME)(…)`, other methods of the rule, also
-from a dictionary of them, and `append`. Expressions are evaluated by `pipros.safe.expr`. Everything else is
-refused with its line when the rule is read.
+Supports the statements of real rules: assignments to fields of messages and to names, `assert`, `if`, `for`
+over a list, `self.migrate`, `self.migrate_array`, `self.get_new_class(NAME)(…)`, other methods of the rule,
+also from a dictionary of them, and `append`. `pipros.safe.expr` evaluates expressions. Everything else is
+rejected with its line number when the rule is parsed.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from pipros.safe.expr import Expression
 
 _CLASS_MAKERS = ("get_new_class", "get_old_class")
 _STATEMENT_LIMIT = 100_000
-"""For one message."""
+"""Maximum number of statements executed for one message."""
 _CALL_DEPTH = 20
 
 Migrate = Callable[[Message, type[Message]], Message]
 FindClass = Callable[[str, str], type[Message] | None]
-"""Finds a class by `get_new_class` or `get_old_class` and a name."""
+"""Called with "new" or "old" and a type name; returns the class in that definition, or None."""
 
 
 class Refused(Exception):
-    """A statement that rules may not contain, at `node`."""
+    """A rule contains an unsupported statement, at `node`."""
 
     def __init__(self, node: ast.AST, reason: str) -> None:
         super().__init__(reason)
@@ -37,7 +37,7 @@ class Refused(Exception):
 
 
 def check(methods: Mapping[str, ast.FunctionDef]) -> None:
-    """Raises `Refused` for the first statement that is not supported."""
+    """Raise `Refused` for the first unsupported statement."""
     for method in methods.values():
         _check_all(method.body, methods)
 
@@ -46,7 +46,7 @@ def _check_all(body: Sequence[ast.stmt], methods: Mapping[str, ast.FunctionDef])
     for node in body:
         if isinstance(node, ast.If | ast.For):
             if isinstance(node, ast.For) and (not isinstance(node.target, ast.Name) or node.orelse):
-                raise Refused(node, "a loop must be over one name, and without else")
+                raise Refused(node, "a loop must have a single target name and no else")
             _check_all(node.body, methods)
             _check_all(node.orelse, methods)
         elif isinstance(node, ast.Assign) and len(node.targets) == 1:
@@ -55,17 +55,18 @@ def _check_all(body: Sequence[ast.stmt], methods: Mapping[str, ast.FunctionDef])
             _check_target(node.target)
         elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
             if not _is_known_call(node.value, methods):
-                raise Refused(node, f"a rule may not call [{ast.unparse(node.value.func)}]")
+                raise Refused(node, f"a rule must not call [{ast.unparse(node.value.func)}]")
         elif not isinstance(node, ast.Assert | ast.Pass) and not is_text(node):
             raise Refused(
-                node, "a rule may assign to fields of new_msg, and call self.migrate and self.migrate_array"
+                node,
+                "a rule must only assign to fields of new_msg, or call self.migrate or self.migrate_array",
             )
 
 
 def _check_target(target: ast.expr) -> None:
     names = _attributes(target)
     if not names or (len(names) > 1 and names[0] == "self") or names[0] == "old_msg":
-        raise Refused(target, "a rule may assign to names and to fields of new_msg")
+        raise Refused(target, "a rule must assign only to names and to fields of new_msg")
 
 
 def _is_known_call(call: ast.Call, methods: Mapping[str, ast.FunctionDef]) -> bool:
@@ -80,12 +81,12 @@ def _is_known_call(call: ast.Call, methods: Mapping[str, ast.FunctionDef]) -> bo
 
 
 def is_text(node: ast.stmt) -> bool:
-    """True for a docstring."""
+    """Return whether a statement is a docstring."""
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
 
 
 def _attributes(node: ast.expr) -> tuple[str, ...]:
-    """`a.b.c` as ("a", "b", "c"); empty for anything else."""
+    """Return ("a", "b", "c") for `a.b.c`, and an empty tuple for anything else."""
     names: list[str] = []
     while isinstance(node, ast.Attribute) and not node.attr.startswith("_"):
         names.insert(0, node.attr)
@@ -94,16 +95,16 @@ def _attributes(node: ast.expr) -> tuple[str, ...]:
 
 
 def _of_self(node: ast.expr) -> str:
-    """The `name` of `self.name`, or an empty text."""
+    """Return the `name` of `self.name`, or an empty string."""
     is_it = isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "self"
     return node.attr if is_it and isinstance(node, ast.Attribute) else ""
 
 
 class Update:
-    """The method `update` of a rule. Use it in one thread at a time.
+    """Interpreter of one rule's method `update`. Not thread-safe.
 
     Args:
-        set_field: sets a field of a message, and migrates the value if necessary.
+        set_field: callable that sets a field of a message, and migrates the value if necessary.
     """
 
     def __init__(
@@ -123,7 +124,7 @@ class Update:
         self._left = self._depth = 0
 
     def run(self, old: Message, new: Message) -> None:
-        """Fills `new` from `old`.
+        """Fill `new` from `old`.
 
         Raises:
             BagError, ExpressionError: an `assert` failed, a field does not exist, or a rule is missing.
@@ -162,7 +163,7 @@ class Update:
         elif isinstance(node, ast.Assert):
             if not self._value(node.test, names):
                 reason = "" if node.msg is None else f": {self._value(node.msg, names)}"
-                raise self._error(node, f"the rule does not apply to a message{reason}")
+                raise self._error(node, f"assertion failed{reason}")
         elif isinstance(node, ast.If):
             self._do_all(node.body if self._value(node.test, names) else node.orelse, names)
         elif isinstance(node, ast.For) and isinstance(node.target, ast.Name):
@@ -187,7 +188,7 @@ class Update:
         else:
             chosen = name or self._value(call.func, names)
             if not isinstance(chosen, str) or chosen not in self._methods:
-                raise self._error(call, "what is called must be a method of the rule")
+                raise self._error(call, "only methods of the rule can be called")
             self._call(chosen, [self._value(each, names) for each in call.args])
 
     def _migrate_into(self, target: ast.expr, value: Any, names: dict[str, Any]) -> None:
@@ -197,7 +198,7 @@ class Update:
             return
         into = names.get(path[0])
         if not isinstance(into, Message) or not isinstance(value, Message):
-            raise self._error(target, "self.migrate takes two messages")
+            raise self._error(target, "self.migrate requires two messages")
         for field in into.__slots__:
             self._set_field(into, field, field_of(value, field))
 
@@ -224,7 +225,7 @@ class Update:
         if maker is not None and isinstance(node, ast.Call) and isinstance(node.func, ast.Call):
             cls = self._find_class(maker[4:7], self._value(node.func.args[0], names))
             if cls is None:
-                raise self._error(node, "the definitions of the rule do not have this type")
+                raise self._error(node, "the rule's definitions do not contain this type")
             made = cls()
             for field, value in self._arguments(node, cls, names):
                 self._set_field(made, field, value)
@@ -249,7 +250,7 @@ class Update:
 
 
 def _made_class(node: ast.expr) -> str | None:
-    """The call `self.get_new_class(NAME)` in `self.get_new_class(NAME)(…)`."""
+    """Return the method name in `self.get_new_class(NAME)(…)`, or None for any other expression."""
     if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Call) or len(node.func.args) != 1:
         return None
     name = _of_self(node.func.func)

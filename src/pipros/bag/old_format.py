@@ -1,7 +1,7 @@
-"""Bags of format 1.2, which ROS wrote until 2010 (http://wiki.ros.org/Bags/Format/1.2).
+"""Read bags of format 1.2, which ROS wrote until 2010 (http://wiki.ros.org/Bags/Format/1.2).
 
-They have no chunks: definitions and messages follow each other, each message with its topic, type and md5sum.
-They are read once from start to end, and presented as chunks, so that readers need not know the difference.
+They have no chunks: they are a sequence of definitions and messages, each message with its topic, type and
+md5sum. They are scanned once, and presented as chunks, so that readers need not distinguish the formats.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from pipros.bag.records import Fields, Op, Version, number, op_of, text_of
 from pipros.bag.source import Source
 
 _PART_BYTES = 1024 * 1024
-"""About how many bytes of messages form one chunk."""
+"""Approximate size of the messages that form one chunk."""
 
 
 class _Part:
-    """Consecutive messages that are presented as a chunk."""
+    """Run of consecutive messages that is presented as a chunk."""
 
     def __init__(self, position: int) -> None:
         self.position = position
@@ -41,9 +41,9 @@ class _Part:
 
 
 def scan_old_format(source: Source, version: Version, start: int) -> Layout:
-    """The connections and messages of a bag of format 1.2 whose first record begins at `start`.
+    """Return the connections and messages of a bag of format 1.2 whose first record begins at `start`.
 
-    A file that is cut off or damaged is read up to that place; `damage` names it.
+    A truncated or damaged file is read up to the damage, which `damage` describes.
     """
     layout = Layout(version, index_position=1)
     definitions: dict[tuple[str, str], bytes] = {}
@@ -57,7 +57,7 @@ def scan_old_format(source: Source, version: Version, start: int) -> Layout:
             op = op_of(fields, where)
             after = data_position + data_size
             if after > source.size:
-                raise BagFormatError(f"{where}: the file is cut off within this record")
+                raise BagFormatError(f"{where}: the file ends within this record")
             if op == Op.MESSAGE_DEFINITION:
                 definitions[_text(fields, "type", where), _text(fields, "md5", where)] = fields.get(
                     "def", b""

@@ -1,4 +1,4 @@
-"""Opens bags and MCAP files: readers by a file's first bytes, writers by its name."""
+"""Open bags and MCAP files. Readers are chosen by the first bytes of the file, writers by its name."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ _MCAP = b"\x89MCAP0\r\n"
 
 
 def open_bag(path: str | os.PathLike[str], *, rebuild_index: bool = False) -> BagReader:
-    """The reader for a file, chosen by its first bytes.
+    """Return the reader for a file, chosen by its first bytes.
 
     Raises:
-        BagError: the file is neither, is damaged, or needs a library that is not installed.
-        OSError: it cannot be read.
+        BagError: the file is neither a bag nor MCAP, is damaged, or needs a library that is not installed.
+        OSError: the file cannot be read.
     """
     if is_mcap(path):
         from pipros.bag.mcap_files import McapReader
@@ -26,7 +26,7 @@ def open_bag(path: str | os.PathLike[str], *, rebuild_index: bool = False) -> Ba
 
 
 def is_mcap(path: str | os.PathLike[str]) -> bool:
-    """True for a file that begins as MCAP files do. Raises `OSError` if it cannot be read."""
+    """Return whether a file has the magic bytes of MCAP. Raise `OSError` if it cannot be read."""
     with open(path, "rb") as file:
         return file.read(len(_MCAP)) == _MCAP
 
@@ -34,10 +34,10 @@ def is_mcap(path: str | os.PathLike[str]) -> bool:
 def writer_for(
     path: str | os.PathLike[str], file: Any, *, compression: str = "none", chunk_bytes: int = CHUNK_BYTES
 ) -> MessageWriter:
-    """A writer into an open file, chosen by the name that the file will have.
+    """Return a writer into an open file, chosen by the file's final name.
 
     Raises:
-        BagError: it needs a library that is not installed, or does not support the compression.
+        BagError: the format needs a library that is not installed, or does not support the compression.
     """
     if os.fspath(path).endswith(".mcap"):
         from pipros.bag.mcap_files import McapWriter

@@ -1,15 +1,15 @@
-"""When the messages of a bag are due: bag time and machine time, with a rate, pauses and skips. Pure."""
+"""Convert between bag time and machine time, with a rate, pauses and skips. Pure."""
 
 from __future__ import annotations
 
 
 class PlaybackClock:
-    """Translates between seconds of the bag and seconds of a monotonic clock, which callers pass in.
+    """Converts between bag time and monotonic time, both in seconds. Callers pass in the monotonic time.
 
     Args:
-        bag_s: the time of the bag at which playing begins.
-        now_s: the time of the machine at which it begins.
-        rate: seconds of the bag per second of the machine.
+        bag_s: bag time at the start of playback.
+        now_s: monotonic time at the start of playback.
+        rate: seconds of bag time per second of monotonic time.
 
     >>> clock = PlaybackClock(100.0, 0.0, 2.0)
     >>> clock.due(110.0), clock.bag_time(5.0)
@@ -27,11 +27,11 @@ class PlaybackClock:
         return self._paused_at is not None
 
     def due(self, bag_s: float) -> float:
-        """When a time of the bag is reached. Not to be called during a pause."""
+        """Return the monotonic time at which a bag time is due. Must not be called during a pause."""
         return self._now + (bag_s - self._bag) / self._rate
 
     def bag_time(self, now_s: float) -> float:
-        """The current time of the bag, which does not advance during a pause."""
+        """Return the current bag time, which does not advance during a pause."""
         at = now_s if self._paused_at is None else self._paused_at
         return self._bag + (at - self._now) * self._rate
 
@@ -45,7 +45,7 @@ class PlaybackClock:
             self._paused_at = None
 
     def jump(self, bag_s: float, now_s: float) -> None:
-        """Continues at another time of the bag. A pause stays a pause."""
+        """Continue at another bag time. A pause continues."""
         self._bag, self._now = bag_s, now_s
         if self._paused_at is not None:
             self._paused_at = now_s

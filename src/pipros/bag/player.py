@@ -1,4 +1,4 @@
-"""Plays bags: publishes their messages when they are due."""
+"""Play bags: publish their messages when they are due."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from pipros.node import Node
 from pipros.node.any_msg import RawMessage
 
 _FOUND_S = 1.1
-"""How long latched topics exist at least: recorders, genuine ones too, look for new topics once a second."""
+"""Minimum lifetime of latched topics. Recorders, including genuine ones, poll for new topics every second."""
 
 _SLICE_S = 0.02
-"""How long the longest uninterruptible wait is."""
+"""Maximum duration of an uninterruptible wait."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlayOptions:
-    """How bags are played. Names and meanings are those of `rosbag play`.
+    """Options of `rosbag play`, with its names and meanings.
 
     Attributes:
         duration_s, skip_empty_s: None for no limit.
-        topics: empty for all.
-        pause_topics: empty for none.
-        rate_control_topic: play only while this topic is published, at most `rate_control_delay_s` ago.
+        topics: topics to play; empty for all.
+        pause_topics: pause after each message on these topics.
+        rate_control_topic: pause while the last message on this topic is older than `rate_control_delay_s`.
     """
 
     prefix: str = ""
@@ -60,20 +60,20 @@ class PlayOptions:
 
 
 class Controls(Protocol):
-    """The keyboard and the display of a player."""
+    """Keyboard and display of a player."""
 
     def key(self) -> str:
-        """A key that was pressed; empty if none was."""
+        """Return a key that was pressed, or an empty string. Must not block."""
 
     def show(self, state: str, bag_s: float, played_s: float, whole_s: float) -> None:
-        """Shows the current position. May be called very often."""
+        """Show the current position. Called very often."""
 
 
 class Player:
     """Plays bags through a node.
 
     Raises:
-        BagError: there is nothing to play.
+        BagError: there is nothing to play, or a topic has an illegal name.
     """
 
     def __init__(
@@ -94,14 +94,14 @@ class Player:
         self._clock_class: Any = None
         self._next_clock = self._advertised_at = 0.0
         self._steps = 0
-        self._rate_heard = 0.0
+        self._rate_received_at = 0.0
         self._topics = {_absolute(topic) for topic in options.topics}
         self._pause_topics = {_absolute(topic) for topic in options.pause_topics}
         self._start, self._end = self._range()
         self._clock = PlaybackClock(self._start, time.monotonic(), options.rate)
 
     def run(self) -> None:
-        """Plays to the end, or until the node shuts down."""
+        """Play to the end, or until the node shuts down."""
         self._advertise()
         is_first = True
         while (is_first or self._options.loop) and not self._node.is_shutdown:
@@ -120,7 +120,7 @@ class Player:
             self._idle(self._clock.bag_time(time.monotonic()))
 
     def _range(self) -> tuple[float, float]:
-        """The first and the last second to play."""
+        """Return the bag times of the start and end of playback, in seconds."""
         filled = [bag for bag in self._bags if bag.message_count]
         if not filled:
             raise BagError("the bags have no messages")
@@ -135,7 +135,7 @@ class Player:
         for each in wanted:
             if not is_legal_topic(self._options.prefix + each.topic):
                 raise BagError(
-                    f"[{self._options.prefix}{each.topic}] is not a legal name of a topic. "
+                    f"[{self._options.prefix}{each.topic}] is not a legal topic name. "
                     "Play other topics with --topics"
                 )
         return start, end
@@ -170,7 +170,7 @@ class Player:
             self._clock_class = load_message_class("rosgraph_msgs/Clock")
             self._clock_publisher = self._node.advertise("/clock", self._clock_class, queue_size=1)
         if self._options.rate_control_topic:
-            self._node.subscribe(self._options.rate_control_topic, RawMessage, self._hear_rate)
+            self._node.subscribe(self._options.rate_control_topic, RawMessage, self._on_rate_message)
         self._say(f"Waiting {self._options.delay_s:g} seconds after advertising topics...")
         self._node.wait_for_shutdown(self._options.delay_s)
         while self._options.wait_for_subscribers and not self._node.is_shutdown:
@@ -178,8 +178,8 @@ class Player:
                 break
             self._node.wait_for_shutdown(0.05)
 
-    def _hear_rate(self, _: RawMessage) -> None:
-        self._rate_heard = time.monotonic()
+    def _on_rate_message(self, _: RawMessage) -> None:
+        self._rate_received_at = time.monotonic()
 
     # ---- playing
 
@@ -204,12 +204,12 @@ class Player:
         self._wait_until(self._end)
 
     def _wait_until(self, at: float) -> bool:
-        """Waits until a time of the bag is due; False if the node shuts down instead."""
+        """Wait until a bag time is due. Return False if the node shuts down meanwhile."""
         while True:
             now = time.monotonic()
             if self._options.immediate and not self._clock.is_paused:
                 self._clock.jump(at, now)
-            self._heed_keys(now)
+            self._handle_keys(now)
             self._wait_for_rate()
             if self._node.is_shutdown:
                 return False
@@ -217,11 +217,11 @@ class Player:
                 if self._steps:
                     self._steps -= 1
                     self._clock.jump(at, now)
-                    self._tell(at)
+                    self._report_time(at)
                     return True
                 self._idle(self._clock.bag_time(now))
                 continue
-            self._tell(min(at, self._clock.bag_time(now)))
+            self._report_time(min(at, self._clock.bag_time(now)))
             left = self._clock.due(at) - time.monotonic()
             if left <= 0:
                 return True
@@ -234,7 +234,7 @@ class Player:
         if not self._options.rate_control_topic:
             return
         waited_from = time.monotonic()
-        while time.monotonic() - self._rate_heard > self._options.rate_control_delay_s:
+        while time.monotonic() - self._rate_received_at > self._options.rate_control_delay_s:
             if self._node.is_shutdown:
                 return
             self._idle(self._clock.bag_time(waited_from))
@@ -243,11 +243,11 @@ class Player:
             self._clock.jump(self._clock.bag_time(waited_from), time.monotonic())
 
     def _idle(self, bag_s: float) -> None:
-        self._heed_keys(time.monotonic())
-        self._tell(bag_s)
+        self._handle_keys(time.monotonic())
+        self._report_time(bag_s)
         time.sleep(_SLICE_S)
 
-    def _heed_keys(self, now: float) -> None:
+    def _handle_keys(self, now: float) -> None:
         key = self._controls.key()
         if key == " ":
             if self._clock.is_paused:
@@ -257,8 +257,8 @@ class Player:
         elif key == "s" and self._clock.is_paused:
             self._steps += 1
 
-    def _tell(self, bag_s: float) -> None:
-        """Shows and publishes the time of the bag at the requested rates."""
+    def _report_time(self, bag_s: float) -> None:
+        """Show the bag time, and publish it on /clock at the requested rate."""
         state = "PAUSED" if self._clock.is_paused else "RUNNING"
         self._controls.show(state, bag_s, bag_s - self._start, self._end - self._start)
         if self._clock_publisher is None:
@@ -270,7 +270,7 @@ class Player:
 
 
 def _class_of(connection: Connection) -> Any:
-    """A class for serialized messages, announced with the connection's type."""
+    """Return a class of serialized messages with the connection's type, md5sum and definition."""
     return type(
         "PlayedMessage",
         (RawMessage,),
@@ -293,6 +293,6 @@ def _seconds(stamp: Stamp) -> float:
 
 @contextlib.contextmanager
 def opened_bags(paths: Sequence[str]) -> Iterator[list[BagReader]]:
-    """The bags at these paths, closed at the end. Raises `BagError` or `OSError`."""
+    """Open bags, and close them at the end of the block. Raises `BagError` or `OSError`."""
     with contextlib.ExitStack() as stack:
         yield [stack.enter_context(open_bag(path)) for path in paths]

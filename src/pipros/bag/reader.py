@@ -1,6 +1,6 @@
-"""Reads bags: messages in time order, of all or some topics, for all or part of the time.
+"""Read the messages of a bag in time order, optionally only some topics or a range of time.
 
-Opening reads the index only. Memory is bounded by the open chunks, not by the size of the bag.
+Opening a bag reads only its index. Memory is bounded by the open chunks, not by the size of the bag.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
 RawMessage = tuple[Connection, int, int, bytes, int, int]
-"""Connection, seconds, nanoseconds, serialized message, the position of its chunk, its offset there."""
+"""Connection, seconds, nanoseconds, serialized message, position of its chunk, offset in the chunk."""
 
 _MESSAGE_HEADER_BYTES = 38
-"""The header of a message as rosbag and rosbag_storage write it."""
+"""Header of a message record as rosbag and rosbag_storage write it."""
 
 
 class BagMessage(NamedTuple):
@@ -48,22 +48,22 @@ class BagMessage(NamedTuple):
 
 
 class BagReader:
-    """A bag that is open for reading. Use it in one thread at a time.
+    """A bag open for reading. Not thread-safe.
 
     Args:
-        file: a path, or a file that is open for reading bytes and can seek. The latter is not closed.
-        rebuild_index: read the whole file instead of its index: for bags without one, cut off or damaged.
-            All complete messages are found; `damage` says what was wrong.
-        progress: called with the position while the index is rebuilt.
-        limits: those of the process, if not given.
+        file: a path, or a seekable binary file open for reading, which is not closed.
+        rebuild_index: scan the whole file instead of its index, for bags that are truncated, damaged or have
+            no index. All complete messages are found; `damage` describes the damage.
+        progress: called with the byte position while the index is rebuilt.
+        limits: by default those of the process.
 
     Raises:
         BagError: the file is not a bag, or is encrypted.
-        NotIndexed: it has no index.
-        OSError: it cannot be read.
+        NotIndexed: the bag has no readable index.
+        OSError: the file cannot be read.
 
     Attributes:
-        layout: connections and chunks as the index has them.
+        layout: connections and chunks, from the index.
 
     >>> with BagReader("run.bag") as bag:                              # doctest: +SKIP
     ...     for topic, message, time, _ in bag.messages(["/chatter"]):
@@ -95,7 +95,7 @@ class BagReader:
 
     @classmethod
     def of_layout(cls, file: SeekableFile, name: str, layout: Layout, limits: Limits) -> Self:
-        """A reader of a file whose connections and chunks are known, because it is being written."""
+        """Return a reader of a file that is being written, whose connections and chunks are known."""
         reader = cls.__new__(cls)
         reader._limits = limits
         reader._owned = None
@@ -114,8 +114,7 @@ class BagReader:
             return scan_old_format(self._source, version, start)
         if version.number != 200:
             raise BagFormatError(
-                f"{self._source.name}: the version of a bag must be 1.2 or 2.0, "
-                f"got {version.major}.{version.minor}"
+                f"{self._source.name}: bag version must be 1.2 or 2.0, got {version.major}.{version.minor}"
             )
         if rebuild_index:
             return scan(self._source, start, self._limits, progress)
@@ -130,7 +129,7 @@ class BagReader:
         self.close()
 
     def close(self) -> None:
-        """Closes the file, if this reader opened it. May be repeated."""
+        """Close the file, if this reader opened it. Idempotent."""
         if self._owned is not None:
             self._owned.close()
 
@@ -155,7 +154,7 @@ class BagReader:
 
     @property
     def damage(self) -> list[str]:
-        """What was wrong with the file, if its index was rebuilt; one text for each place."""
+        """Descriptions of the damage found while rebuilding the index, one for each position."""
         return self.layout.damage
 
     @property
@@ -172,7 +171,7 @@ class BagReader:
         return sum(sum(chunk.counts.values()) for chunk in self.layout.chunks)
 
     def count_by_connection(self) -> dict[int, int]:
-        """How many messages each connection has, by its number."""
+        """Return the number of messages of each connection, by connection number."""
         counts = dict.fromkeys(self.layout.connections, 0)
         for chunk in self.layout.chunks:
             for connection, count in chunk.counts.items():
@@ -181,7 +180,7 @@ class BagReader:
 
     @property
     def start(self) -> Stamp:
-        """The time of the first message: seconds, nanoseconds.
+        """Timestamp of the first message: seconds and nanoseconds.
 
         Raises:
             NoMessages: the bag is empty.
@@ -190,7 +189,7 @@ class BagReader:
 
     @property
     def end(self) -> Stamp:
-        """The time of the last message. Raises `NoMessages`."""
+        """Timestamp of the last message. Raises `NoMessages` if the bag is empty."""
         return max(self._stamps("end"))
 
     def _stamps(self, which: str) -> list[Stamp]:
@@ -200,10 +199,10 @@ class BagReader:
         return stamps
 
     def chunk_header(self, number: int) -> ChunkHeader:
-        """The header of the chunk with that number in `chunks`.
+        """Return the header of the chunk with that number in `chunks`.
 
         Raises:
-            BagFormatError: it is damaged.
+            BagFormatError: the header is damaged.
         """
         header = self._chunk_headers.get(number)
         if header is None:
@@ -212,18 +211,18 @@ class BagReader:
         return header
 
     def chunk_index(self, number: int) -> Mapping[int, bytes]:
-        """The packed entries of a chunk by connection. Raises `BagFormatError` if they are damaged."""
+        """Return the packed entries of a chunk by connection. Raise `BagFormatError` if they are damaged."""
         chunks = self.layout.chunks
         end = chunks[number + 1].position if number + 1 < len(chunks) else self._source.size
         return read_chunk_index(self._source, self.layout, chunks[number], self.chunk_header(number), end)
 
     def times(self, connections: Iterable[Connection]) -> list[Stamp]:
-        """The times of all messages of the connections, in order."""
+        """Return the timestamps of all messages of the connections, in order."""
         found = self.times_by_connection()
         return sorted(stamp for connection in connections for stamp in found.get(connection.id, ()))
 
     def times_by_connection(self) -> dict[int, list[Stamp]]:
-        """The times of all messages by the number of their connection, in file order."""
+        """Return the timestamps of all messages by connection number, in file order."""
         found: dict[int, list[Stamp]] = {}
         for number in range(len(self.layout.chunks)):
             for connection, data in self.chunk_index(number).items():
@@ -232,7 +231,7 @@ class BagReader:
         return found
 
     def class_of(self, connection: Connection) -> Any:
-        """The class of its messages. Raises `BagError` if it has no definition, or a broken one."""
+        """Return the class of a connection's messages. Raise `BagError` if it has no valid definition."""
         kind, topic = connection.type, connection.topic
         try:
             return self._classes.find(kind, connection.md5sum, connection.definition)
@@ -249,15 +248,15 @@ class BagReader:
         start: Stamp | None = None,
         end: Stamp | None = None,
     ) -> Iterator[RawMessage]:
-        """Serialized messages in time order; messages of the same time are ordered by connection.
+        """Yield serialized messages in time order. Messages with equal timestamps are ordered by connection.
 
         Args:
-            connections: those to read; by default all.
-            start: the first time to read.
-            end: the last time to read.
+            connections: connections to read; by default all.
+            start: first timestamp, inclusive.
+            end: last timestamp, inclusive.
 
         Raises:
-            BagFormatError: the file is damaged at the place where the next message should be.
+            BagFormatError: the file is damaged at the position of the next message.
         """
         wanted = self.connections if connections is None else list(connections)
         ranks = {connection.id: rank for rank, connection in enumerate(wanted)}
@@ -279,7 +278,7 @@ class BagReader:
 
         known = [(connection, *_usual_headers(connection.id)) for connection in wanted]
         store = ChunkStore(self._source, self.chunk_header, self._limits)
-        left: dict[int, int] = {}  # bytes that the remaining messages of a chunk may have
+        left: dict[int, int] = {}  # remaining bytes of messages allowed in each chunk
         unpack = U32.unpack_from
         try:
             for run in runs_in_time_order(spans, load):
@@ -299,7 +298,7 @@ class BagReader:
                         begin = offset + _MESSAGE_HEADER_BYTES + 8
                         after = begin + unpack(data, begin - 4)[0] if begin <= whole else whole + 1
                         if after > whole:
-                            raise self._misplaced(number, offset, "the message is cut off")
+                            raise self._misplaced(number, offset, "the message is truncated")
                         body = data[begin:after]
                         room += begin - after
                     else:
@@ -323,16 +322,16 @@ class BagReader:
         *,
         where: Callable[[Connection], bool] | None = None,
     ) -> Iterator[BagMessage]:
-        """Messages in time order.
+        """Yield messages in time order.
 
         Args:
             topics: the topic or topics to read; by default all.
-            start: the first time to read; numbers are seconds.
-            end: the last time to read.
+            start: first timestamp, inclusive; numbers are seconds.
+            end: last timestamp, inclusive.
             where: selects connections.
 
         Raises:
-            BagError: the file is damaged, or a definition in it is broken.
+            BagError: the file is damaged, or one of its definitions is malformed.
             DeserializationError: the bytes of a message do not fit its definition.
         """
         connections = [c for c in self.connections_of(topics) if where is None or where(c)]
@@ -346,24 +345,24 @@ class BagReader:
     __iter__ = messages
 
     def __getitem__(self, times: slice) -> Iterator[BagMessage]:
-        """The messages between two times: `bag[10.5:20]`, in seconds or `Time`, both ends included.
+        """Return the messages between two times in seconds or `Time`, inclusive: `bag[10.5:20]`.
 
         Raises:
-            TypeError: not a slice of times.
+            TypeError: `times` is not a slice of times.
         """
         if not isinstance(times, slice) or times.step is not None:
-            raise TypeError(f"a bag takes a slice of times such as bag[10.5:20], got {times!r}")
+            raise TypeError(f"the index must be a slice of times such as bag[10.5:20], got {times!r}")
         return self.messages(None, times.start, times.stop)
 
     def connections_of(self, topics: Iterable[str] | str | None) -> list[Connection]:
-        """The connections of these topics; all, if None."""
+        """Return the connections of these topics, or all if None."""
         if topics is None:
             return self.connections
         wanted = {topics} if isinstance(topics, str) else set(topics)
         return [connection for connection in self.connections if connection.topic in wanted]
 
     def _message_at(self, number: int, data: bytes | None, offset: int, connection: Connection) -> bytes:
-        """A message whose header is unusual, or that is read from the file individually."""
+        """Return a message that has an unusual header or is read individually from the file."""
         header = self.chunk_header(number)
 
         def read(position: int, size: int) -> bytes:
@@ -393,19 +392,19 @@ class BagReader:
 
 
 def number_of(fields: Mapping[str, bytes], where: str) -> int:
-    """The number of the connection of a message."""
+    """Return the connection number in the header of a message record."""
     return field_number(dict(fields), "conn", 4, where)
 
 
 def _usual_headers(connection: int) -> tuple[bytes, bytes]:
-    """The start of a message record, up to its time, as written by rosbag and by rosbag_storage."""
+    """Return the start of a message record up to its timestamp, as rosbag and as rosbag_storage write it."""
     op, conn = ("op", bytes([Op.MESSAGE])), ("conn", U32.pack(connection))
     start, time = U32.pack(_MESSAGE_HEADER_BYTES), U32.pack(13) + b"time="
     return start + field_bytes([op, conn]) + time, start + field_bytes([conn, op]) + time
 
 
 def stamp_of(time: Time | float | None) -> Stamp | None:
-    """Seconds and nanoseconds of a time that may be a number of seconds."""
+    """Return seconds and nanoseconds of a `Time` or a number of seconds."""
     if time is None:
         return None
     if not isinstance(time, Time):

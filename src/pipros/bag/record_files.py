@@ -1,4 +1,4 @@
-"""The files of a recording: named, split and limited in number; the one being written ends in `.active`."""
+"""Name, split and limit the files of a recording. The name of an unfinished file ends in `.active`."""
 
 from __future__ import annotations
 
@@ -21,15 +21,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class FileOptions:
-    """How the files of a recording are made.
+    """Names, sizes and number of the files of a recording.
 
     Attributes:
-        prefix: of the name, which continues with the date.
-        name: the name, without a date.
-        split: begin a new file when `size_bytes` or `duration_s` is reached; otherwise the recording ends
-            then.
-        max_splits: how many files to keep; 0 for all.
-        size_bytes, duration_s: of one file; 0 for no limit.
+        prefix: prefix of the file name; the date is appended.
+        name: the file name, without a date.
+        split: begin a new file when `size_bytes` or `duration_s` is reached; otherwise the recording ends.
+        max_splits: maximum number of files kept; 0 for no limit.
+        size_bytes, duration_s: limits of one file; 0 for no limit.
         repeat_latched: begin each further file with the latched messages.
     """
 
@@ -45,15 +44,15 @@ class FileOptions:
 
 
 class RecordFiles:
-    """Writes received messages into one file after another. For one thread.
+    """Writes received messages into a sequence of files. Not thread-safe.
 
     Args:
-        say: called with the names of files.
+        say: called with a line of text when a file is opened or closed.
         on_open: called with the name of each new file.
-        avoid_existing: add a number to a name that exists already.
+        avoid_existing: append a number to names that already exist.
 
     Attributes:
-        lost: how many messages were removed again, to make room for the index on a full disk.
+        lost: number of messages discarded to make room for the index on a full disk.
     """
 
     def __init__(
@@ -80,11 +79,11 @@ class RecordFiles:
 
     @property
     def path(self) -> Path:
-        """The final name of the current file."""
+        """Final path of the current file."""
         return self._path
 
     def open(self, now: tuple[int, int]) -> None:
-        """Begins a file. Raises `OSError`."""
+        """Begin a file. Raise `OSError` if it cannot be created."""
         self._path = Path(self._next_name())
         active = self._active()
         self._file = active.open("w+b") if self._path.suffix == ".mcap" else WholeWrites(active, "w+")
@@ -107,10 +106,10 @@ class RecordFiles:
                 self._write(message, now)
 
     def close(self) -> None:
-        """Completes the current file and renames it.
+        """Complete the current file, and rename it.
 
         Raises:
-            OSError: it cannot be completed. It keeps the name with `.active`, and all complete chunks.
+            OSError: the file cannot be completed. It keeps all complete chunks, and the suffix `.active`.
         """
         if self._writer is None:
             return
@@ -126,18 +125,18 @@ class RecordFiles:
         self._kept.append(self._path)
 
     def flush(self) -> None:
-        """Writes the open chunk."""
+        """Write the open chunk."""
         if self._writer is not None:
             self._writer.flush()
 
     def write(self, message: Received) -> bool:
-        """Adds a message, if necessary to a new file. False if the recording is complete.
+        """Add a message, if necessary to a new file. Return False if the recording is complete.
 
         Raises:
-            OSError: the disk is full. The message may be lost; writing can go on later.
+            OSError: the disk is full. The message may be lost; later calls may succeed.
         """
         now = (message.seconds, message.nanoseconds)
-        if self._writer is None:  # the disk had no room for a new file
+        if self._writer is None:  # the disk was full when the new file was opened
             self.open(now)
         if not self.is_due(now):
             self._write(message, now)
@@ -149,7 +148,7 @@ class RecordFiles:
         return True
 
     def is_due(self, now: tuple[int, int]) -> bool:
-        """True if the file has its full size or duration."""
+        """Return whether the file has reached its maximum size or duration."""
         options = self._options
         if self._writer is not None and options.size_bytes and self._writer.size >= options.size_bytes:
             return True
@@ -186,7 +185,7 @@ class RecordFiles:
         connections = writer.layout.connections.values()
         same = (each for each in connections if each.topic == message.topic and each.header == fields)
         connection = next(same, None) or writer.add_connection(message.topic, fields)
-        # The header is kept, so that its `id` stays unique.
+        # Keep a reference to the header, so that its `id` stays unique.
         self._connections[message.topic, id(message.header)] = known = connection, message.header
         return known
 

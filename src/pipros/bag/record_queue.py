@@ -1,4 +1,4 @@
-"""The messages that a recording has yet to write: bounded, so that a slow disk does not block publishers."""
+"""Bounded queue of received messages, so that a slow disk does not block publishers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pipros.msg.time import NS_PER_S
 
 @dataclass(frozen=True, slots=True)
 class Received:
-    """A message as it came: its topic, its publisher's connection header, its bytes and when it came."""
+    """A received message: topic, connection header of its publisher, serialized body, and time of receipt."""
 
     topic: str
     header: Mapping[str, str]
@@ -22,15 +22,14 @@ class Received:
 
 
 class RecordQueue:
-    """A queue between the threads of links and the one that writes.
+    """Queue between the receiving threads and the writing thread.
 
     Args:
-        limit_bytes: above it the oldest messages are dropped and counted; 0 for no limit.
-        limit_ns: messages that are older than the newest one by more than this are dropped, too; 0 for no
-            limit.
+        limit_bytes: maximum size; the oldest messages beyond it are dropped. 0 for no limit.
+        limit_ns: maximum age relative to the newest message; older messages are dropped. 0 for no limit.
 
     Attributes:
-        dropped: how many messages were dropped.
+        dropped: number of dropped messages.
     """
 
     def __init__(self, limit_bytes: int, limit_ns: int = 0) -> None:
@@ -43,7 +42,7 @@ class RecordQueue:
         self.dropped = 0
 
     def put(self, message: Received) -> None:
-        """Adds a message. Blocks only while another thread uses the queue."""
+        """Add a message. Never waits for the writer."""
         with self._changed:
             if self._is_closed:
                 return
@@ -63,7 +62,7 @@ class RecordQueue:
         return bool(self._limit_ns) and age > self._limit_ns
 
     def get_all(self, timeout_s: float) -> list[Received]:
-        """All messages that wait. Waits for one; an empty list after `timeout_s`, or when it is closed."""
+        """Wait for a message, and return all queued ones; an empty list after `timeout_s` or once closed."""
         with self._changed:
             if not self._waiting and not self._is_closed:
                 self._changed.wait(timeout_s)
@@ -73,7 +72,7 @@ class RecordQueue:
         return taken
 
     def close(self) -> None:
-        """Accepts no more messages; those that wait can still be taken."""
+        """Reject further messages. Queued messages can still be taken."""
         with self._changed:
             self._is_closed = True
             self._changed.notify_all()

@@ -1,4 +1,4 @@
-"""Records topics: subscribes to the chosen ones as they appear, and writes their messages."""
+"""Record topics: subscribe to the selected topics as they appear, and write their messages."""
 
 from __future__ import annotations
 
@@ -23,30 +23,30 @@ if TYPE_CHECKING:
     from pipros.basics.printable import Say
 
 _POLL_PERIOD_S = 0.5
-"""How often the master is asked for new topics."""
+"""Interval at which the master is polled for new topics."""
 
 _WAIT_S = 0.2
 _DISK_PERIOD_S = 5.0
 _CHUNK_AGE_S = 10.0
-"""A small chunk is written after this time, too: a recording that is killed loses no more than that."""
+"""Maximum age of an open chunk before it is written, which bounds the loss if the recording is killed."""
 
 
 @dataclass(frozen=True, slots=True)
 class RecordOptions:
-    """What is recorded, and how.
+    """Options of a recording.
 
     Attributes:
-        topics: names, or regular expressions if `is_regex`.
-        all: all topics.
-        exclude: a regular expression of topics that are not recorded.
-        of_node: record what this node subscribes to.
-        limit: messages of each topic; 0 for all.
-        buffer_bytes: how much may wait to be written; 0 for no limit.
-        min_space_bytes: nothing is written while the disk has less.
+        topics: topic names, or regular expressions if `is_regex`.
+        all: record all topics.
+        exclude: regular expression of topics to skip.
+        of_node: record the topics to which this node subscribes.
+        limit: maximum number of messages per topic; 0 for no limit.
+        buffer_bytes: maximum size of the queue of unwritten messages; 0 for no limit.
+        min_space_bytes: pause writing while the disk has less free space.
         publish: publish the name of each file on `/begin_write`.
         snapshot: keep messages in memory, and write them when a message on `snapshot_trigger` or a call of
-            the service `~trigger_snapshot` requests it; see `Snapshots`. Kept are `buffer_bytes`, and at most
-            the `duration_s` of the files.
+            the service `~trigger_snapshot` requests it; see `Snapshots`. `buffer_bytes` and the
+            `duration_s` of the files limit the messages kept.
     """
 
     topics: Sequence[str] = ()
@@ -67,7 +67,7 @@ class Recorder:
     """One recording by a node.
 
     Args:
-        say, warn: called with a line about what happens.
+        say, warn: called with a line of text to show.
 
     Raises:
         BagError: a regular expression is malformed.
@@ -86,15 +86,15 @@ class Recorder:
         self._finds_topics = options.all or options.is_regex or bool(options.of_node)
         self._wanted = [_compiled(topic) for topic in options.topics] if options.is_regex else []
         self._exclude = _compiled(options.exclude) if options.exclude else None
-        self._told_dropped = 0
+        self._reported_dropped = 0
         self._has_space = True
         self._next_poll = self._next_disk_check = 0.0
         self._next_flush = time.monotonic() + _CHUNK_AGE_S
 
     def run(self) -> bool:
-        """Records until the node shuts down, or until the recording is complete.
+        """Record until the node shuts down, or until the recording is complete.
 
-        Returns False if messages of the last file were lost when it was completed.
+        Returns False if messages were lost when the last file was completed.
 
         Raises:
             OSError: the first file cannot be created.
@@ -108,7 +108,7 @@ class Recorder:
         try:
             self._subscribe_to_named()
             while not self._node.is_shutdown and not self._is_complete():
-                self._look_around(files)
+                self._poll_master_and_disk(files)
                 if not self._write_all(files, self._queue.get_all(_WAIT_S)):
                     break
                 if files.is_due(self._now()) and not self._options.files.split:
@@ -117,7 +117,7 @@ class Recorder:
             self._write_all(files, self._queue.get_all(0.0))
         finally:
             is_complete = self._close(files)
-            self._tell_dropped()
+            self._report_dropped()
         return is_complete
 
     def _subscribe_to_named(self) -> None:
@@ -134,7 +134,7 @@ class Recorder:
             try:
                 path, count = self._snapshots.write(self._now())
             except (OSError, BagError) as error:
-                self._warn(f"no snapshot was written: {error}")
+                self._warn(f"cannot write a snapshot: {error}")
                 return answer._response_class(False, str(error))
             self._say(f"Wrote a snapshot of {count} messages to '{path}'.")
             announce(str(path))
@@ -155,7 +155,7 @@ class Recorder:
             files.close()
         except OSError as error:
             self._warn(
-                f"cannot complete '{files.path}': {error.strerror}. What was written before stays in "
+                f"cannot complete '{files.path}': {error.strerror}. Its complete chunks stay in "
                 f"'{files.path}.active', for rosbag reindex"
             )
             return False
@@ -178,7 +178,7 @@ class Recorder:
     def _now(self) -> tuple[int, int]:
         return divmod(self._node.clock.now_ns(), NS_PER_S)
 
-    def _look_around(self, files: RecordFiles) -> None:
+    def _poll_master_and_disk(self, files: RecordFiles) -> None:
         now = time.monotonic()
         if self._finds_topics and now >= self._next_poll:
             self._next_poll = now + _POLL_PERIOD_S
@@ -186,7 +186,7 @@ class Recorder:
         if now >= self._next_disk_check:
             self._next_disk_check = now + _DISK_PERIOD_S
             self._check_disk(files)
-            self._tell_dropped()
+            self._report_dropped()
 
         if now >= self._next_flush and self._has_space:
             self._next_flush = now + _CHUNK_AGE_S
@@ -199,11 +199,13 @@ class Recorder:
         try:
             self._find_topics()
         except (PiprosError, OSError) as error:
-            self._warn(f"the master does not answer: {error}")
+            self._warn(f"cannot reach the master: {error}")
 
     def _pause(self, files: RecordFiles, error: OSError) -> None:
         self._has_space = False
-        self._warn(f"cannot write to '{files.path}': {error.strerror}. Recording goes on when it can")
+        self._warn(
+            f"cannot write to '{files.path}': {error.strerror}. Recording resumes when writing succeeds"
+        )
 
     def _find_topics(self) -> None:
         if self._options.of_node:
@@ -241,7 +243,7 @@ class Recorder:
         return bool(self._options.limit and self._left) and not any(self._left.values())
 
     def _write_all(self, files: RecordFiles, messages: list[Received]) -> bool:
-        """Writes the messages; False if the recording is complete."""
+        """Write the messages. Return False if the recording is complete."""
         for message in messages:
             if self._options.limit:
                 if not self._left[message.topic]:
@@ -269,10 +271,10 @@ class Recorder:
         elif self._has_space and not had_space:
             self._say("Re-enabling recording.")
 
-    def _tell_dropped(self) -> None:
-        if self._queue.dropped > self._told_dropped:
+    def _report_dropped(self) -> None:
+        if self._queue.dropped > self._reported_dropped:
             self._warn(
-                f"{self._queue.dropped - self._told_dropped} messages were dropped, "
+                f"{self._queue.dropped - self._reported_dropped} messages were dropped, "
                 f"{self._queue.dropped} in all: "
                 + (
                     "the disk or the compression does not keep up (see --buffsize)"
@@ -280,7 +282,7 @@ class Recorder:
                     else "the disk is full"
                 )
             )
-            self._told_dropped = self._queue.dropped
+            self._reported_dropped = self._queue.dropped
 
 
 def _compiled(pattern: str) -> re.Pattern[str]:

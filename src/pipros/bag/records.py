@@ -1,7 +1,7 @@
-"""Records of bags, format 2.0 and 1.2: bytes to fields and back (http://wiki.ros.org/Bags/Format/2.0).
+"""Parse and build records of bags, format 2.0 and 1.2 (http://wiki.ros.org/Bags/Format/2.0).
 
-A record is a header and data, each after its length in four bytes. A header is a run of fields, each after
-its length: `name=value`, where values are bytes.
+A record is a header and data, each prefixed by its length in four bytes. A header is a sequence of fields
+`name=value`, each prefixed by its length; values are bytes.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from pipros.bag.errors import BagFormatError
 
 MAGIC = b"#ROSBAG V2.0\n"
 FILE_HEADER_BYTES = 4096
-"""Header and data of the file header record have this size, so that it can be rewritten when there is an
-index."""
+"""Total size of header and data of the file header record, which is fixed so that it can be rewritten when
+the index is complete."""
 
 U32 = Struct("<I")
 U64 = Struct("<Q")
@@ -26,9 +26,9 @@ Fields = dict[str, bytes]
 
 
 class Op(IntEnum):
-    """The kind of a record: its field `op`."""
+    """Kind of a record: its field `op`."""
 
-    MESSAGE_DEFINITION = 1  # of format 1.2 only
+    MESSAGE_DEFINITION = 1  # format 1.2 only
     MESSAGE = 2
     FILE_HEADER = 3
     INDEX = 4
@@ -39,7 +39,7 @@ class Op(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Version:
-    """The version of a file's format: 2.0 is `Version(2, 0)`, 200 as a number."""
+    """Version of the file format: 2.0 is `Version(2, 0)`, 200 as a number."""
 
     major: int
     minor: int
@@ -50,7 +50,7 @@ class Version:
 
 
 def parse_version(line: bytes) -> Version | None:
-    """The version in the first line of a file, or None if it is not a bag.
+    """Parse the version in the first line of a file. Return None if it is not a bag.
 
     >>> parse_version(b"#ROSBAG V2.0")
     Version(major=2, minor=0)
@@ -64,10 +64,10 @@ def parse_version(line: bytes) -> Version | None:
 
 
 def parse_fields(header: bytes, where: str) -> Fields:
-    """The fields of a header.
+    """Parse the fields of a header.
 
     Raises:
-        BagFormatError: a field is longer than the header, or has no name.
+        BagFormatError: a field exceeds the header, or has no name.
     """
     fields: Fields = {}
     position, end = 0, len(header)
@@ -78,7 +78,7 @@ def parse_fields(header: bytes, where: str) -> Fields:
         position += 4
         if size > end - position:
             raise BagFormatError(
-                f"{where}: a field must fit into its header, got {size} bytes where {end - position} are left"
+                f"{where}: a field must fit into its header, got {size} bytes with {end - position} left"
             )
         name, equals, value = header[position : position + size].partition(b"=")
         if not equals:
@@ -89,7 +89,7 @@ def parse_fields(header: bytes, where: str) -> Fields:
 
 
 def field_bytes(fields: Mapping[str, bytes] | Iterable[tuple[str, bytes]]) -> bytes:
-    """The bytes of fields in a header."""
+    """Serialize the fields of a header."""
     pairs = fields.items() if isinstance(fields, Mapping) else fields
     parts: list[bytes] = []
     for name, value in pairs:
@@ -99,22 +99,22 @@ def field_bytes(fields: Mapping[str, bytes] | Iterable[tuple[str, bytes]]) -> by
 
 
 def record_bytes(fields: Mapping[str, bytes], data: bytes) -> bytes:
-    """A whole record."""
+    """Serialize a record."""
     header = field_bytes(fields)
     return b"".join((U32.pack(len(header)), header, U32.pack(len(data)), data))
 
 
 def op_of(fields: Fields, where: str) -> int:
-    """The field `op`.
+    """Return the field `op`.
 
     Raises:
-        BagFormatError: it is missing, or is not one byte.
+        BagFormatError: the field is missing, or is not one byte.
     """
     return number(fields, "op", 1, where)
 
 
 def number(fields: Fields, name: str, size: int, where: str) -> int:
-    """The unsigned number of `size` bytes in a field.
+    """Return the unsigned integer of `size` bytes in a field.
 
     Raises:
         BagFormatError: the field is missing, or has another size.
@@ -128,7 +128,7 @@ def number(fields: Fields, name: str, size: int, where: str) -> int:
 
 
 def time_of(fields: Fields, name: str, where: str) -> tuple[int, int]:
-    """Seconds and nanoseconds of a field.
+    """Return the seconds and nanoseconds in a field.
 
     Raises:
         BagFormatError: the field is missing, or does not have 8 bytes.
@@ -138,12 +138,12 @@ def time_of(fields: Fields, name: str, where: str) -> tuple[int, int]:
 
 
 def text_of(value: bytes) -> str:
-    """A field as text; bytes that are not UTF-8 are replaced."""
+    """Decode a field as UTF-8, replacing invalid bytes."""
     return value.decode("utf-8", "replace")
 
 
 def file_header(index_position: int, connections: int, chunks: int) -> bytes:
-    """The file header record of format 2.0, padded to its fixed size."""
+    """Return the file header record of format 2.0, padded to its fixed size."""
     header = field_bytes(
         {
             "op": bytes([Op.FILE_HEADER]),

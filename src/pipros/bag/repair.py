@@ -1,7 +1,7 @@
-"""Rebuilds the index of a bag in place: of one that is cut off or damaged, or whose writer was killed.
+"""Rebuild, in place, the index of a bag that is truncated or damaged, or whose writer was killed.
 
-Complete chunks that are followed by their index stay where they are. From the first other chunk on, messages
-are read as far as possible and written again.
+Complete chunks that are followed by their index stay unchanged. From the first other chunk on, all readable
+messages are rewritten.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ _IN_MEMORY_BYTES = 64 * 1024 * 1024
 
 
 def reindex(file: Any, name: str, limits: Limits, progress: Progress | None = None) -> BagWriter:
-    """A writer that continues where the intact part of a bag ends; its `finish` writes the index.
+    """Return a writer that continues after the intact part of a bag. Its `finish` writes the index.
 
     Args:
-        file: open for reading and writing bytes.
+        file: a binary file open for reading and writing.
 
     Raises:
         BagError: the file is not a bag.
@@ -37,7 +37,7 @@ def reindex(file: Any, name: str, limits: Limits, progress: Progress | None = No
     source = Source(file, name, limits)
     version, start = read_version(source)
     if version.number != 200:
-        raise BagFormatError(f"{name}: only bags of format 2.0 can be given an index")
+        raise BagFormatError(f"{name}: only bags of format 2.0 can be indexed")
     found = scan(source, start, limits, progress)
     kept = Layout(Version(2, 0), connections=found.connections, end=_after_file_header(source, start))
     rest = list(found.chunks)
@@ -59,7 +59,7 @@ def reindex(file: Any, name: str, limits: Limits, progress: Progress | None = No
 
 
 def len_written(spool: Any, parts: Iterator[bytes]) -> int:
-    """Writes all parts; returns how many bytes they were."""
+    """Write all parts, and return their total size in bytes."""
     return sum(spool.write(part) for part in parts)
 
 
@@ -72,7 +72,7 @@ def _after_file_header(source: Source, start: int) -> int:
 
 
 def _end_if_whole(source: Source, found: Layout, chunk: ChunkInfo) -> int:
-    """Where a chunk with its index ends; 0 if the index does not match the messages that were read."""
+    """Return the end of a chunk and its index, or 0 if the index does not match the messages of the chunk."""
     bare = Layout(found.version)
     try:
         header = read_chunk_header(source, bare, chunk.position)
@@ -93,7 +93,7 @@ def _entries(data: bytes) -> list[bytes]:
 
 
 def _rewritten(source: Source, found: Layout, chunk: ChunkInfo, limits: Limits) -> Iterator[bytes]:
-    """A chunk's record and index records, complete; uncompressed if a part of it was lost."""
+    """Yield the parts of a chunk's complete record and index records."""
     header = found.headers[chunk.position]
     if header.compression == NONE:
         data = source.read(header.data_position, header.data_size)

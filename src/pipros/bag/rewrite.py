@@ -1,4 +1,4 @@
-"""Rewrites a bag: with another compression, or with some of its messages only."""
+"""Rewrite a bag with another compression, or with a subset of its messages."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from pipros.basics.limits import Limits
 from pipros.msg.time import Time
 
 Progress = Callable[[int], None]
-"""Called with the number of uncompressed bytes that are done."""
+"""Called with the number of uncompressed bytes processed."""
 
 Choice = Callable[[Connection, Callable[[], Any], Time], bool]
-"""Decides whether to keep a message, given its connection, a function that decodes it, and its time."""
+"""Returns whether to keep a message, given its connection, a function that decodes it, and its timestamp."""
 
 
 @contextmanager
 def replaced_file(path: Path) -> Iterator[Any]:
-    """A new file for reading and writing bytes, which replaces `path` at the end of the block.
+    """Open a new binary file, which atomically replaces `path` at the end of the block.
 
-    If the block raises, the new file is removed, and `path` stays as it was. An OSError that names no file,
-    as of a full disk, gets the name of this one.
+    If the block raises, the new file is removed, and `path` stays unchanged. An OSError without a file name,
+    such as that of a full disk, gets `path` as its file name.
     """
     unfinished = path.with_name(path.name + ".active")
     try:
@@ -50,10 +50,10 @@ def replaced_file(path: Path) -> Iterator[Any]:
 
 
 def recompress(bag: BagReader, file: Any, compression: str, limits: Limits, progress: Progress) -> None:
-    """Writes a bag with the same chunks in another compression. Several are compressed at a time.
+    """Write a bag with the same chunks in another compression, using a thread for each processor.
 
     Raises:
-        BagError: it is damaged, or the compression is not available.
+        BagError: the bag is damaged, or the compression is not available.
     """
     writer = BagWriter(file, compression=compression)
     if bag.layout.version.number != 200:
@@ -89,9 +89,9 @@ def recompress(bag: BagReader, file: Any, compression: str, limits: Limits, prog
 
 
 def copy_chosen(bag: BagReader, writer: MessageWriter, choice: Choice | None, progress: Progress) -> int:
-    """Copies the chosen messages to a writer, in time order and with their connections, and finishes it.
+    """Copy the chosen messages with their connections to a writer, in time order, and finish it.
 
-    Returns how many were copied.
+    Returns the number of copied messages.
     """
     connections: dict[int, Connection] = {}
     done = count = 0

@@ -1,8 +1,8 @@
-"""Messages of many chunks in time order, with as few chunks open as possible. Pure: no file is touched.
+"""Order the messages of many chunks by time, with as few chunks open as possible. Pure: no file access.
 
-Chunks whose times do not overlap are passed on as a whole. Where they overlap, their sorted entries are
-merged. A chunk takes part from its first message to its last, and is held only that long. Messages of the
-same time are ordered by connection, then by their place in the file.
+Chunks whose time ranges do not overlap are yielded as a whole. The sorted entries of overlapping chunks are
+merged; a chunk is held only from its first message to its last. Messages with equal timestamps are ordered by
+connection, then by their position in the file.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from heapq import heappop, heappush, heapreplace
 from pipros.bag.index import ENTRY, Stamp
 
 Entry = tuple[int, int, int, int]
-"""Seconds, nanoseconds, the rank of the connection, the offset in the chunk."""
+"""Seconds, nanoseconds, rank of the connection, offset in the chunk."""
 
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A chunk to read: its number, and the times of its earliest and latest message."""
+    """Number of a chunk to read, and the timestamps of its earliest and latest message."""
 
     number: int
     start: Stamp
@@ -29,10 +29,10 @@ class Span:
 
 @dataclass(frozen=True, slots=True)
 class EntryRun:
-    """Messages of one chunk that follow each other in time: `entries[begin:end]`.
+    """Run of messages of one chunk without messages of other chunks between them: `entries[begin:end]`.
 
     Attributes:
-        is_last: set for the last run of the chunk.
+        is_last: whether this is the last run of the chunk.
     """
 
     number: int
@@ -45,11 +45,11 @@ class EntryRun:
 def sorted_entries(
     packed: Sequence[tuple[int, bytes]], start: Stamp | None, end: Stamp | None
 ) -> list[Entry]:
-    """The entries of one chunk in time order.
+    """Return the entries of one chunk in time order.
 
     Args:
-        packed: for each connection its rank, and its entries as in the file.
-        start, end: the earliest and latest time, both included.
+        packed: for each connection, its rank and its entries as in the file.
+        start, end: earliest and latest timestamp, inclusive.
     """
     entries = [
         (seconds, nanoseconds, rank, offset)
@@ -66,13 +66,13 @@ _AFTER_ALL = 1 << 40  # above every rank
 
 
 def runs_in_time_order(spans: Sequence[Span], load: Callable[[int], Sequence[Entry]]) -> Iterator[EntryRun]:
-    """All messages of the chunks, as runs.
+    """Yield all messages of the chunks in time order, as runs.
 
     Args:
-        load: returns the sorted entries of a chunk; called once per chunk, when it is due.
+        load: returns the sorted entries of a chunk; called once per chunk, when its first message is due.
     """
     waiting = sorted(spans, key=lambda span: (span.start, span.number), reverse=True)
-    # (seconds, nanoseconds, rank, number) of each active chunk's next message, and where it is in its entries
+    # (seconds, nanoseconds, rank, number) of each active chunk's next message, and its index in the entries
     active: list[tuple[tuple[int, int, int, int], int]] = []
     entries_of: dict[int, Sequence[Entry]] = {}
     while waiting or active:

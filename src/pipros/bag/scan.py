@@ -1,7 +1,7 @@
-"""Builds the index of a bag of format 2.0 by reading all of it, for bags that are damaged or have none.
+"""Build the index of a damaged or unindexed bag of format 2.0 by scanning the file.
 
-Every complete message is found: also in a chunk that was being written when its writer was killed, and, after
-a damaged place, from the next chunk on.
+Every complete message is found, also in a chunk whose writer was killed. After damage, the scan continues at
+the next chunk.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Progress = Callable[[int], None]
 
 @dataclass(slots=True)
 class _Contents:
-    """What was found in one chunk."""
+    """Connections and index entries found in one chunk."""
 
     connections: list[Connection] = field(default_factory=list)
     entries: dict[int, bytearray] = field(default_factory=dict)
@@ -42,9 +42,9 @@ class _Contents:
 
 
 def scan(source: Source, start: int, limits: Limits, progress: Progress | None = None) -> Layout:
-    """The connections and chunks of a bag whose first record begins at `start`.
+    """Return the connections and chunks of a bag whose first record begins at `start`.
 
-    `progress` is called with the position now and then. The `damage` of the layout says what was wrong.
+    `progress` is called with the byte position before each record. `Layout.damage` describes the damage.
     """
     layout = Layout(Version(2, 0), end=start)
     position = start
@@ -60,7 +60,7 @@ def scan(source: Source, start: int, limits: Limits, progress: Progress | None =
 
 
 def _scan_record(source: Source, layout: Layout, position: int, limits: Limits) -> int:
-    """Reads the record at `position`; returns where the next one begins."""
+    """Read the record at `position`, and return the position of the next one."""
     fields, data_position, data_size = source.header(position)
     where = source.at(position)
     op = op_of(fields, where)
@@ -68,7 +68,7 @@ def _scan_record(source: Source, layout: Layout, position: int, limits: Limits) 
     if op == Op.CHUNK:
         header = parse_chunk_header(fields, data_position, data_size, where)
         if header.compression == "none" and (not data_size or after > source.size):
-            # Its writer was killed before it knew the size.
+            # The writer was killed before it wrote the size.
             header = replace(header, data_size=source.size - data_position, size=source.size - data_position)
             return _scan_open_chunk(source, layout, position, header)
         try:
@@ -82,7 +82,7 @@ def _scan_record(source: Source, layout: Layout, position: int, limits: Limits) 
         check_index_size(source, size, limits)
         _add_chunk(layout, position, header, contents)
         if contents.size < header.size:
-            layout.damage.append(f"{where}: the chunk is damaged behind byte {contents.size} of its content")
+            layout.damage.append(f"{where}: the chunk is damaged after byte {contents.size} of its content")
         layout.end = after
     elif op == Op.MESSAGE:
         raise BagFormatError(f"{where}: a message outside of a chunk")
@@ -93,7 +93,7 @@ def _scan_record(source: Source, layout: Layout, position: int, limits: Limits) 
         if op != Op.CHUNK_INFO:
             layout.end = min(after, source.size)
     else:
-        raise BagFormatError(f"{where}: there is no record with op {op}")
+        raise BagFormatError(f"{where}: unknown op {op}")
     return after
 
 
@@ -133,7 +133,7 @@ def _add_chunk(layout: Layout, position: int, header: ChunkHeader, contents: _Co
 
 
 def _walk(read: Callable[[int, int], bytes], size: int) -> _Contents:
-    """The complete records in the content of a chunk. It ends at the first that is damaged or cut off."""
+    """Return the records in the content of a chunk before the first one that is damaged or truncated."""
     contents = _Contents()
     position = 0
     while size - position >= 8:
@@ -175,7 +175,7 @@ def _scan_inner(
 
 
 def _next_chunk(source: Source, position: int) -> int:
-    """Where the next chunk seems to begin; the end of the file if there is none."""
+    """Return the position of the next probable chunk, or the end of the file if there is none."""
     first = position
     while position < source.size:
         block = source.read(position, min(_SEARCH_BYTES, source.size - position))

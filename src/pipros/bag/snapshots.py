@@ -1,4 +1,4 @@
-"""Snapshots: recent messages are kept in memory, and written to a file on request."""
+"""Keep recent messages in memory, and write them to a file (a snapshot) on request."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 
 class Snapshots:
-    """Writes the messages of a queue, and removes them from it. May be used from any thread.
+    """Writes the messages of a queue to files, and removes them from the queue. Thread-safe.
 
     Args:
-        options: how files are made. With `repeat_latched` a file begins with the latched messages that the
-            queue has dropped. An existing file is never replaced: the name gets a number.
-        say: called with the names of files.
+        options: options of the files. With `repeat_latched`, a file begins with the latched messages that the
+            queue has dropped. Existing files are never replaced: a number is appended to the name.
+        say: called with a line of text when a file is opened or closed.
     """
 
     def __init__(self, options: FileOptions, queue: RecordQueue, say: Say) -> None:
@@ -33,16 +33,16 @@ class Snapshots:
         self._lock = threading.Lock()
 
     def put(self, message: Received) -> None:
-        """Adds a message to the queue."""
+        """Add a message to the queue."""
         if self._keeps_latched and message.header.get("latching") == "1":
             self._latched[message.topic, message.header.get("callerid", "")] = message
         self._queue.put(message)
 
     def write(self, now: tuple[int, int]) -> tuple[Path, int]:
-        """Writes a file; returns its path and the number of messages in it.
+        """Write a file, and return its path and the number of messages in it.
 
         Raises:
-            BagError: there are no messages.
+            BagError: the queue is empty.
             OSError: the file cannot be written. The messages are lost.
         """
         with self._lock:

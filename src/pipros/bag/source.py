@@ -1,4 +1,4 @@
-"""Reads pieces of a file; errors name the position."""
+"""Random access to a file, with errors that name the position."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.basics.limits import Limits
 
 
 class SeekableFile(Protocol):
-    """The methods of a file that are used for reading."""
+    """File methods used for reading."""
 
     def read(self, size: int = ..., /) -> bytes: ...
     def seek(self, offset: int, whence: int = ..., /) -> int: ...
@@ -21,8 +21,8 @@ class Source:
     """Random access to a file.
 
     Attributes:
-        name: of the file, for errors.
-        size: of the file in bytes, when it was opened or last refreshed.
+        name: the file's name, for error messages.
+        size: file size in bytes when the source was created or last refreshed.
     """
 
     def __init__(self, file: SeekableFile, name: str, limits: Limits) -> None:
@@ -36,19 +36,19 @@ class Source:
         self.size = self._file.seek(0, os.SEEK_END)
 
     def at(self, position: int) -> str:
-        """A position in the file, for error messages."""
+        """Describe a position in the file, for error messages."""
         return f"{self.name}, byte {position}"
 
     def read(self, position: int, size: int) -> bytes:
-        """Exactly `size` bytes.
+        """Return exactly `size` bytes.
 
         Raises:
-            BagFormatError: the file ends before.
+            BagFormatError: the file is too short.
         """
         if size < 0 or position + size > self.size:
             raise BagFormatError(
                 f"{self.at(position)}: {size} bytes must follow, got {max(0, self.size - position)}; "
-                "the file is cut off or damaged"
+                "the file is truncated or damaged"
             )
         self._file.seek(position)
         data = self._file.read(size)
@@ -57,9 +57,9 @@ class Source:
         return data
 
     def header(self, position: int) -> tuple[Fields, int, int]:
-        """The header of the record at `position`, and the position and the size of its data.
+        """Return the header of the record at `position`, and the position and the size of its data.
 
-        The data may be cut off; only their length must be present.
+        The data may be truncated; only their length must be present.
 
         Raises:
             BagFormatError: there is no valid header.
@@ -76,10 +76,10 @@ class Source:
         return parse_fields(whole[4 : 4 + size], self.at(position)), position + 8 + size, data_size
 
     def data(self, position: int, size: int) -> bytes:
-        """The data of a connection or of the index.
+        """Return the data of a connection or of the index.
 
         Raises:
-            BagFormatError: they are cut off, or larger than allowed.
+            BagFormatError: the data are truncated, or larger than allowed.
         """
         if size > self._limits.bag_connection_bytes:
             raise BagFormatError(
@@ -89,7 +89,7 @@ class Source:
         return self.read(position, size)
 
     def _start(self, position: int) -> bytes:
-        """Enough bytes for most headers, in one read."""
+        """Return enough bytes for most headers, in one read."""
         if position >= self.size:
             raise BagFormatError(
                 f"{self.at(position)}: a record must follow, but the file ends at {self.size}"

@@ -1,4 +1,4 @@
-"""Writes messages by topic: finds or adds the connection of each."""
+"""Write messages by topic."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pipros.msg.class_finder import installed_class
 
 
 class TopicWriter:
-    """Adds messages to a writer; those of another type or connection header get their own connection."""
+    """Adds messages to a writer. Each combination of topic, type and header gets its own connection."""
 
     def __init__(self, writer: BagWriter) -> None:
         self._writer = writer
@@ -26,10 +26,10 @@ class TopicWriter:
         nanoseconds: int,
         header: Mapping[str, Any] | None = None,
     ) -> None:
-        """Adds a message. Values of the header may be text or bytes.
+        """Add a message. Values of the header may be text or bytes.
 
         Raises:
-            AttributeError: it is not a message.
+            AttributeError: `message` is not a message.
             SerializationError: a field of the message does not fit.
             OSError: see `BagWriter`.
         """
@@ -52,10 +52,10 @@ class TopicWriter:
         header: Mapping[str, Any] | None = None,
         cls: Any = None,
     ) -> None:
-        """Adds a serialized message. The definition is taken from the header, `cls` or the installed type.
+        """Add a serialized message. The definition is taken from the header, `cls` or the installed type.
 
         Raises:
-            BagError: there is none.
+            BagError: no definition is available.
             OSError: see `BagWriter`.
         """
         key = (topic, type_name, md5sum, None if header is None else tuple(header.items()))
@@ -73,7 +73,7 @@ class TopicWriter:
     def _connection(
         self, topic: str, names: tuple[str, str], header: Mapping[str, Any] | None, cls: Any
     ) -> Connection:
-        """The bag's connection with this header, added if it is new."""
+        """Return the connection with this header, adding it if it is new."""
         given = {name: _as_bytes(value) for name, value in (header or {}).items()}
         needed = {
             "topic": topic,

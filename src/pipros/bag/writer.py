@@ -1,8 +1,7 @@
-"""Writes bags of format 2.0, so that a killed writer or a full disk costs at most the open chunk.
+"""Write bags of format 2.0. A killed writer or a full disk loses at most the open chunk.
 
-A chunk is collected in memory and written at once, with its index. The position of the file's index is
-written to the file header last. Until then the file has no index, and `rosbag reindex` restores its complete
-chunks.
+A chunk is built in memory and written at once, with its index. The position of the file's index is written to
+the file header last. Until then the file has no index, but `rosbag reindex` can restore its complete chunks.
 """
 
 from __future__ import annotations
@@ -23,21 +22,21 @@ from pipros.bag.layout import Layout
 from pipros.bag.records import MAGIC, U32, Op, Version, field_bytes, file_header
 
 CHUNK_BYTES = 768 * 1024
-"""A chunk ends with the message that makes it larger than this."""
+"""Default size at which a chunk ends, uncompressed."""
 
 _TIME_AND_SIZE = Struct("<III")
 _LARGEST = 0xFFFFFFFF
 _RECORDS_AT_ONCE = 500
-"""Of the index, for one write."""
+"""Size of the pieces in which the index is written."""
 
 _FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 
 
 class WholeWrites(FileIO):
-    """An unbuffered file that writes everything it is given, or raises `OSError`.
+    """Unbuffered file whose `write` writes all bytes or raises `OSError`.
 
-    Python's buffered files try again at each later call to write what they could not write before, so on a
-    full disk even truncating would fail.
+    Python's buffered files retry failed writes at each later call, so that on a full disk even truncating
+    would fail.
     """
 
     def write(self, data: Any, /) -> int:
@@ -49,7 +48,7 @@ class WholeWrites(FileIO):
 
 
 class WritableFile(Protocol):
-    """The methods of a file that are used for writing."""
+    """File methods used for writing."""
 
     def write(self, data: Any, /) -> Any: ...
     def seek(self, offset: int, whence: int = ..., /) -> int: ...
@@ -58,7 +57,7 @@ class WritableFile(Protocol):
 
 
 class MessageWriter(Protocol):
-    """The methods of writers of all formats; see `BagWriter`."""
+    """Methods of the writers of all formats; see `BagWriter`."""
 
     layout: Layout
 
@@ -71,7 +70,7 @@ class MessageWriter(Protocol):
 
 
 class _Topic:
-    """A connection of the writer: how its messages begin, and their entries in the open chunk."""
+    """A connection's record prefix for messages, and its index entries in the open chunk."""
 
     __slots__ = ("entries", "is_sorted", "last", "start")
 
@@ -84,13 +83,13 @@ class _Topic:
 
 
 class BagWriter:
-    """Writes messages into an open file, which it does not close.
+    """Writes messages into an open file, which it does not close. Not thread-safe.
 
     Args:
-        file: open for reading and writing bytes.
+        file: a binary file open for reading and writing.
         compression: `none`, `bz2` or `lz4`. May be changed at any time, for later chunks.
-        chunk_bytes: the size of chunks, uncompressed.
-        layout: of the bag to append to; None for a new file.
+        chunk_bytes: a chunk ends with the message that makes it larger than this, uncompressed.
+        layout: layout of the bag to append to; None for a new file.
 
     Raises:
         OSError: the file cannot be written; every method that writes may raise it. Complete chunks stay
@@ -118,7 +117,7 @@ class BagWriter:
         else:
             self.layout = layout
             layout.index_position = 0
-            self._write_file_header(0)  # first, so that readers do not look for the removed index
+            self._write_file_header(0)  # before truncating, so that readers do not look for the removed index
             self._file.flush()
             self._file.truncate(layout.end)
             self._file.seek(layout.end)
@@ -131,7 +130,7 @@ class BagWriter:
         return self.layout.end + self._chunk.tell()
 
     def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection:
-        """A new connection of a topic. Its header must have a `type`, `md5sum` and `message_definition`."""
+        """Add a connection. Its header must contain `type`, `md5sum` and `message_definition`."""
         connection = Connection(self._next_id, topic, dict(header))
         self._next_id += 1
         self.layout.connections[connection.id] = connection
@@ -140,7 +139,7 @@ class BagWriter:
         return connection
 
     def write(self, connection: Connection, seconds: int, nanoseconds: int, data: bytes) -> None:
-        """Adds a serialized message."""
+        """Add a serialized message."""
         chunk = self._chunk
         offset = chunk.tell()
         topic = self._topics[connection.id]
@@ -149,7 +148,7 @@ class BagWriter:
         self._added(topic, seconds, nanoseconds, offset)
 
     def write_message(self, connection: Connection, seconds: int, nanoseconds: int, message: Any) -> None:
-        """Serializes a message into the open chunk.
+        """Serialize a message into the open chunk.
 
         Raises:
             SerializationError: a field does not fit; nothing is added.
@@ -183,10 +182,10 @@ class BagWriter:
             self.finish_chunk()
 
     def finish_chunk(self) -> None:
-        """Writes the open chunk.
+        """Write the open chunk.
 
         Raises:
-            OSError: the chunk could not be written completely. It is kept, and the next call tries again.
+            OSError: the chunk cannot be written completely. It is kept, and the next call tries again.
         """
         if self._chunk_start is None:
             return
@@ -203,7 +202,7 @@ class BagWriter:
             self._file.write(start)
             self._file.write(data)
             self._file.write(index)
-            self._file.flush()  # what Python has buffered is lost if the process is killed
+            self._file.flush()  # Python's buffer would be lost if the process were killed
         finally:
             del content
         self.layout.end = position + len(start) + len(data) + len(index)
@@ -231,24 +230,24 @@ class BagWriter:
         return b"".join(records), counts
 
     def flush(self) -> None:
-        """Writes the open chunk, and passes everything to the operating system."""
+        """Write the open chunk, and flush the file to the operating system."""
         self.finish_chunk()
         self._file.flush()
 
     def finish(self) -> None:
-        """Writes the index. After that the bag is complete, and nothing can be added. May be repeated."""
+        """Write the index. Afterwards the bag is complete, and nothing can be added. Idempotent."""
         if self._is_finished:
             return
         self.finish_chunk()
         self._write_index()
 
     def finish_with_what_fits(self) -> int:
-        """As `finish`, but on a full disk discards the newest messages until there is room for the index.
+        """Write the index; on a full disk, discard the newest messages until there is room for it.
 
-        Returns how many messages were discarded. Needs an unbuffered file, such as `WholeWrites`.
+        Returns the number of discarded messages. Needs an unbuffered file, such as `WholeWrites`.
 
         Raises:
-            OSError: the disk fails in another way, or has no room for the index of an empty bag.
+            OSError: writing fails for another reason, or there is no room for the index of an empty bag.
         """
         try:
             self.finish()
@@ -300,5 +299,5 @@ class BagWriter:
         counts = len(self.layout.connections), len(self.layout.chunks)
         header = file_header(index_position, *counts if index_position else (0, 0))
         self._file.seek(0)
-        self._file.write(MAGIC + header)  # in one write, so that a kill leaves no half of it
+        self._file.write(MAGIC + header)  # in one write, so that a kill cannot leave half of it
         self.layout.end = max(self.layout.end, len(MAGIC) + len(header))

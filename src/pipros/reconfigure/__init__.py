@@ -1,1 +1,1 @@
-"""The `.cfg` files of dynamic_reconfigure: their declarations, and the Python modules made from these."""
+"""Read `.cfg` files of dynamic_reconfigure, and create Python modules from their declarations."""

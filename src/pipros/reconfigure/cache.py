@@ -1,8 +1,8 @@
-"""The declarations of `.cfg` files, kept for the next process.
+"""Cache of the declarations of `.cfg` files, shared by processes.
 
-An entry is named after the path and content of the file, the interpreter that ran it and the code that reads
-it. It is valid as long as the modules that the file imported, other than those of Python and pipros, are
-unchanged. Other inputs of the file, such as the environment or other files, are not checked.
+The key of an entry is a digest of the path and content of the file, the interpreter that ran it, and the code
+that reads it. The entry is valid while the modules that the file imported, other than those of Python and
+pipros, are unchanged. Other inputs of the file, such as the environment or other files, are not checked.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from pipros.basics.input_file import read_file
 from pipros.packages import cache_folder
 
 SOURCES = "sources"
-"""The key of the imported modules, beside those of the declarations."""
+"""Key of the imported modules, besides the keys of the declarations."""
 
 _CODE = ("cache.py", "cfg_file.py", "generator.py")
 
 
 def sources(modules: Iterable[ModuleType]) -> list[list[Any]]:
-    """Path, size and time of the files of modules, except those of Python and pipros."""
+    """Return path, size and modification time of the files of modules, except those of Python and pipros."""
     own = str(Path(__file__).resolve().parents[2])
     fixed = tuple(
         os.path.join(os.path.realpath(folder), "")
@@ -46,7 +46,7 @@ def sources(modules: Iterable[ModuleType]) -> list[list[Any]]:
 
 
 def recall(path: Path) -> dict[str, Any] | None:
-    """The declarations of the file when it last ran; None when it has to run."""
+    """Return the cached declarations of a file, or None if it must be run."""
     content = _folder().read(_entry(path))
     if content is None:
         return None
@@ -60,7 +60,7 @@ def recall(path: Path) -> dict[str, Any] | None:
 
 
 def keep(path: Path, declared: dict[str, Any]) -> None:
-    """Keeps the declarations of a file, if possible."""
+    """Cache the declarations of a file, if possible."""
     _folder().write(_entry(path), json.dumps(declared).encode())
 
 

@@ -1,4 +1,4 @@
-"""Runs a `.cfg` file, which is a Python program, in a separate process, and reads its declarations."""
+"""Run a `.cfg` file, which is a Python program, in a separate process, and read its declarations."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from pipros.reconfigure import cache
 from pipros.reconfigure.generator import OUTPUT_VARIABLE
 
 TIME_LIMIT_S = 30.0
-"""How long a `.cfg` file may run."""
+"""Default time limit for running a `.cfg` file."""
 
 _SHOWN_CHARACTERS = 2_000
 _COMMENT = re.compile(r"#.*")
 _CFG_WORD = re.compile(r"""(?:\$\{\w+\}/)?([^\s"();${}]+\.cfg)\b""")
 
 _DEPTH_LIMIT = 100
-"""Groups in groups."""
+"""Maximum nesting of groups."""
 
 _Kinds = type | tuple[type, ...]
 _GROUP: dict[str, _Kinds] = {
@@ -56,13 +56,13 @@ _PARAMETER: dict[str, _Kinds] = {
 
 
 class BadConfigFile(PiprosError):
-    """A `.cfg` file failed, declared nothing, or did not end."""
+    """A `.cfg` file failed, declared no parameters, or exceeded its time limit."""
 
 
 def find(package_folder: Path, name: str) -> Path | None:
-    """The `.cfg` file of the configuration `name`; None if the package has none.
+    """Return the `.cfg` file of the configuration `name`, or None if the package has none.
 
-    It usually has that name; otherwise it is the first file that contains the name in quotes.
+    This is the file of that name, or else the first file that contains the name in quotes.
     """
     files = find_all(package_folder)
     for file in files:
@@ -77,11 +77,11 @@ def find(package_folder: Path, name: str) -> Path | None:
 
 
 def find_all(package_folder: Path) -> list[Path]:
-    """The `.cfg` files of a package: those in `cfg/`, then those that its `CMakeLists.txt` names.
+    """Return the `.cfg` files of a package: those in `cfg/`, then those that its `CMakeLists.txt` names.
 
-    The words of `CMakeLists.txt` that end in `.cfg` are taken as paths or patterns in the package's folder; a
-    variable before the first slash is taken for that folder. Without
-    `generate_dynamic_reconfigure_options()` the file names no configurations.
+    Words in `CMakeLists.txt` that end in `.cfg` are paths or patterns relative to the package's folder; a
+    variable before the first slash stands for that folder. `CMakeLists.txt` is ignored unless it calls
+    `generate_dynamic_reconfigure_options()`.
     """
     found = sorted((package_folder / "cfg").rglob("*.cfg"))
     try:
@@ -97,36 +97,37 @@ def find_all(package_folder: Path) -> list[Path]:
 
 
 def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
-    """The declarations of the file: `name`, `description` and `constants`.
+    """Return the declarations of the file: `name`, `description` and `constants`.
 
-    A file that has run before, and has not changed, is not run again.
+    Blocks while the file runs. An unchanged file is not run again: its declarations are cached.
 
     Raises:
-        BadConfigFile: it failed, declared nothing or nonsense, or did not end within the time limit.
+        BadConfigFile: the file failed, declared nothing, wrote malformed declarations, or exceeded the time
+            limit.
     """
     try:
         if (kept := cache.recall(path)) is not None:
             return kept
     except OSError as error:
-        raise BadConfigFile(f"{path} cannot be read: {error.strerror or error}") from None
+        raise BadConfigFile(f"cannot read {path}: {error.strerror or error}") from None
     with tempfile.TemporaryDirectory(prefix="pipros_cfg_") as folder:
         output = Path(folder) / "declared.json"
-        # The four arguments that genuine's generator requires: old files check their number.
+        # The four arguments of the genuine generator: old files check their number.
         arguments = [sys.executable, str(path), folder, folder, folder, folder]
         environment = {**DISTRIBUTION, **os.environ, OUTPUT_VARIABLE: str(output)}
         try:
-            code, said = _run(arguments, environment, time_limit_s)
+            code, errors = _run(arguments, environment, time_limit_s)
         finally:
             _end_daemons(f"{OUTPUT_VARIABLE}={output}")
         if code is None:
             raise BadConfigFile(f"{path} did not end within {time_limit_s:g} s")
         if not output.exists():
-            said = said or "it never called generate()"
-            raise BadConfigFile(f"{path} declared no parameters (exit code {code}):\n{said}")
+            errors = errors or "it did not call generate()"
+            raise BadConfigFile(f"{path} declared no parameters (exit code {code}):\n{errors}")
         try:
             declared = checked_declarations(read_file(output))
         except OSError as error:
-            raise BadConfigFile(f"the declarations of {path} cannot be read: {error.strerror}") from None
+            raise BadConfigFile(f"cannot read the declarations of {path}: {error.strerror}") from None
         except (ValueError, RecursionError) as error:
             raise BadConfigFile(f"the declarations of {path} are malformed: {error}") from None
     if cache.SOURCES in declared:
@@ -135,9 +136,9 @@ def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
 
 
 def _run(arguments: list[str], environment: dict[str, str], limit_s: float) -> tuple[int | None, str]:
-    """Runs the user's program. Returns its exit code (None if it did not end) and its last errors.
+    """Run the user's program. Return its exit code (None at the time limit) and the end of its stderr.
 
-    Processes that it has started are ended with it.
+    Also ends the processes that it started.
     """
     process = subprocess.Popen(  # noqa: S603
         arguments,
@@ -147,14 +148,14 @@ def _run(arguments: list[str], environment: dict[str, str], limit_s: float) -> t
         stderr=subprocess.PIPE,
         start_new_session=True,
     )
-    said = b""
+    captured = b""
 
     def read_errors() -> None:
-        nonlocal said
+        nonlocal captured
         assert isinstance(process.stderr, io.BufferedReader)  # noqa: S101 # a pipe
         with process.stderr as errors:
             while chunk := errors.read1(65536):
-                said = (said + chunk)[-4 * _SHOWN_CHARACTERS :]
+                captured = (captured + chunk)[-4 * _SHOWN_CHARACTERS :]
 
     reader = threading.Thread(target=read_errors, daemon=True)
     reader.start()
@@ -166,30 +167,30 @@ def _run(arguments: list[str], environment: dict[str, str], limit_s: float) -> t
         kill_with_group(process)
         process.wait()
         reader.join(1.0)
-    return code, said.decode("utf-8", "replace").strip()[-_SHOWN_CHARACTERS:]
+    return code, captured.decode("utf-8", "replace").strip()[-_SHOWN_CHARACTERS:]
 
 
 def _end_daemons(variable: str) -> None:
-    """Kill processes that left the group; on Linux they are found by a variable of their environment."""
+    """Kill processes that left the process group. On Linux, an environment variable identifies them."""
     if sys.platform != "linux":
         return
     wanted = os.fsencode(variable)
     for folder in Path("/proc").glob("[0-9]*"):
-        with contextlib.suppress(OSError):  # it has ended, or is another user's
+        with contextlib.suppress(OSError):  # the process has ended, or belongs to another user
             if wanted in (folder / "environ").read_bytes().split(b"\0"):
                 os.kill(int(folder.name), signal.SIGKILL)
 
 
 def checked_declarations(content: bytes) -> dict[str, Any]:
-    """The declarations in a file that `generate` has written, or another program.
+    """Parse and check declarations, which `generate` or an arbitrary program has written.
 
     Raises:
-        ValueError: they are malformed.
-        RecursionError: they are nested too deeply.
+        ValueError: the declarations are malformed.
+        RecursionError: the declarations are nested too deeply.
     """
     declared = json.loads(content)
     if not _has(declared, name=str, description=object, constants=list):
-        raise ValueError("no name, description and constants")
+        raise ValueError("must be an object with name, description and constants")
     if not all(_has(constant, name=str, value=object) for constant in declared["constants"]):
         raise ValueError("a constant must have a name and a value")
     groups = [(0, declared["description"])]
@@ -204,18 +205,18 @@ def checked_declarations(content: bytes) -> dict[str, Any]:
                 raise ValueError(f"a parameter must have {', '.join(_PARAMETER)}")
         inner = group["groups"]
         groups += ((depth + 1, each) for each in (inner.values() if isinstance(inner, dict) else inner))
-    return declared  # type: ignore[no-any-return]  # a dictionary, as was checked
+    return declared  # type: ignore[no-any-return]  # checked above to be a dictionary
 
 
 def _has(value: Any, /, **fields: _Kinds) -> bool:
-    """Whether a value is a dictionary with these keys, and values of these types."""
+    """Return whether a value is a dictionary with these keys and types of values."""
     return isinstance(value, dict) and all(
         key in value and isinstance(value[key], kind) for key, kind in fields.items()
     )
 
 
 def parameters(group: dict[str, Any]) -> list[dict[str, Any]]:
-    """All parameters of a group and of the groups in it, which may be a list or a dictionary."""
+    """Return all parameters of a group and its subgroups, which may be a list or a dictionary."""
     found = list(group["parameters"])
     inner = group["groups"]
     for each in inner.values() if isinstance(inner, dict) else inner:
@@ -224,7 +225,7 @@ def parameters(group: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def module_contents(declared: dict[str, Any]) -> dict[str, Any]:
-    """The contents of the module of a configuration, such as `my_pkg.cfg.FooConfig`."""
+    """Return the contents of the module of a configuration, such as `my_pkg.cfg.FooConfig`."""
     description = declared["description"]
     every = parameters(description)
     contents: dict[str, Any] = {"config_description": description, "inf": float("inf"), "all_level": 0}

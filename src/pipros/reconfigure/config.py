@@ -1,6 +1,6 @@
-"""Configurations and their descriptions, decoded from the messages of a server. Values in, values out.
+"""Decode configurations and their descriptions from the messages of a server. Pure.
 
-A message here is any object with the fields of `dynamic_reconfigure/Config` or `ConfigDescription`.
+Messages are any objects with the fields of `dynamic_reconfigure/Config` or `ConfigDescription`.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ _LISTS = {"bool": "bools", "int": "ints", "str": "strs", "double": "doubles"}
 
 
 class BadValue(PiprosError):
-    """A parameter does not exist, or cannot have that value."""
+    """A parameter does not exist, or does not accept a value."""
 
 
 class Config(dict[str, Any]):
-    """A dictionary whose values are attributes, too."""
+    """Dictionary whose values are also accessible as attributes."""
 
     def __getattr__(self, name: str) -> Any:
         try:
@@ -43,7 +43,7 @@ class Config(dict[str, Any]):
 
 
 def group_dict(group: Any) -> Config:
-    """A group, or the state of one, without its contents."""
+    """Return the fields of a group, or of a group's state, without its contents."""
     return Config(
         id=group.id,
         parent=group.parent,
@@ -56,9 +56,9 @@ def group_dict(group: Any) -> Config:
 
 
 def get_tree(m: Any, group: Any = None) -> Config:
-    """The groups of a message as a tree: the root, or the groups in `group`.
+    """Return the groups of a message as a tree: from the root, or the subgroups of `group`.
 
-    Of groups with the same id the first counts."""
+    Of groups with the same id, the first one is used."""
     placed = {0} if group is None else {0, group.id}
     by_parent: dict[int, list[Any]] = {}
     for each in m.groups:
@@ -77,7 +77,7 @@ def _below(by_parent: Mapping[int, Sequence[Any]], group: Any, placed: set[int])
     children = Config()
     for each in by_parent.get(group.id, ()):
         if each.id not in placed:
-            placed.add(each.id)  # a peer may have sent groups that contain each other
+            placed.add(each.id)  # a peer may send groups that contain each other
             child = group_dict(each)
             child["groups"] = _below(by_parent, each, placed)
             children[child["name"]] = child
@@ -85,13 +85,13 @@ def _below(by_parent: Mapping[int, Sequence[Any]], group: Any, placed: set[int])
 
 
 def values(message: Any) -> Config:
-    """The parameters of a configuration by name."""
+    """Return the parameters of a configuration by name."""
     lists = (message.bools, message.ints, message.strs, message.doubles)
     return Config({each.name: each.value for each in (part for some in lists for part in some)})
 
 
 def decode_config(msg: Any, description: Any = None) -> Config:
-    """The configuration in a message; with a decoded description, groups contain their values, too."""
+    """Decode the configuration in a message. With a decoded description, groups contain their values, too."""
     config = values(msg)
     if msg.groups and description is not None:
         config["groups"] = get_tree(msg)
@@ -111,10 +111,10 @@ def _fill_groups(config: Config, group: Any, described: Any) -> None:
 
 
 def decode_description(msg: Any) -> Config:
-    """The tree of groups with their parameters that a message describes.
+    """Decode the tree of groups, with their parameters, that a message describes.
 
     Raises:
-        KeyError: bounds or a default are missing.
+        KeyError: a bound or a default is missing.
     """
     low, high, standard = (values(part) for part in (msg.min, msg.max, msg.dflt))
     by_id = {group.id: group for group in msg.groups}
@@ -143,10 +143,10 @@ def decode_description(msg: Any) -> Config:
 
 
 def constants(edit_method: str) -> list[dict[str, Any]]:
-    """The constants of an enum; malformed ones are left out.
+    """Return the constants of an enum, without malformed ones.
 
-    They come from a peer, so only literals are read, and none from a text longer than
-    `Limits.edit_method_characters`: Python's parser takes some 360 bytes for each character.
+    A peer sends them, so only literals are parsed, and no text longer than `Limits.edit_method_characters`:
+    Python's parser needs some 360 bytes per character.
     """
     if not edit_method or len(edit_method) > process_limits().edit_method_characters:
         return []
@@ -175,13 +175,13 @@ def _is_constant(found: Any) -> bool:
 
 
 def converted(described: Any, value: Any) -> Any:
-    """A value converted to the type of a parameter; for enums, the name of a constant is accepted, too.
+    """Convert a value to the type of a parameter. For enums, the name of a constant is accepted, too.
 
     Args:
-        described: the parameter, as `decode_description` gives it.
+        described: the parameter, as returned by `decode_description`.
 
     Raises:
-        BadValue: the parameter cannot have this value.
+        BadValue: the parameter does not accept this value.
     """
     wanted = TYPES.get(described["type"], str)
     if isinstance(value, str):
@@ -199,15 +199,15 @@ def converted(described: Any, value: Any) -> Any:
 def change_fields(
     description: Any, changes: Mapping[str, Any], states: Mapping[str, bool] | None = None
 ) -> dict[str, list[dict[str, Any]]]:
-    """The fields of the `dynamic_reconfigure/Config` that requests changes.
+    """Return the fields of the `dynamic_reconfigure/Config` that requests changes.
 
     Args:
-        description: as `decode_description` gives it.
-        changes: values by the names of parameters.
-        states: states of groups by name; other groups keep their state.
+        description: the result of `decode_description`.
+        changes: values by parameter name.
+        states: group states by name. Other groups keep their state.
 
     Raises:
-        BadValue: a parameter or a group does not exist, or cannot have this value.
+        BadValue: a parameter or a group does not exist, or does not accept a value.
     """
     fields: dict[str, list[dict[str, Any]]] = {name: [] for name in (*_LISTS.values(), "groups")}
     groups = list(all_groups(description))
@@ -229,7 +229,7 @@ def change_fields(
 
 
 def all_groups(group: Any) -> list[Any]:
-    """A decoded group and all groups in it."""
+    """Return a decoded group and all its subgroups."""
     inner = group.get("groups", {})
     below = inner.values() if isinstance(inner, dict) else inner
     return [group, *(found for each in below for found in all_groups(each))] if group else []

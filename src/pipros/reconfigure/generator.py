@@ -1,6 +1,6 @@
-"""The functions with which a `.cfg` file declares parameters, and the description made from the declarations.
+"""Functions with which a `.cfg` file declares parameters, and the description built from the declarations.
 
-The description has the form of those in the modules of genuine dynamic_reconfigure: nested dictionaries.
+The description is nested dictionaries, as in the modules of genuine dynamic_reconfigure.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any
 from pipros.reconfigure.cache import SOURCES, sources
 
 OUTPUT_VARIABLE = "PIPROS_CFG_OUTPUT"
-"""The environment variable that names the file to which a `.cfg` program writes its declarations."""
+"""Environment variable with the path of the file to which a `.cfg` program writes its declarations."""
 
 TYPES: dict[str, type[Any]] = {"str": str, "bool": bool, "int": int, "double": float}
 _C_TYPES = {"str": "std::string", "bool": "bool", "int": "int", "double": "double"}
@@ -36,7 +36,7 @@ _BOUNDS: dict[str, tuple[Any, Any, Any]] = {  # default, minimum, maximum
 
 
 class Group:
-    """A group of parameters and groups."""
+    """Group of parameters and subgroups."""
 
     def __init__(self, numbers: list[int], name: str, type: str, state: bool, parent: Group | None) -> None:  # noqa: A002
         self.name = name.replace(" ", "_")
@@ -51,7 +51,7 @@ class Group:
         self._source = _source()
 
     def add_group(self, name: str, type: str = "", state: bool = True) -> Group:  # noqa: A002
-        """Adds a group."""
+        """Add a subgroup, and return it."""
         group = Group(self._numbers, name, type, state, self)
         self.groups.append(group)
         return group
@@ -67,18 +67,18 @@ class Group:
         max: Any = None,  # noqa: A002
         edit_method: str = "",
     ) -> None:
-        """Adds a parameter.
+        """Add a parameter.
 
         Raises:
-            TypeError: a value is not of the parameter's type.
+            TypeError: a value does not have the parameter's type.
             ValueError: the name or the type is invalid, or a string or bool has bounds.
         """
         if paramtype not in TYPES:
-            raise ValueError(f"the type of {name} must be one of {', '.join(TYPES)}, got {paramtype!r}")
+            raise ValueError(f"type of {name} must be one of {', '.join(TYPES)}, got {paramtype!r}")
         if not re.fullmatch("[a-zA-Z][a-zA-Z0-9_]*", name):
-            raise ValueError(f"the name of a parameter must be letters, digits and underscores, got {name!r}")
+            raise ValueError(f"a parameter name must be letters, digits and underscores, got {name!r}")
         if paramtype in ("str", "bool") and (min is not None or max is not None):
-            raise ValueError(f"{name} has the type {paramtype}, so it cannot have min or max")
+            raise ValueError(f"{name} must not have min or max, because its type is {paramtype}")
         values = zip(("default", "min", "max"), (default, min, max), _BOUNDS[paramtype], strict=True)
         parameter = {"name": name, "type": paramtype, "level": level, "description": description}
         for field, value, standard in values:
@@ -88,7 +88,7 @@ class Group:
         self.parameters.append(parameter)
 
     def to_dict(self) -> dict[str, Any]:
-        """The group with its contents."""
+        """Return the group with its contents as a dictionary."""
         path = self._path()
         parent = self.parent or self
         return {
@@ -114,14 +114,14 @@ class Group:
 
 
 class ParameterGenerator:
-    """The parameters that a `.cfg` file declares; `generate` at the end of the file writes them out."""
+    """Parameters that a `.cfg` file declares. A call of `generate` at the end of the file writes them out."""
 
     def __init__(self) -> None:
         self.group = Group([], "Default", "", True, None)
         self.constants: list[dict[str, Any]] = []
 
     def const(self, name: str, type: str, value: Any, descr: str) -> dict[str, Any]:  # noqa: A002
-        """Declares a constant."""
+        """Declare a constant."""
         constant = {"name": name, "type": type, "value": checked(name, type, "value", value)}
         constant |= _source() | {"description": _without_quotes(descr)}
         constant |= {"ctype": _C_TYPES[type], "cconsttype": _C_CONSTANTS[type]}
@@ -129,7 +129,7 @@ class ParameterGenerator:
         return constant
 
     def enum(self, constants: list[dict[str, Any]], description: str) -> str:
-        """The edit method of a parameter that takes one of the constants, which must have the same type."""
+        """Return the edit method of a parameter that accepts one of the constants, all of one type."""
         if len({constant["type"] for constant in constants}) != 1:
             raise ValueError("the constants of an enum must all have the same type")
         return repr({"enum": constants, "enum_description": _without_quotes(description)})
@@ -145,19 +145,19 @@ class ParameterGenerator:
         max: Any = None,  # noqa: A002
         edit_method: str = "",
     ) -> None:
-        """Adds a parameter; errors as for `Group.add`."""
+        """Add a parameter to the root group; see `Group.add`."""
         self.group.add(name, paramtype, level, description, default, min, max, edit_method)
 
     def add_group(self, name: str, type: str = "", state: bool = True) -> Group:  # noqa: A002
-        """Adds a group."""
+        """Add a subgroup, and return it."""
         return self.group.add_group(name, type, state)
 
     def generate(self, pkgname: str, nodename: str, name: str) -> int:  # noqa: ARG002
-        """Writes the declarations to the file that the environment names. Returns the exit code."""
+        """Write the declarations to the file named by the environment. Return the exit code."""
         output = os.environ.get(OUTPUT_VARIABLE)
         if output is None:
             print(
-                "A .cfg file need not be run: `from my_pkg.cfg import FooConfig` does it where it is needed.",
+                "There is no need to run a .cfg file: `from my_pkg.cfg import FooConfig` does it.",
                 file=sys.stderr,
             )
             return 1
@@ -166,28 +166,28 @@ class ParameterGenerator:
             "description": self.group.to_dict(),
             "constants": self.constants,
         }
-        with contextlib.suppress(OSError):  # a module without a file: the declarations are not kept
+        with contextlib.suppress(OSError):  # a module without a file: the declarations are not cached
             declared[SOURCES] = sources(list(sys.modules.values()))
         Path(output).write_text(json.dumps(declared), encoding="utf-8")
         return 0
 
 
 def checked(name: str, type_name: str, field: str, value: Any) -> Any:
-    """The value, converted to float if the type is double. Raises TypeError if it has another type."""
+    """Return the value, converted to float if the type is double. Raise TypeError for other types."""
     wanted = TYPES[type_name]
     if type(value) is not wanted and not (wanted is float and type(value) is int):
-        raise TypeError(f"{field} of {name} must be of the type {type_name}, got {value!r}")
+        raise TypeError(f"{field} of {name} must be of type {type_name}, got {value!r}")
     return wanted(value)
 
 
 def _without_quotes(description: str) -> str:
     if '"' in description or "'" in description:
-        raise ValueError(f"a description must not have quotes, got {description}")
+        raise ValueError(f"a description must not contain quotes, got {description}")
     return description
 
 
 def _source() -> dict[str, Any]:
-    """The current line of the `.cfg` file: the first caller outside of this module."""
+    """Return the current line of the `.cfg` file, from the first caller outside of this module."""
     frame = sys._getframe()
     while frame.f_back is not None and frame.f_code.co_filename == __file__:
         frame = frame.f_back

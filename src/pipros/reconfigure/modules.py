@@ -1,4 +1,4 @@
-"""Imports `<package>.cfg` and `<package>.cfg.<Name>Config` straight from `.cfg` files."""
+"""Import `<package>.cfg` and `<package>.cfg.<Name>Config` directly from `.cfg` files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SUFFIX = "Config"
 
 
 def cfg_spec(find_package: FindPackage, name: str) -> ModuleSpec | None:
-    """The spec of a module that begins with `<package>.cfg`; None if the package has no such file."""
+    """Return the spec of a module below `<package>.cfg`, or None if the package does not have its file."""
     package, _, rest = name.partition(".")
     _, _, module = rest.partition(".")
     found = find_package(package)
@@ -34,7 +34,7 @@ def cfg_spec(find_package: FindPackage, name: str) -> ModuleSpec | None:
 
 
 class _PackageLoader(Loader):
-    """Makes `<package>.cfg`, whose modules are made when they are imported."""
+    """Loader of `<package>.cfg`, whose modules are created on import."""
 
     def __init__(self, files: Sequence[Path]) -> None:
         self._files = files
@@ -48,7 +48,7 @@ class _PackageLoader(Loader):
 
 
 class _ConfigLoader(Loader):
-    """Makes the module of one configuration."""
+    """Loader of the module of one configuration."""
 
     def __init__(self, file: Path) -> None:
         self._file = file

@@ -1,1 +1,1 @@
-"""The page behind `rqt_graph` and the other rqt commands, and its server."""
+"""Web page behind `rqt_graph` and the other rqt commands, and its server."""

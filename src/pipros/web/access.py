@@ -1,4 +1,4 @@
-"""Where requests to the page may come from: its own names and its own origin. No sockets."""
+"""Check hosts and origins of requests to the page: only its own are accepted. No sockets."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _HOST = re.compile(r"(?P<name>\[[^\]]*\]|[^:\[\]]*)(?::(?P<port>[0-9]{1,5}))?")
 
 @dataclass(frozen=True, slots=True)
 class Access:
-    """What a request must have to be answered.
+    """Conditions that a request must meet.
 
     Attributes:
-        port: of the server.
-        hosts: the names that a `Host` header may have.
+        port: port of the server.
+        hosts: names allowed in the `Host` header.
         is_secure: whether the server uses TLS.
-        takes_addresses: whether `Host` may be any IP address; only names can be rebound.
-        secret: what a client must know.
+        takes_addresses: whether `Host` may be any IP address; DNS rebinding needs a name.
+        secret: secret that a client must know.
     """
 
     port: int
@@ -34,11 +34,11 @@ class Access:
     secret: Secret = field(default_factory=Secret)
 
     def url(self, host: str, tab: str = "") -> str:
-        """The address to open, with the token in its fragment, which browsers do not send."""
+        """Return the address to open, with the token in its fragment, which browsers do not send."""
         return self._url(host, f"token={self.secret.token}", tab)
 
     def one_time_url(self, host: str, tab: str = "") -> str:
-        """As `url`, with a one-time code instead of the token: for places that others can read."""
+        """Return the address with a one-time code instead of the token, for places that others can read."""
         return self._url(host, f"code={self.secret.new_code()}", tab)
 
     def check_host(self, host: str | None) -> None:

@@ -1,4 +1,4 @@
-"""Lists for browsers that other nodes could make long."""
+"""Bound lists sent to browsers, whose length other nodes control."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ T = TypeVar("T")
 
 
 def bounded_list(rows: Iterable[T], share: int = 1) -> list[T]:
-    """The rows until their texts reach `Limits.page_view_bytes`, divided by `share`.
+    """Return the first rows, up to a total text size of `Limits.page_view_bytes` divided by `share`.
 
     >>> bounded_list(["/a", "/b"])
     ['/a', '/b']

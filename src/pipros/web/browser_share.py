@@ -1,4 +1,4 @@
-"""The share of the page's service calls that one browser has."""
+"""Limit of the page's service calls per browser."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ _CALLS: ContextVar[Slots] = ContextVar("calls of this browser")
 
 
 def begin_browser() -> None:
-    """Give the current context, whose tasks are the requests of one browser, a share of its own."""
+    """Give the current context, whose tasks are the requests of one browser, its own limit of calls."""
     _CALLS.set(Slots(CALLS_OF_A_BROWSER))
 
 
 def share_of_calls() -> Slots:
-    """The calls that the browser of the current context may still begin."""
+    """Return the slots for calls of the current context's browser."""
     return _CALLS.get()

@@ -1,7 +1,7 @@
-"""Threads for what must not run in the event loop of the page: calls that block, and long computations.
+"""Threads for blocking calls and long computations, which must not run in the page's event loop.
 
-The threads of `asyncio.to_thread` would serve all views together, six of them on a machine with two cores,
-and the end of the event loop waits for each.
+`asyncio.to_thread` is not used: all views would share its threads (six on a machine with two cores), and
+the end of the event loop waits for each of them.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ class DaemonPool:
     """Runs functions for coroutines, in threads that do not keep the process alive."""
 
     def __init__(self, name: str, limit: int) -> None:
-        """`limit` functions run at a time; further ones wait, in the order of their start."""
+        """Create a pool that runs `limit` functions at a time. Further ones wait in order."""
         self._workers = Workers(name, limit)
 
     async def run(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        """Return what the function returns, or raise what it raises.
+        """Run a function in a thread, and return its result or raise its exception.
 
-        If the caller is cancelled, a function that still waits is not run; the result of another is dropped.
+        If the caller is cancelled, a waiting function is not run, and the result of a running one is dropped.
         """
         return await asyncio.wrap_future(self.start(function, *args, **kwargs))
 
     def start(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """Start a function, from any thread.
+        """Schedule a function. Does not block. Thread-safe.
 
         Raises:
             RuntimeError: the system cannot start another thread.

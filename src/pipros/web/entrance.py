@@ -1,8 +1,8 @@
-"""The connections of a server for browsers: few at a time until a client has proven that it knows the secret.
+"""Accept connections of browsers: only a few at a time until a client has proven that it knows the secret.
 
 Theory of operation. The listening socket counts each connection when it is accepted, before a TLS handshake,
-in the table that the servers of a node have, too. Until `Visitor.admit` a connection may be closed for a new
-one, the longest silent first, and is closed after `login_s` without a request. Admitted ones stay.
+in a table like those of a node's servers. Until `Visitor.admit`, a connection may be closed in favour of a
+new one, the longest silent first, and is closed after `login_s` without a request. Admitted ones stay.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pipros.net.connection_table import ConnectionTable
 from pipros.net.refusals import Refusals
 
 SHARE: Final = 1 / 8
-"""The share of the descriptors of the process. The rest belongs to the page's own node."""
+"""Share of the process's file descriptors. The rest is reserved for the page's own node."""
 
 ACCEPTED_AT_A_TIME: Final = 4
 _BACKLOG: Final = 128
@@ -37,7 +37,7 @@ class Visitor(socket.socket):
     _deadline: asyncio.TimerHandle | None = None
 
     def enter(self, entrance: Entrance, peer: str, limit_s: float) -> bool:
-        """Take a place in the table, up to `limit_s` without a request; False if there is none."""
+        """Take a slot in the table, for `limit_s` until the first request. Return False if it is full."""
         self.peer = peer
         loop = asyncio.get_running_loop()
         self.last_used = loop.time()
@@ -53,18 +53,18 @@ class Visitor(socket.socket):
         self._transport = transport
 
     def note_request(self) -> None:
-        """The request has arrived: what follows has deadlines of its own."""
+        """Cancel the deadline, because the request has arrived. The protocol has its own deadlines."""
         self._cancel_deadline()
         if self._entrance is not None:
             self._entrance.table.mark_used(self)
 
     def admit(self) -> None:
-        """The client knows the secret: the connection is not closed for others any more."""
+        """Protect the connection from being closed in favour of others: its client knows the secret."""
         if self._entrance is not None:
             self._entrance.table.mark_busy(self)
 
     def abort(self) -> None:
-        """Close at once; unsent data is lost."""
+        """Close immediately, discarding unsent data."""
         if isinstance(self._transport, asyncio.WriteTransport):
             self._transport.abort()
         else:  # in the TLS handshake
@@ -85,16 +85,16 @@ class Visitor(socket.socket):
 
 
 class Entrance:
-    """Makes listening sockets, and has the connections that they accepted. For one event loop.
+    """Listening sockets and their accepted connections. For use in one event loop.
 
     Attributes:
-        limit: the most connections.
-        table: the connections, those that may be closed for new ones as idle.
-        visitors: by descriptor.
+        limit: maximum number of connections.
+        table: all connections; those that may be closed in favour of new ones are idle.
+        visitors: connections by file descriptor.
     """
 
     def __init__(self, limits: Limits, *, most: int, log: logging.Logger) -> None:
-        """`most`: connections that are enough, however many descriptors there are."""
+        """Create an entrance for at most `most` connections, or fewer if file descriptors are scarce."""
         self.limit = min(most, sockets.connections_that_fit(SHARE))
         self.visitors: dict[int, Visitor] = {}
         self.table = ConnectionTable(
@@ -103,24 +103,24 @@ class Entrance:
         self._limit_s = limits.login_s
 
     def listen(self, hosts: Sequence[str], port: int) -> list[socket.socket]:
-        """Return sockets that listen at addresses, with the same port.
+        """Return sockets that listen on these addresses, with the same port.
 
         Raises:
-            OSError: the port is taken, or an address is not of this machine.
+            OSError: the port is in use, or an address does not belong to this machine.
         """
         return [_Listener(self, opened) for opened in sockets.listen_all(hosts, port)]
 
     def start(self, listeners: Sequence[socket.socket]) -> None:
-        """Allow bursts of connections. Called after asyncio has set the backlog of the sockets."""
+        """Enlarge the backlog for bursts of connections. Call it after asyncio has set its own."""
         for listener in listeners:
             listener.listen(_BACKLOG)
 
     def visitor_of(self, transport: asyncio.BaseTransport) -> Visitor:
-        """The connection that a transport serves."""
+        """Return the connection that a transport serves."""
         return self.visitors[transport.get_extra_info("socket").fileno()]
 
     def welcome(self, visitor: Visitor, address: Any) -> bool:
-        """Count a new connection; False if it cannot stay."""
+        """Count a new connection. Return False if there is no room for it."""
         return visitor.enter(self, plain_address(str(address[0])), self._limit_s)
 
     def close_strangers(self) -> None:
@@ -128,12 +128,12 @@ class Entrance:
         self.table.close_overdue(math.inf, 0.0)
 
     def close_all(self) -> None:
-        """Close all connections, whatever has not been sent."""
+        """Close all connections immediately, discarding unsent data."""
         self.table.close_all()
 
 
 class _Listener(socket.socket):
-    """A listening socket that counts what it accepts."""
+    """Listening socket that counts the connections it accepts."""
 
     def __init__(self, entrance: Entrance, listening: socket.socket) -> None:
         super().__init__(fileno=listening.detach())
@@ -145,5 +145,5 @@ class _Listener(socket.socket):
         visitor = Visitor(fileno=sock.detach())
         if not self._entrance.welcome(visitor, address):
             visitor.close()
-            raise BlockingIOError("too many connections")  # asyncio takes this for: no connection
+            raise BlockingIOError("too many connections")  # for asyncio: no connection is pending
         return visitor, address

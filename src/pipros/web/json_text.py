@@ -1,4 +1,4 @@
-"""Values as JSON for browsers, without delaying others in the event loop."""
+"""Encode values as JSON without blocking the event loop."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _ENCODER: Final = json.JSONEncoder(separators=(",", ":"), allow_nan=False, defau
 
 
 async def json_text(value: Any) -> str:
-    """Return a value as JSON; numbers that JSON does not have become `null`.
+    """Return a value as JSON. NaN and infinity become `null`.
 
-    A large value is encoded in a thread, and in pieces: the encoder in C would hold the interpreter's lock.
+    A large value is encoded in a thread and in pieces, because the C encoder would hold the GIL.
 
     Raises:
-        TypeError: the key of a mapping is neither a text nor a number.
+        TypeError: the key of a mapping is neither a string nor a number.
         RecursionError: the value is nested too deeply, or contains itself.
     """
     if is_large(value):
@@ -32,7 +32,7 @@ async def json_text(value: Any) -> str:
 
 
 def is_large(value: Any) -> bool:
-    """Whether a value has more than `LARGE_VALUES` values in it, or `LARGE_CHARACTERS` characters."""
+    """Return whether a value contains more than `LARGE_VALUES` values or `LARGE_CHARACTERS` characters."""
     values = characters = 0
     left = [value]
     while left:

@@ -1,6 +1,6 @@
-"""Well-known topics such as `/tf`.
+"""Decode well-known topics such as `/tf`.
 
-The fields of their messages are read, so a publisher must have the installed definition: a type of the same
+Views read the fields of their messages, so publishers must have the installed definition: a type of the same
 name may have other fields.
 """
 
@@ -17,16 +17,16 @@ from pipros.node.any_msg import RawMessage
 from pipros.web.topic_watch import TopicWatch
 
 SHOWN_S = 5.0
-"""How long a problem is shown after the last message that had it."""
+"""How long a problem is shown after the last affected message."""
 LONGEST_NAME = 300
-"""Characters of a name in a message that are kept."""
+"""Maximum length of names in messages, in characters; longer names are cut."""
 
 Take = Callable[[Any, RawMessage, float], object]
-"""Called in the thread of the link with a decoded message, the same undecoded, and the wall time."""
+"""Called in the link's thread with the decoded and the serialized message, and the wall time (s)."""
 
 
 class KnownTopic:
-    """Decodes the messages of a topic and passes them on."""
+    """Decodes the messages of a topic and passes them to `take`."""
 
     def __init__(self, watch: TopicWatch, type_name: str, take: Take) -> None:
         self._watch = watch
@@ -36,13 +36,13 @@ class KnownTopic:
 
     @contextlib.contextmanager
     def listening(self) -> Iterator[None]:
-        """Within the context, passes messages on, beginning with the newest, if another view has it."""
+        """Pass on messages within the context, beginning with the newest one, if another view has it."""
         with self._watch.listening(self._add, from_newest=True):
             yield
 
     @property
     def problem(self) -> str:
-        """Why messages of the last seconds were left out; empty if none was."""
+        """Why messages of the last seconds were skipped; empty if none was."""
         text, last_s = self._problem
         return text if time.time() - last_s < SHOWN_S else ""
 

@@ -1,4 +1,4 @@
-"""Messages as values for JSON: fields by name, large arrays and texts shortened, within a budget."""
+"""Convert messages into JSON values: fields by name, large arrays and strings shortened, within a budget."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ SHOWN_ELEMENTS = 40
 SHOWN_CHARACTERS = 4000
 SHOWN_BYTES = 32
 SHOWN_NAME = 300
-"""Characters of the name of a field or a key."""
+"""Maximum length of a field's name or a key, in characters."""
 LEAVES = 4000
-"""The number of values of one message that are shown. A long text or name counts as several."""
+"""Maximum number of values shown of one message. A long string or name counts as several."""
 CHARACTERS_PER_LEAF = 50
 
 MORE = "…"
-"""The key of an entry that says how much was left out."""
+"""Key of the entry that states how much was omitted."""
 
 
 def message_tree(message: object) -> Any:
-    """The fields of a message as dictionaries, lists, strings and numbers.
+    """Return the fields of a message as dictionaries, lists, strings and numbers.
 
-    Numbers that JSON does not have become strings: `nan`, `inf`.
+    NaN and infinity become the strings `nan` and `inf`.
     A shortened array is `{"…": length, "items": first}`.
 
     Args:
-        message: a message, or a value of one.
+        message: a message, or the value of a field.
     """
     return _Tree().of(message)
 

@@ -1,8 +1,8 @@
-"""How clients prove to a server of pipros that they may use it: a secret, and no cookie. No sockets.
+"""Authenticate clients of a pipros server by a secret, without cookies. No sockets.
 
-Browsers send cookies to every server on the same host name, whatever its port. So the secret travels only
-where the client puts it: in the fragment of the printed address, which browsers keep to themselves; in the
-first message of a WebSocket; in the header `Authorization: Bearer` of a request. Where only an address can be
+Browsers send cookies to every server on the same host name, regardless of its port. So clients present the
+secret explicitly: in the first message of a WebSocket, or in the header `Authorization: Bearer` of a request.
+They take it from the fragment of the printed address, which browsers do not send. If only an address can be
 passed on (a download, the command line of a browser, which other users can read), it contains a one-time code
 instead.
 """
@@ -19,17 +19,17 @@ from typing import Final
 CODE_S: Final = 60.0
 """How long a one-time code is valid."""
 CODES: Final = 100
-"""The most valid codes. A further one replaces the oldest."""
+"""Maximum number of valid codes. A further one replaces the oldest."""
 
 
 class Denied(Exception):
-    """The request is refused. The text says why and what to do."""
+    """The request is refused. The text states the reason and the remedy."""
 
 
 class Secret:
-    """The secret of one server, and the one-time codes that stand for it. For one thread.
+    """The secret of one server, and its one-time codes. Not thread-safe.
 
-    Comparisons take the same time for all values of the same length.
+    Comparisons take constant time for values of the same length.
 
     Attributes:
         token: the secret as text; contains only letters, digits, `_` and `-`.
@@ -38,13 +38,13 @@ class Secret:
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self.token: Final = secrets.token_urlsafe(24)
         self._clock = clock
-        self._codes: dict[str, float] = {}  # with the time of their end, the oldest first
+        self._codes: dict[str, float] = {}  # code to expiry time, oldest first
 
     def __repr__(self) -> str:
         return "Secret()"  # without the token: representations end up in logs
 
     def is_token(self, value: object) -> bool:
-        """Whether a value from a client is the token."""
+        """Return whether a value from a client is the token."""
         return _is_equal(value, self.token)
 
     def check_first_message(self, message: str | bytes) -> None:
@@ -68,7 +68,7 @@ class Secret:
             )
 
     def new_code(self) -> str:
-        """Return a code that is valid once, within `CODE_S` seconds. Only for clients that have the token."""
+        """Return a code that is valid once, for `CODE_S` seconds. Only for clients that have the token."""
         while len(self._codes) >= CODES:
             del self._codes[next(iter(self._codes))]
         code = secrets.token_urlsafe(24)
@@ -76,7 +76,7 @@ class Secret:
         return code
 
     def redeem(self, value: object) -> bool:
-        """Whether a value from a client is a valid code, which is used up by this."""
+        """Return whether a value from a client is a valid code, and invalidate it."""
         known = [code for code in self._codes if _is_equal(value, code)]
         return any(self._codes.pop(code) > self._clock() for code in known)
 

@@ -1,4 +1,4 @@
-"""The program behind `rqt_graph` and the other rqt commands: a node, a server, and the page in a browser."""
+"""Program behind `rqt_graph` and the other rqt commands: runs a node and a server, and opens the page."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ CHANGING = frozenset(
 
 CLOSING_S = 0.4
 ENDING_S = 0.1
-"""How long connections, and then the tasks that are left, can delay the end of the process."""
+"""How long connections, and then the remaining tasks, can delay the end of the process."""
 
-_EVERYWHERE = ("0.0.0.0", "::")  # noqa: S104 - only when --bind says so
+_EVERYWHERE = ("0.0.0.0", "::")  # noqa: S104 - only if --bind requests it
 
 
 class ServerFailed(PiprosError):
@@ -54,16 +54,16 @@ class ServerFailed(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class PageOptions:
-    """How the page is served.
+    """Options of the page's server.
 
     Attributes:
-        tool: the command; the node is named after it.
-        tab: the tab that the page opens with its arguments: `plot/battery_topic/level`.
-        host: the address to listen on.
-        port: 0 takes a free one.
-        certificate, key: files for TLS.
+        tool: command name, after which the node is named.
+        tab: tab to open, with its argument: `plot/battery_topic/level`.
+        host: address to listen on.
+        port: port to listen on; 0 selects a free one.
+        certificate, key: PEM files for TLS.
         has_control: whether the page may change the system.
-        opens_browser: whether to open the page when there is a display.
+        opens_browser: whether to open the page in a browser if there is a display.
     """
 
     tool: str = "rqt_graph"
@@ -77,10 +77,10 @@ class PageOptions:
 
 
 def serve_page(options: PageOptions) -> int:
-    """Serve the page until Ctrl-C or SIGTERM; a second one ends the process at once.
+    """Serve the page until Ctrl-C or SIGTERM. A second signal ends the process immediately.
 
     Raises:
-        ServerFailed: the port is taken, or the certificate cannot be read.
+        ServerFailed: the port is in use, or the certificate cannot be read.
     """
     over = OnceEvent()
     # The main thread only waits, so that no view can delay a signal.
@@ -121,14 +121,14 @@ async def _start(options: PageOptions, system: WatchedSystem, server: PageServer
     if shown != "localhost":
         _warn_about_network(options, server.access)
     if options.opens_browser and _has_display():
-        # Other users can read the command line of the browser: no token there.
+        # Other users can read the browser's command line, so it must not contain the token.
         once = server.access.one_time_url(reachable, options.tab)
         threading.Thread(target=webbrowser.open, args=(once,), daemon=True).start()
 
 
 @contextlib.contextmanager
 def _set_by_signals(over: OnceEvent) -> Iterator[None]:
-    """Have the first SIGINT or SIGTERM set an event, and the second one end the process.
+    """Set `over` at the first SIGINT or SIGTERM, and end the process at the second.
 
     Does nothing outside the main thread.
     """
@@ -151,7 +151,7 @@ def _set_by_signals(over: OnceEvent) -> Iterator[None]:
 
 
 def services(system: WatchedSystem, *, has_control: bool) -> Services:
-    """All views and actions of the page."""
+    """Return all views and actions of the page."""
     graph, topics, calls = GraphViews(system), TopicViews(system), CallViews(system)
     console, parameters, servers = ConsoleViews(system), ParamViews(system), ReconfigureViews(system)
     views: Mapping[str, View] = {
@@ -213,7 +213,7 @@ def _warn_about_network(options: PageOptions, access: Access) -> None:
 
 
 def fingerprint_of(certificate: str) -> str:
-    """The SHA-256 of the first certificate in a PEM file, as browsers show it; empty if the file has none."""
+    """Return the SHA-256 of the first certificate in a PEM file, as browsers show it; empty if none."""
     text = Path(certificate).read_text(encoding="ascii", errors="replace")
     begin, end = text.find(ssl.PEM_HEADER), text.find(ssl.PEM_FOOTER)
     if not 0 <= begin < end:

@@ -1,14 +1,14 @@
-"""The server of the page: its files over HTTP, and all live data over one WebSocket per browser.
+"""Server of the page: its files over HTTP, and all live data over one WebSocket per browser.
 
-The files contain nothing secret. The first message of a WebSocket proves that the browser may see the rest:
+The files contain nothing secret. The first message of a WebSocket authenticates the browser for the rest:
 `{"token": "…"}`, or `{"code": "…"}` with a one-time code; the answer is `{"id": 0, "data": {"token": "…"}}`.
 Then it requests views and actions: `{"id": 3, "view": "graph", "args": {…}}`, `{"id": 3, "stop": true}`,
 `{"id": 4, "action": "set_param", "args": {…}}`. Answers carry the id: `{"id": 3, "data": …}`,
-`{"id": 3, "error": "…"}`, or in binary the id as four bytes, the most significant first, and the data.
-A view that only reads goes on after an error, unless its arguments were wrong.
+`{"id": 3, "error": "…"}`, or in binary the id as four bytes, most significant first, and the data.
+A read-only view continues after an error, unless its arguments were invalid.
 
-Each view of a browser is a task that sends when the browser has received what was sent before. So a slow
-browser gets fewer and newer values, and does not delay anything else.
+Each view of a browser is a task that sends only after the browser has received the previous values. So a slow
+browser gets fewer but current values, and does not delay anything else.
 """
 
 from __future__ import annotations
@@ -49,21 +49,21 @@ VIEWS_OF_A_BROWSER = 200
 REQUEST_BYTES = 1_000_000
 BROWSERS = 100
 BROWSERS_SHARE: Final = 3 / 4
-"""The share of the connections that browsers may keep open; the rest is for files and new browsers."""
+"""Share of the connections that browsers may keep open. The rest serves files and new browsers."""
 CLOSING_S: Final = 0.2
-"""The time for browsers to answer that the server closes, and again for its tasks to end."""
+"""Time for browsers to acknowledge the closing of the server, and again for its tasks to end."""
 RESUME_S: Final = 1.0
-"""How long a view that failed waits before it goes on."""
+"""Delay before a failed view is retried."""
 LONGEST_ERROR: Final = 2000
 
 _EXPECTED = (PiprosError, OSError, ValueError, TypeError, KeyError)
-"""Errors that arguments and the system may cause. Others are mistakes, which are logged."""
+"""Errors that arguments and the system may cause. Others are defects, which are logged."""
 
-# At the level DEBUG websockets logs messages, and with them the token.
+# At the level DEBUG, websockets logs messages, including the token.
 _SILENT: Final = logging.Logger("websockets of the page", logging.CRITICAL)
 
 View = Callable[[Mapping[str, Any]], AsyncIterator[Any]]
-"""Takes the arguments of a request and yields what is sent to the browser: values for JSON, or bytes."""
+"""Takes the arguments of a request, and yields values for the browser: JSON values or bytes."""
 Action = Callable[[Mapping[str, Any]], Awaitable[Any]]
 """Takes the arguments of a request, and returns the answer."""
 
@@ -79,17 +79,17 @@ SECURITY_HEADERS = {
 
 
 class RequestRefused(PiprosError):
-    """A view or an action is refused. The text is shown on the page."""
+    """A view or an action is refused. The page shows the text."""
 
 
 @dataclass(frozen=True, slots=True)
 class Services:
-    """What browsers can request.
+    """Views and actions that browsers can request.
 
     Attributes:
-        views, actions: by name.
-        changing: the names of those that change the system.
-        has_control: whether these are allowed.
+        views, actions: functions by name.
+        changing: names of the views and actions that change the system.
+        has_control: whether those are allowed.
     """
 
     views: Mapping[str, View] = field(default_factory=dict)
@@ -99,7 +99,7 @@ class Services:
 
 
 class PageServer:
-    """Serves the page until it is closed. For one event loop."""
+    """Serves the page until it is closed. For use in one event loop."""
 
     def __init__(self, services: Services) -> None:
         self._services = services
@@ -116,12 +116,12 @@ class PageServer:
         """Open the port.
 
         Args:
-            host: the address to listen on.
-            port: 0 takes a free one.
-            names: further names for `Host`, besides those of loopback; with them, any IP address is allowed.
+            host: address to listen on.
+            port: port to listen on; 0 selects a free one.
+            names: names allowed in `Host` besides those of loopback; with them, any IP address is allowed.
 
         Raises:
-            OSError: the port is taken, or the address is not of this machine.
+            OSError: the port is in use, or the address does not belong to this machine.
         """
         found = await asyncio.get_running_loop().getaddrinfo(host, port, type=SOCK_STREAM)
         listeners = self._entrance.listen([str(each[4][0]) for each in found], port)
@@ -155,7 +155,7 @@ class PageServer:
         )
 
     async def close(self) -> None:
-        """Close the port and all connections. Browsers that do not answer are waited for only shortly."""
+        """Close the port and all connections. Waits at most `CLOSING_S` for browsers to answer."""
         for server in self._servers:
             server.close()
         self._entrance.close_strangers()
@@ -164,12 +164,12 @@ class PageServer:
             await self._have_closed()
 
     async def _have_closed(self) -> bool:
-        """Wait up to `CLOSING_S` for the end of all connections; False if some are left."""
+        """Wait up to `CLOSING_S` for all connections to end. Return False if some are left."""
         ends = [asyncio.ensure_future(server.wait_closed()) for server in self._servers]
         return not ends or not (await asyncio.wait(ends, timeout=CLOSING_S))[1]
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
-        """The answer to a request; None starts a WebSocket."""
+        """Return the response to a request, or None to start a WebSocket."""
         if isinstance(connection, _Connection):
             connection.note_request()
         headers = request.headers
@@ -217,7 +217,7 @@ class PageServer:
 
 
 class _Connection(ServerConnection):
-    """A connection that can send only a little before it is admitted."""
+    """Connection that can send only a few bytes before it is admitted."""
 
     def __init__(self, entrance: Entrance, limit_bytes: int, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
@@ -238,11 +238,11 @@ class _Connection(ServerConnection):
             super().data_received(data)
 
     def note_request(self) -> None:
-        """The request has arrived."""
+        """Cancel the deadline, because the request has arrived."""
         self._visitor.note_request()
 
     def admit(self) -> None:
-        """The client has proven that it knows the secret."""
+        """Lift the limits of strangers: the client knows the secret."""
         self._visitor.admit()
         self._bytes_left = math.inf
 
@@ -253,18 +253,18 @@ class _Browser:
     def __init__(
         self, connection: ServerConnection, services: Services, logged: set[tuple[str, type[BaseException]]]
     ) -> None:
-        """`logged`: the errors of all browsers that are in the log already, by view or action and type."""
+        """`logged`: errors of all browsers that are already in the log, by view or action and type."""
         self._connection = connection
         self._services = services
         self._logged = logged
         self._tasks: dict[int, asyncio.Task[None]] = {}
 
     async def welcome(self, token: str) -> None:
-        """Answer the first message. The token is news for a browser that came with a one-time code."""
+        """Answer the first message with the token, which is new to browsers that sent a one-time code."""
         await self._send({"id": 0, "data": {"token": token}})
 
     async def handle(self, text: str | bytes) -> None:
-        """Carry out a request."""
+        """Start the view or action of a request, or stop a view."""
         try:
             request = json.loads(text)
             number = request["id"]
@@ -294,7 +294,7 @@ class _Browser:
         await asyncio.gather(*tasks, return_exceptions=True)
 
     async def _serve(self, number: int, request: Mapping[str, Any]) -> None:
-        """Carry out a request; after an error of a view that only reads, again."""
+        """Serve a request. A read-only view is retried after an error."""
         name = str(request.get("action", request.get("view")))
         is_once = "action" in request or name in self._services.changing
         sent = ""
@@ -336,7 +336,7 @@ class _Browser:
                     yield await json_text({"id": number, "data": value})
 
     def _text_of(self, error: Exception, name: str) -> str:
-        """The text of an error for the browser. A mistake of the page is logged, once of each kind."""
+        """Return the text of an error for the browser. Defects of the page are logged, once per kind."""
         if isinstance(error, _EXPECTED):
             return (str(error) or type(error).__name__)[:LONGEST_ERROR]
         if (name, type(error)) not in self._logged:
@@ -360,13 +360,13 @@ class _Browser:
 
 
 def _only(headers: Headers, name: str) -> str | None:
-    """The value of a header that must not be repeated."""
+    """Return the value of a header that may occur at most once."""
     values = headers.get_all(name)
     return values[0] if len(values) == 1 else None
 
 
 def _file_response(path: str) -> Response:
-    """A file of the page. Only names of files in its folder are found, so no path leads out of it."""
+    """Return a file of the page. Only names of files in its folder are found, so paths cannot leave it."""
     name = "index.html" if path == "/" else path[1:]
     file = resources.files("pipros.web") / "page"
     for part in name.split("/"):

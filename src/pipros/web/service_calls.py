@@ -1,4 +1,4 @@
-"""The service calls of browsers: bounded in number and time, and ended with the request or the browser."""
+"""Service calls of browsers: limited in number and time, and cancelled with the request or the browser."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from pipros.web.server import RequestRefused
 T = TypeVar("T")
 
 CALLS_AT_ONCE = 64
-"""Calls of all browsers; further ones wait."""
+"""Maximum concurrent calls of all browsers. Further ones wait."""
 
 TOOL_CALL_S = 30.0
-"""How long the calls may take that belong to a tab: loggers, parameters of dynamic_reconfigure."""
+"""Timeout of the calls that tabs make: loggers, parameters of dynamic_reconfigure."""
 
 CALL_BY_HAND_S = 600.0
 
@@ -31,7 +31,7 @@ class ServiceCalls:
         self._pool = DaemonPool("service call", CALLS_AT_ONCE)
 
     async def run(self, call: Callable[[MasterClient, OpenCalls], T]) -> T:
-        """Return what `call` returns. Its open calls are interrupted when the coroutine is cancelled.
+        """Run `call` in a thread, and return its result. Cancelling the coroutine interrupts its open calls.
 
         Raises:
             RequestRefused: the browser has `CALLS_OF_A_BROWSER` calls open.

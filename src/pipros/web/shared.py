@@ -1,4 +1,4 @@
-"""Values that the views of all browsers share, so that messages are decoded and kept once."""
+"""Values shared by the views of all browsers, so that messages are decoded and stored once."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ T = TypeVar("T")
 
 
 class Shared(Generic[T]):
-    """A value that is made for the first user and closed after the last. For one event loop."""
+    """Value that is created for the first user and closed after the last. For use in one event loop."""
 
     def __init__(self, make: Callable[[], contextlib.AbstractContextManager[T]]) -> None:
         self._make = make
@@ -20,7 +20,7 @@ class Shared(Generic[T]):
 
     @contextlib.contextmanager
     def use(self) -> Iterator[T]:
-        """Within the context, the value is open."""
+        """Provide the value, which stays open within the context."""
         if not self._users:
             self._value = self._stack.enter_context(self._make())
         self._users += 1

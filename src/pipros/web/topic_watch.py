@@ -1,4 +1,4 @@
-"""The topics that browsers watch: one subscription per topic for all of them."""
+"""Topics watched by browsers, with one subscription per topic for all browsers."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
     from pipros.msg.base import Message
 
 WINDOW = 200
-"""The number of messages over which rates and bandwidths are computed."""
+"""Number of messages over which rates and bandwidths are computed."""
 QUIET_S = 3.0
-"""A topic that is silent for this long, and for three of its intervals, has no rate."""
+"""A topic without messages for this long, and for three of its intervals, has no rate."""
 
 SHORTEST_S = 0.1
-"""Fewer than `WINDOW` messages need at least this time for a rate."""
+"""Fewer than `WINDOW` messages must span at least this time to yield a rate."""
 
 Listener = Callable[[RawMessage, float], object]
-"""Called in the thread of the link with each message and the wall time of its arrival, in seconds."""
+"""Called in the link's thread with each message and the wall time of its arrival (s)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,9 +38,9 @@ class Newest:
     """The newest message of a topic.
 
     Attributes:
-        number: the count of messages up to and including it.
-        message: undecoded.
-        wall_s: when it arrived, in seconds since 1970.
+        number: count of messages up to and including this one.
+        message: the serialized message.
+        wall_s: time of arrival, in seconds since 1970.
     """
 
     number: int
@@ -49,7 +49,7 @@ class Newest:
 
 
 class TopicWatch:
-    """The messages of one topic, counted in the threads of its links."""
+    """Statistics and newest message of one topic. Messages are counted in the threads of its links."""
 
     def __init__(
         self, topic: str, decoder: RawDecoder, queue_size: int = WINDOW, limits: Limits | None = None
@@ -68,7 +68,7 @@ class TopicWatch:
         self._listeners: list[Listener] = []
 
     def note(self, message: RawMessage) -> None:
-        """Counts a message and passes it to the listeners."""
+        """Count a message, and pass it to the listeners."""
         moment_s, wall_s = time.monotonic(), time.time()
         with self._lock:
             self._count += 1
@@ -81,12 +81,12 @@ class TopicWatch:
             listener(message, wall_s)
 
     def figures(self) -> Mapping[str, float | int | None]:
-        """Messages and bytes a second, the mean size, and the number of messages so far."""
+        """Return messages and bytes per second, mean size in bytes, and total number of messages."""
         now_s = time.monotonic()
         with self._lock:
             rate, bandwidth = self._rate.figures(), self._bandwidth.figures(now_s)
             is_quiet = now_s - self._last_s > max(QUIET_S, 3 * rate.mean if rate else 0.0)
-            # Messages that were delayed arrive together, and say nothing about the rate.
+            # Delayed messages arrive in a burst, which says nothing about the rate.
             is_quiet |= rate is not None and rate.count < WINDOW - 1 and rate.mean * rate.count < SHORTEST_S
             return {
                 "rate": 1.0 / rate.mean if rate and rate.mean > 0 and not is_quiet else None,
@@ -97,7 +97,7 @@ class TopicWatch:
 
     @contextlib.contextmanager
     def listening(self, listener: Listener, *, from_newest: bool = False) -> Iterator[None]:
-        """Within the context, calls `listener` with each message; with `from_newest` also the newest."""
+        """Call `listener` with each message within the context; with `from_newest`, first with the newest."""
         with self._lock:
             self._listeners.append(listener)
             newest = self.newest
@@ -110,16 +110,16 @@ class TopicWatch:
                 self._listeners.remove(listener)
 
     def decode(self, message: RawMessage) -> object:
-        """The message, decoded by its publisher's definition. Raises `PiprosError` when that fails."""
+        """Decode a message with its publisher's definition. Raise `PiprosError` if that fails."""
         self._check_size(message)
         return self._decoder.decode(message)
 
     def decode_as(self, message: RawMessage, message_class: type[Message]) -> Any:
-        """The message, decoded as one of a class, so that its fields are those of the class.
+        """Decode a message as an instance of `message_class`.
 
         Raises:
-            WrongDefinition: its publisher has another definition.
-            PiprosError: it cannot be decoded.
+            WrongDefinition: the publisher has another definition.
+            PiprosError: the message cannot be decoded.
         """
         self._check_size(message)
         return decode_as(message, self.topic, message_class)
@@ -131,9 +131,9 @@ class TopicWatch:
 
 
 class TopicWatches:
-    """The topics that are being watched.
+    """All watched topics.
 
-    A thread subscribes and unsubscribes, because the master may take its time, or never answer.
+    A thread subscribes and unsubscribes, because the master may be slow or not answer at all.
     """
 
     def __init__(self, node: Node, limits: Limits | None = None) -> None:
@@ -147,19 +147,19 @@ class TopicWatches:
         self._is_closed = False
 
     def close(self) -> None:
-        """Leaves the subscriptions to the end of the node, which waits for the master only once."""
+        """Stop changing subscriptions. The node's shutdown ends them, with a single wait for the master."""
         with self._lock:
             self._is_closed = True
 
     @contextlib.contextmanager
     def watch(self, topic: str, *, queue_size: int = WINDOW) -> Iterator[TopicWatch]:
-        """Within the context, subscribes to a topic. Contexts of the same topic share a subscription.
+        """Subscribe to a topic within the context. Contexts of the same topic share a subscription.
 
         Args:
-            queue_size: how many messages may wait. The first context of a topic decides.
+            queue_size: maximum number of queued messages. The first context of a topic determines it.
 
         Raises:
-            LimitExceeded: the contexts have `Limits.page_topics` topics already.
+            LimitExceeded: `Limits.page_topics` topics are already watched.
         """
         with self._lock:
             watch = self._watches.get(topic)
@@ -180,7 +180,7 @@ class TopicWatches:
             self._subscribe()
 
     def _subscribe(self) -> None:
-        """Makes the subscriptions those of the watches, in a thread."""
+        """Start a thread that updates the subscriptions to match the watches."""
         with self._lock:
             if not self._is_subscribing and self._next_change() is not None:
                 self._is_subscribing = True
@@ -191,7 +191,7 @@ class TopicWatches:
             pass
 
     def _make_change(self) -> bool:
-        """False when there was nothing to change."""
+        """Update one subscription. Return False if there was nothing to change."""
         with self._lock:
             change = self._next_change()
             if change is None:
@@ -208,7 +208,7 @@ class TopicWatches:
         return True
 
     def _next_change(self) -> tuple[str, TopicWatch | None] | None:
-        """A topic whose subscription is not that of its watch, and that watch, if any."""
+        """Return a topic whose subscription does not match its watch, and that watch, if any."""
         if self._is_closed:
             return None
         for topic, (watch, _) in self._subscribers.items():
@@ -218,7 +218,7 @@ class TopicWatches:
 
 
 class NewSamples:
-    """What a listener collects until it is sent. If the browser is slow, the oldest values are lost."""
+    """Bounded queue of values to send. If the browser is slow, the oldest values are dropped."""
 
     def __init__(self, limit: int) -> None:
         self._lock = threading.Lock()
@@ -231,12 +231,12 @@ class NewSamples:
             self._values.append(value)
 
     def lose(self) -> None:
-        """Counts a value that was skipped."""
+        """Count a value that was skipped."""
         with self._lock:
             self._lost += 1
 
     def pop_all(self) -> tuple[list[object], int]:
-        """All values since the last call, and how many were lost."""
+        """Return all values since the last call, and the number of lost ones."""
         with self._lock:
             values, lost = list(self._values), self._lost
             self._values.clear()

@@ -1,4 +1,4 @@
-"""The running system as the page sees it: observed once for all browsers, with subscriptions on demand."""
+"""The running system, observed once for all browsers, with subscriptions on demand."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ from pipros.web.topic_watch import TopicWatches
 logger = logging.getLogger("pipros.web")
 
 LOOK_INTERVAL_S = 1.0
-"""How often the system is observed while at least one browser shows it."""
+"""Interval of observations while at least one browser shows them."""
 MASTER_DEADLINE_S = 30.0
-"""How long a call of the master may take."""
+"""Timeout of calls to the master."""
 QUESTIONS_AT_ONCE = 8
-"""Calls of the master, and of nodes, that views make at a time."""
+"""Maximum concurrent calls of views to the master and to nodes."""
 COMPUTATIONS_AT_ONCE = 4
-"""Messages and drawings under way; more threads would not make them sooner."""
+"""Maximum concurrent decodings and drawings. More threads would not speed them up."""
 
 
 class WatchedSystem:
-    """What views and actions work with.
+    """Resources shared by all views and actions.
 
     Attributes:
-        graph: the connection to the master.
-        node: the page's own node. It is registered with its first subscription.
-        topics: the topics that are being watched.
-        calls: the service calls of browsers.
-        questions: threads for calls of the master and of the APIs of nodes.
+        graph: client of the master and the nodes.
+        node: the page's own node, which is registered with its first subscription.
+        topics: watched topics.
+        calls: service calls of browsers.
+        questions: threads for calls to the master and to the APIs of nodes.
         computations: threads that decode and draw.
-        observation: the last one.
+        observation: the latest observation.
     """
 
     def __init__(self, graph: GraphClient, node: Node) -> None:
@@ -55,18 +55,18 @@ class WatchedSystem:
         self._is_over = threading.Event()
 
     def start(self) -> None:
-        """Prepares to observe when a browser requests it. Must be called in the event loop of the server."""
+        """Prepare observations, which begin on demand. Must be called in the server's event loop."""
         loop = asyncio.get_running_loop()
         threading.Thread(target=self._observe, args=(loop,), name="observer", daemon=True).start()
 
     def close(self) -> None:
-        """Stops observing and subscribing."""
+        """Stop observing and subscribing."""
         self.topics.close()
         self._is_over.set()
         self._wanted.set()
 
     async def observations(self) -> AsyncIterator[Observation]:
-        """Yields the newest observation, at most once per interval."""
+        """Yield the newest observation, at most once per interval."""
         while True:
             future: asyncio.Future[Observation] = asyncio.get_running_loop().create_future()
             self._waiting.add(future)
@@ -85,17 +85,17 @@ class WatchedSystem:
                 return
             try:
                 observation = self._observer.look()
-            except Exception as error:  # a mistake, of which one line per kind is enough
+            except Exception as error:  # a defect; one line per kind is enough
                 text = f"cannot observe the system: {type(error).__name__}: {error}"
                 if type(error) not in logged:
                     logged.add(type(error))
                     logger.error("%s", text, exc_info=error)
                 observation = replace(self.observation, error=text)
-            with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
-                loop.call_soon_threadsafe(self._tell, observation)
+            with contextlib.suppress(RuntimeError):  # the loop has ended in the meantime
+                loop.call_soon_threadsafe(self._publish, observation)
             self._is_over.wait(LOOK_INTERVAL_S)
 
-    def _tell(self, observation: Observation) -> None:
+    def _publish(self, observation: Observation) -> None:
         self.observation = observation
         waiting, self._waiting = self._waiting, set()
         for future in waiting:

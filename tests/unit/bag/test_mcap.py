@@ -194,7 +194,7 @@ def test_files_without_chunks_are_read_and_messages_of_ros_2_refused(bag: Path) 
             with open_bag("bare.mcap") as reader:
                 assert reader.connections[0].md5sum == String._md5sum
         else:
-            with pytest.raises(BagError, match=r"encoding ros1 .*, got cdr with ros2msg .messages of ROS 2"):
+            with pytest.raises(BagError, match=r"encoding ros1 .*, got cdr with ros2msg .ROS 2 messages"):
                 contents("bare.mcap")
 
 

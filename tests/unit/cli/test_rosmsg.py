@@ -95,7 +95,7 @@ def test_a_bag_shows_types_as_their_publishers_defined_them(capsys: pytest.Captu
         (b"not a bag", "is not a bag"),
         (b"#ROSBAG V2.0\n", "Run rosbag reindex"),
         (b"#ROSBAG V2.0\n\xff\xff\xff\xff", "Run rosbag reindex"),
-        (BAG.read_bytes()[:200], "cut off before its index"),
+        (BAG.read_bytes()[:200], "ends before its index"),
     ],
 )
 def test_a_bag_without_its_index_is_refused(

@@ -1,4 +1,4 @@
-// The frame of the page: tabs, the address (#tab/argument), and the state of the connection.
+// Frame of the page: tabs, address (#tab/argument) and connection state.
 
 import { live } from "./live.js";
 import { h, replace } from "./dom.js";
@@ -18,7 +18,7 @@ const TABS = [
   ["publish", "Publish"],
 ];
 
-// Parts of a tab that have addresses of their own.
+// Sections of a tab with their own addresses.
 const PARTS = { reconfigure: "params" };
 
 const view = document.getElementById("view");
@@ -27,8 +27,8 @@ const system = document.getElementById("system");
 const locked = document.getElementById("locked");
 let close = () => {};
 let about = null;
-let tellKnown;
-const known = new Promise((resolve) => { tellKnown = resolve; }); // what the server is and may do
+let resolveKnown;
+const known = new Promise((resolve) => { resolveKnown = resolve; }); // the server's description and permissions
 
 const place = () => {
   const [name, argument] = currentPlace();
@@ -84,7 +84,7 @@ live.addEventListener("state", async () => {
   showState();
   if (live.isOpen) {
     about = await live.act("about");
-    tellKnown();
+    resolveKnown();
     showState();
   }
 });

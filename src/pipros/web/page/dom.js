@@ -1,4 +1,4 @@
-// Elements, made without HTML texts: what comes from the system is only ever shown as text.
+// Creates elements without parsing HTML, so that data from the system are only ever shown as text.
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -20,8 +20,8 @@ export function replace(element, ...children) {
   element.replaceChildren(...children.flat(Infinity).filter((child) => child !== null && child !== undefined));
 }
 
-// Gives an element the content of another one, and leaves what is equal: a selection, the focus and open details stay.
-// Only for content without listeners of its own.
+// Replaces the content of an element with that of another one, except for equal parts, so that a selection, the
+// focus and open details are kept. Only for content without its own listeners.
 export function morph(old, fresh) {
   if (old.nodeType !== fresh.nodeType || old.nodeName !== fresh.nodeName || old.childNodes.length !== fresh.childNodes.length) {
     old.replaceWith(fresh);
@@ -39,14 +39,14 @@ export function morph(old, fresh) {
   before.forEach((child, index) => morph(child, after[index]));
 }
 
-// A table of many rows: those above `most` are only counted, for the browser would spend its time on them.
+// A table of at most `most` rows. Further rows are only counted, because they would slow down the browser.
 export function limited(items, most, draw, columns) {
   const rows = items.slice(0, most).map(draw);
   if (items.length > most) rows.push(h("tr", {}, h("td", { colspan: columns, class: "note" }, `${items.length - most} more: filter to see them.`)));
   return rows;
 }
 
-// Texts for people ---------------------------------------------------------------------------------------------------
+// Formatting ---------------------------------------------------------------------------------------------------------
 
 export function hertz(rate) {
   if (rate === null || rate === undefined) return "–";

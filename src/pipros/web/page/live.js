@@ -1,9 +1,9 @@
-// The one connection to the server. It comes back by itself, and asks again for what the page looks at.
+// The connection to the server. Reconnects automatically and re-subscribes the open views.
 
 import { accepted, currentProof, refused, takeFromAddress } from "./secret.js";
 
 const RETRY_MS = 1000;
-const POLICY_VIOLATION = 1008; // how the server closes a connection without the right token
+const POLICY_VIOLATION = 1008; // close code for a missing or wrong token
 const LOGIN_ID = 0;
 
 class Live extends EventTarget {
@@ -13,7 +13,7 @@ class Live extends EventTarget {
     this.requests = new Map(); // id to {message, onData, onError, isAction, hasFailed}
     this.isOpen = false;
     this.isRefused = false; // the token is missing or wrong
-    this.trouble = ""; // why the server closed the connection
+    this.trouble = ""; // the server's reason for closing the connection
     this.connect();
     addEventListener("hashchange", () => {
       if (!takeFromAddress()) return;
@@ -86,12 +86,12 @@ class Live extends EventTarget {
     const request = this.requests.get(id);
     if (!request) return;
     if (request.isAction) this.requests.delete(id);
-    if (error !== undefined || request.hasFailed) request.onError(error ?? ""); // without an error, the view goes on
+    if (error !== undefined || request.hasFailed) request.onError(error ?? ""); // without an error, the view has recovered
     request.hasFailed = error !== undefined;
     if (!request.hasFailed) request.onData(data);
   }
 
-  // Looks at a view until the function that this returns is called.
+  // Subscribes to a view. Returns a function that unsubscribes.
   watch(view, args, onData, onError = (text) => text && console.warn(text)) {
     const id = this.next++;
     const message = { id, view, args };
@@ -102,7 +102,7 @@ class Live extends EventTarget {
     };
   }
 
-  // Has the server do something; a promise of its answer.
+  // Requests an action. Returns a promise of the answer.
   act(action, args = {}) {
     return new Promise((resolve, reject) => {
       const id = this.next++;

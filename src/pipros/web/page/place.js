@@ -1,8 +1,8 @@
-// The address of a tab: #tab/argument.
+// Addresses of tabs: #tab/argument.
 
 export const placeOf = (tab, argument = "") => `#${tab}${argument ? `/${encodeURIComponent(argument)}` : ""}`;
 
-// The tab and the argument of the address that is open.
+// Returns the tab and the argument of the current address.
 export function currentPlace() {
   const [tab, ...rest] = location.hash.slice(1).split("/");
   return [tab, decodeURIComponent(rest.join("/"))];

@@ -1,16 +1,16 @@
-// The token of the server. It comes in the address, which must not keep it, and stays in this tab.
-// It is never in a cookie: browsers send those to every server on the same host.
+// The token of the server. It is taken from the address, which must not keep it, and stored for this tab.
+// It is never stored in a cookie: browsers send those to every server on the same host.
 
 const KEEP = "pipros.token";
 const IN_ADDRESS = /^#(token|code)=([\w-]*)\/?/;
 
-let proof = kept() ? { token: kept() } : null; // what the server gets as the first message
+let proof = kept() ? { token: kept() } : null; // first message to the server
 
 function kept() {
   try {
     return sessionStorage.getItem(KEEP);
   } catch {
-    return null; // the browser lets this page keep nothing
+    return null; // the browser denies storage to this page
   }
 }
 
@@ -19,11 +19,11 @@ function keep(token) {
     if (token) sessionStorage.setItem(KEEP, token);
     else sessionStorage.removeItem(KEEP);
   } catch {
-    // then a reload needs the printed address again
+    // without storage, a reload needs the printed address again
   }
 }
 
-// Takes the token, or the one-time code, out of the address; says whether there was one.
+// Removes the token or one-time code from the address. Returns whether there was one.
 export function takeFromAddress() {
   const found = IN_ADDRESS.exec(location.hash);
   if (!found) return false;
@@ -34,13 +34,13 @@ export function takeFromAddress() {
 
 export const currentProof = () => proof;
 
-// The server accepted the proof, and says what the token is.
+// The server accepted the proof, and sent the token.
 export function accepted(token) {
   proof = { token };
   keep(token);
 }
 
-// The server did not accept it.
+// The server rejected the proof.
 export function refused() {
   proof = null;
   keep(null);

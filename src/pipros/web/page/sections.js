@@ -1,4 +1,4 @@
-// The two parts of the Parameters tab.
+// The two sections of the Parameters tab.
 
 import { h } from "./dom.js";
 import { placeOf } from "./place.js";

@@ -1,4 +1,4 @@
-// All about one topic, live: figures, the newest message as a tree, a gauge for a percentage, a curve of the first number.
+// Live view of one topic: statistics, the newest message as a tree, a gauge for a percentage, a curve of the first number.
 
 import { live } from "./live.js";
 import { bandwidth, bytes, h, hertz, morph, replace, s } from "./dom.js";
@@ -29,7 +29,7 @@ export function topicPanel(side, name) {
     }
     morph(message.firstChild, h("div", {}, tree(topic.message, name)));
     if (topic.gauge !== null && topic.gauge !== undefined) drawGauge(gauge, topic.gauge);
-    else replace(gauge); // that of an older message would be wrong
+    else replace(gauge); // the gauge of an older message would be wrong
     const found = path ? numberAt(topic.message, path) : null;
     if (!path) path = firstNumber(topic.message);
     const value = topic.gauge ?? found ?? (path ? numberAt(topic.message, path) : null);
@@ -41,7 +41,7 @@ export function topicPanel(side, name) {
   }, (text) => replace(error, text));
 }
 
-// A value as a tree. With the path of a topic and its field, numbers lead to their curves.
+// Shows a value as a tree. If the path of a topic and field is given, numbers link to their curves.
 export function tree(value, path = "") {
   if (typeof value === "number" && path) return h("a", { class: "number", href: placeOf("plot", path), title: `Plot ${path}` }, String(value));
   if (value === null || typeof value !== "object") return h("span", {}, typeof value === "string" ? JSON.stringify(value) : String(value));

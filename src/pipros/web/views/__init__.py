@@ -1,1 +1,1 @@
-"""The views and actions of the page: one module per tab."""
+"""Views and actions of the page, one module per tab."""

@@ -1,4 +1,4 @@
-"""Calling services and publishing messages by hand: `rqt_service_caller` and `rqt_publisher`."""
+"""Call services and publish messages by hand: `rqt_service_caller` and `rqt_publisher`."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ class CallViews:
         self._system = system
 
     async def services(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """All services with their nodes."""
+        """Yield all services with their nodes."""
         async for observation in self._system.observations():
             services = observation.state.services
             rows = ([name, *nodes[:1]] for name, nodes in sorted(services.items()))
             yield {"services": bounded_list(rows)}
 
     async def service(self, arguments: Mapping[str, Any]) -> Any:
-        """The type of a service, the names of its arguments, and a request with default values."""
+        """Return the type of a service, the names of its arguments, and a request with default values."""
         name = topic_name(arguments)
         service_class = await self._system.calls.run(
             lambda master, calls: service_class_of(master, name, calls)
@@ -54,7 +54,7 @@ class CallViews:
         }
 
     async def call_service(self, arguments: Mapping[str, Any]) -> Any:
-        """Calls a service with a request in YAML."""
+        """Call a service with a request in YAML."""
         name, value = topic_name(arguments), _yaml(arguments, "request")
 
         def call(master: MasterClient, calls: OpenCalls) -> Any:
@@ -66,19 +66,17 @@ class CallViews:
         return await self._system.calls.run(call)
 
     async def message(self, arguments: Mapping[str, Any]) -> Any:
-        """A message of a type with default values."""
+        """Return a message of a type with default values."""
         return message_tree(_message_class(arguments)())
 
     async def publishing(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Publishes a message at a rate while the view is open; a rate of 0 publishes once."""
+        """Publish a message at a rate (Hz) while the view is open. A rate of 0 publishes once."""
         topic, value = topic_name(arguments), _yaml(arguments, "message")
         rate = arguments.get("rate", 1.0)
         if not isinstance(rate, (int, float)) or not 0.0 <= rate <= FASTEST_HZ:
             raise RequestRefused(f"rate must be from 0 to {FASTEST_HZ:.0f} Hz, got {rate!r}")
         message_class = _message_class(arguments)
-        message_from_yaml(
-            message_class, value, time.time_ns()
-        )  # mistakes are reported before anything is advertised
+        message_from_yaml(message_class, value, time.time_ns())  # report errors before advertising anything
         advertising = self._system.questions.start(
             self._system.node.advertise, topic, message_class, queue_size=10, latch=not rate
         )
@@ -96,7 +94,7 @@ class CallViews:
                 if not rate:
                     await asyncio.Event().wait()
                 await asyncio.sleep(max(0.0, begin_s + count / rate - time.monotonic()))
-        finally:  # at once, even if the master still has to answer
+        finally:  # immediately, even if the master has not answered yet
             advertising.add_done_callback(self._withdraw)
 
     def _withdraw(self, advertised: Future[Publisher[Any]]) -> None:
@@ -111,11 +109,11 @@ def _message_class(arguments: Mapping[str, Any]) -> Any:
     try:
         return load_message_class(name)
     except PiprosError as error:
-        raise RequestRefused(f"the type {name} cannot be loaded: {error}") from None
+        raise RequestRefused(f"cannot load type {name}: {error}") from None
 
 
 def _yaml(arguments: Mapping[str, Any], key: str) -> Any:
     text = arguments.get(key, "")
     if not isinstance(text, str):
-        raise RequestRefused(f"{key} must be a text in YAML, got {type(text).__name__}")
+        raise RequestRefused(f"{key} must be a YAML string, got {type(text).__name__}")
     return load(text, key, angles=False)

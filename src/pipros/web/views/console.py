@@ -1,4 +1,4 @@
-"""The log of the whole system, and the levels of loggers: `rqt_console` and `rqt_logger_level`."""
+"""Log of all nodes, and logger levels: `rqt_console` and `rqt_logger_level`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from pipros.web.watched_system import WatchedSystem
 LOG_TOPIC = "/rosout_agg"
 SEND_INTERVAL_S = 0.2
 MOST_SENT_BYTES = 1_000_000
-"""What one update has, about; the rest follows."""
+"""Approximate size of one update. The rest follows in the next."""
 QUEUE = 20_000
 LONGEST_TEXT = 4000
 Entry = list[Any]
@@ -42,7 +42,7 @@ class ConsoleViews:
         self._shared = Shared(self._open)
 
     async def console(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Log entries as they come: number, level, node, text, time, file, line, function."""
+        """Yield new log entries: number, level, node, text, time, file, line, function."""
         with self._shared.use() as (log, topic):
             number = log.end
             values: dict[str, Any] = {"entries": [], "lost": 0, "error": topic.problem}
@@ -65,13 +65,13 @@ class ConsoleViews:
                 yield log, topic
 
     async def loggers(self, arguments: Mapping[str, Any]) -> Any:
-        """The loggers of a node with their levels."""
+        """Return the loggers of a node with their levels."""
         node = topic_name(arguments)
         response = await self._call(f"{node}/get_loggers", [])
         return [{"name": logger.name, "level": logger.level} for logger in response.loggers]
 
     async def set_logger_level(self, arguments: Mapping[str, Any]) -> Any:
-        """Sets the level of a logger of a node."""
+        """Set the level of a logger of a node."""
         node, logger, level = topic_name(arguments), arguments.get("logger"), arguments.get("level")
         if not isinstance(logger, str) or level not in LEVELS:
             raise RequestRefused(f"level must be one of {', '.join(LEVELS)}, got {level!r}")
@@ -87,10 +87,10 @@ class ConsoleViews:
 
 
 class Log:
-    """The newest entries of all nodes. Entries are added in the threads of the links."""
+    """Newest log entries of all nodes. Entries are added in the threads of the links."""
 
     def __init__(self, most_bytes: int) -> None:
-        """`most_bytes`: what the entries may take; for newer ones, the oldest are lost."""
+        """Create a log of at most `most_bytes`, which drops its oldest entries."""
         self._most_bytes = most_bytes
         self._lock = threading.Lock()
         self._entries: deque[tuple[int, Entry]] = deque()
@@ -99,11 +99,11 @@ class Log:
 
     @property
     def end(self) -> int:
-        """The number of the next entry; the entries are numbered in their order."""
+        """Number of the next entry. Entries are numbered consecutively."""
         return self._end
 
     def add(self, message: Any, _: RawMessage | None, wall_s: float) -> None:
-        """Adds a `rosgraph_msgs/Log`, its texts shortened."""
+        """Add a `rosgraph_msgs/Log`, with shortened texts."""
         entry: Entry = [
             message.level,
             message.name[:LONGEST_NAME],
@@ -122,10 +122,10 @@ class Log:
                 self._bytes -= self._entries.popleft()[0]
 
     def since(self, number: int, most_bytes: int) -> tuple[list[Entry], int, int]:
-        """The entries from a number on, the oldest first: some `most_bytes` of them.
+        """Return about `most_bytes` of the entries from `number` on, oldest first.
 
         Returns:
-            the entries, how many before them were lost, the number to continue with.
+            The entries, the number of lost entries before them, and the number to continue with.
         """
         entries: list[Entry] = []
         with self._lock:

@@ -1,4 +1,4 @@
-"""Diagnostics: the status of each component with values and history, as in `rqt_robot_monitor`."""
+"""Status of each component with values and history, as in `rqt_robot_monitor`."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from pipros.web.watched_system import WatchedSystem
 TOPICS = ("/diagnostics_agg", "/diagnostics")
 SEND_INTERVAL_S = 0.5
 STALE_S = 5.0
-"""The page shows a component as stale that has not reported for this long."""
+"""A component that has not reported for this long is shown as stale."""
 MOST_COMPONENTS = 3000
 MOST_VALUES = 200
 HISTORY = 60
 HISTORY_BYTES = HISTORY * 150
 LONGEST_TEXT = 1000
 MOST_SENT_BYTES = 1_000_000
-"""What one update has, about; the rest follows."""
+"""Approximate size of one update. The rest follows in the next."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,10 +37,10 @@ class Status:
     """The newest status of a component.
 
     Attributes:
-        number: statuses are numbered in the order of their arrival.
+        number: sequence number, in the order of arrival.
         level: 0 OK, 1 warning, 2 error, 3 stale.
-        size: what it takes, about, in bytes.
-        history: the newest levels, with the wall times of their arrival.
+        size: approximate size in bytes.
+        history: the newest levels, with the wall times (s) of their arrival.
     """
 
     number: int
@@ -54,10 +54,10 @@ class Status:
 
 
 class Statuses:
-    """All components that have reported. Messages are added in the threads of the links."""
+    """Statuses of all components that have reported. Messages are added in the threads of the links."""
 
     def __init__(self, most_bytes: int) -> None:
-        """`most_bytes`: what the statuses may take; the values of further ones are left out."""
+        """Create a table of at most `most_bytes`. Beyond that, the values of statuses are omitted."""
         self._most_bytes = most_bytes
         self._bytes = 0
         self._count = 0
@@ -65,7 +65,7 @@ class Statuses:
         self._lock = threading.Lock()
 
     def add(self, message: Any, _: RawMessage | None, wall_s: float) -> None:
-        """Adds a `diagnostic_msgs/DiagnosticArray`, its texts shortened."""
+        """Add a `diagnostic_msgs/DiagnosticArray`, with shortened texts."""
         with self._lock:
             for status in message.status:
                 name = status.name[:LONGEST_NAME]
@@ -92,10 +92,10 @@ class Statuses:
         self._statuses[name] = Status(self._count, level, message, hardware, values, size, wall_s, history)
 
     def news(self, sent: dict[str, int], most_bytes: int) -> list[Mapping[str, Any]]:
-        """The components with news, those that have waited longest first: some `most_bytes` of them.
+        """Return about `most_bytes` of the statuses that a view has not sent yet, oldest first.
 
         Args:
-            sent: the numbers of the statuses that a view has sent, by component; updated.
+            sent: numbers of the statuses that the view has sent, by component. Updated in place.
         """
         rows: list[Mapping[str, Any]] = []
         with self._lock:
@@ -131,7 +131,7 @@ class DiagnosticViews:
         self._shared = {name: Shared(lambda name=name: self._open(name)) for name in TOPICS}  # type: ignore[misc]
 
     async def diagnostics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """All components, then those with news; from the aggregator if there is one."""
+        """Yield all components, then the changed ones, from the aggregator if there is one."""
         observations = self._system.observations()
         observation = await anext(observations)
         names = [name for name in TOPICS if name in observation.state.publishers][:1] or list(TOPICS)

@@ -1,4 +1,4 @@
-"""The tree of coordinate frames: `rqt_tf_tree`."""
+"""Tree of coordinate frames: `rqt_tf_tree`."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ MOST_FRAMES = 2000
 
 @dataclass(slots=True)
 class Frame:
-    """What is known of a frame.
+    """State of a frame.
 
     Attributes:
-        parent: in the last transform.
-        authority: the node that sent it.
-        is_static: whether it came over `/tf_static`.
-        count: the number of transforms since `begin_s`.
-        begin_s, last_s: the wall times of the first and the last transform.
-        stamp_s: the stamp of the last transform.
+        parent: parent frame in the last transform.
+        authority: node that published it.
+        is_static: whether it was published on `/tf_static`.
+        count: number of transforms since `begin_s`.
+        begin_s, last_s: wall times of arrival of the first and the last transform.
+        stamp_s: timestamp of the last transform.
     """
 
     parent: str
@@ -46,14 +46,14 @@ class Frame:
 
 
 class FrameTree:
-    """All frames so far. Transforms are added in the threads of the links."""
+    """All frames received so far. Transforms are added in the threads of the links."""
 
     def __init__(self) -> None:
         self._frames: dict[str, Frame] = {}
         self._lock = threading.Lock()
 
     def add(self, message: Any, wall_s: float, authority: str, *, is_static: bool) -> None:
-        """Adds a `tf2_msgs/TFMessage`; long names are cut."""
+        """Add a `tf2_msgs/TFMessage`; long names are cut."""
         authority = authority[:LONGEST_NAME]
         with self._lock:
             for transform in message.transforms:
@@ -71,7 +71,7 @@ class FrameTree:
                 known.last_s, known.stamp_s = wall_s, stamp_s
 
     def rows(self, now_s: float) -> list[Mapping[str, Any]]:
-        """Each frame by name, with parent, rate in Hz and age of the newest transform in seconds."""
+        """Return name, parent, rate (Hz) and age of the newest transform (s) of each frame, by name."""
         with self._lock:
             return [
                 {
@@ -89,7 +89,7 @@ class FrameTree:
             ]
 
     def graph(self) -> NodeGraph:
-        """The tree as a graph, parents first."""
+        """Return the tree as a graph, parents first."""
         with self._lock:
             parents = {child: frame.parent for child, frame in self._frames.items()}
         names = sorted({*parents, *parents.values()})
@@ -105,7 +105,7 @@ class FrameViews:
         self._shared = Shared(self._open)
 
     async def frames(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """The frames every second, and a drawing whenever the tree changes."""
+        """Yield the frames every second, and a drawing whenever the tree changes."""
         shown = None
         with self._shared.use() as (tree, topics):
             while True:

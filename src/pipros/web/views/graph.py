@@ -1,4 +1,4 @@
-"""The graph, drawn when it changes, with its traffic every second; one node in detail; pictures."""
+"""The graph, drawn when it changes, with its traffic every second; details of one node; image files."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from pipros.web.watched_system import WatchedSystem
 
 LONGEST_FILTER = 1000
 MOST_PARAMETERS = 200
-"""How many parameters of a node are listed."""
+"""Maximum number of parameters listed for a node."""
 MOST_DRAWN = 3000
-"""Nodes and topics of the largest graph that is drawn. For larger graphs only their number is sent."""
+"""Maximum number of nodes and topics that are drawn. For larger graphs, only their number is sent."""
 MOST_CHARACTERS = 300_000
-"""Characters of their names together."""
+"""Maximum total length of their names, in characters."""
 
 
 def options_from(arguments: Mapping[str, Any]) -> GraphOptions:
-    """The options that a browser sent.
+    """Parse the options sent by a browser.
 
     Raises:
-        RequestRefused: an unknown option, or a value of another type.
+        RequestRefused: an option is unknown, or a value has the wrong type.
     """
     known = {field.name: field.default for field in fields(GraphOptions)}
     for name, value in arguments.items():
@@ -58,7 +58,7 @@ class GraphViews:
         self._system = system
 
     async def graph(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """The drawing as `scene` whenever it changes, and the traffic of its arrows."""
+        """Yield the drawing as `scene` whenever it changes, and the traffic of its edges."""
         options = options_from(arguments)
         shown: NodeGraph | None = None
         scene = Scene()
@@ -82,7 +82,7 @@ class GraphViews:
             }
 
     async def node(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Everything known of one node."""
+        """Yield everything known about one node."""
         name = str(arguments["name"])
         async for observation in self._system.observations():
             yield {
@@ -91,11 +91,11 @@ class GraphViews:
             }
 
     def _parameters(self, node: str) -> list[list[str]]:
-        """The private parameters of a node: names below its own, and values as JSON, shortened."""
+        """Return the private parameters of a node: names relative to it, and values as shortened JSON."""
         try:
             found = dict(params.leaves(node, params.read(self._system.graph.master, node)))
         except PiprosError:
-            return []  # it has none, or the master does not answer, which the observation shows
+            return []  # none, or the master does not answer, which the observation reports
         names = sorted(found)[:MOST_PARAMETERS]
         return [
             [name.removeprefix(f"{node}/"), json.dumps(message_tree(found[name]), ensure_ascii=False)]
@@ -103,12 +103,12 @@ class GraphViews:
         ]
 
     async def picture(self, arguments: Mapping[str, Any]) -> Any:
-        """The drawing as a file: `format` is `svg` or `dot`."""
+        """Return the drawing as a file in the requested `format`, `svg` or `dot`."""
         rest = dict(arguments)
         kind = rest.pop("format", "svg")
         graph = graph_of(self._system.observation, options_from(rest))
         if not _can_be_drawn(graph):
-            raise RequestRefused(f"{len(graph.vertices)} nodes and topics are too many for a picture")
+            raise RequestRefused(f"cannot draw {len(graph.vertices)} nodes and topics: too many")
         if kind == "dot":
             return to_dot(graph)
         if kind == "svg":
@@ -122,7 +122,7 @@ def _can_be_drawn(graph: NodeGraph) -> bool:
 
 
 def scene_values(scene: Scene) -> Mapping[str, Any]:
-    """A drawing for the page."""
+    """Return a drawing as JSON values for the page."""
     return {
         "width": scene.width,
         "height": scene.height,
@@ -159,7 +159,7 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
 
 
 def traffic_values(observation: Observation, scene: Scene) -> list[list[float] | None]:
-    """Messages and bytes per second of each arrow; None where they are unknown."""
+    """Return messages and bytes per second of each edge, or None if unknown."""
     sums: dict[tuple[str, str, str], list[float]] = {}
     for connection, traffic in observation.connections.items():
         if traffic is None:
@@ -171,7 +171,7 @@ def traffic_values(observation: Observation, scene: Scene) -> list[list[float] |
         )
         for start, end in ((publisher, topic), (topic, subscriber), (publisher, subscriber)):
             total = sums.setdefault((start, end, connection.topic), [0.0, 0.0])
-            if start == publisher and end == topic:  # counted once per publisher, not per subscriber
+            if start == publisher and end == topic:  # count once per publisher, not per subscriber
                 total[:] = max(total[0], traffic.rate), total[1] + traffic.bandwidth
             else:
                 total[:] = total[0] + traffic.rate, total[1] + traffic.bandwidth
@@ -188,7 +188,7 @@ def _with_types(observation: Observation, topics: Iterable[str]) -> list[list[st
 
 
 def node_values(observation: Observation, name: str) -> Mapping[str, Any]:
-    """What the master and the node itself say about a node."""
+    """Return the information about a node from the master and from the node itself."""
     node = observation.nodes.get(name)
     state = observation.state
     return {

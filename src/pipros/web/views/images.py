@@ -1,4 +1,4 @@
-"""Images as they come: `rqt_image_view`. The browser converts the pixels and decodes compressed images."""
+"""Live images: `rqt_image_view`. The browser converts pixels and decodes compressed images."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pipros.web.watched_system import WatchedSystem
 
 SEND_INTERVAL_S = 0.1
 LARGEST_BYTES = 2_000_000
-"""Larger raw images are sent with every second, third, … row and column."""
+"""Size above which raw images are subsampled to every second, third, … row and column."""
 IMAGE_TYPES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
 
 BYTES_PER_PIXEL = {
@@ -36,7 +36,7 @@ class ImageViews:
         self._system = system
 
     async def image(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """The newest image of a topic, at most ten times a second: a JSON head, a line break, the pixels."""
+        """Yield the newest image of a topic, at most ten per second: a JSON header, a newline, the pixels."""
         with self._system.topics.watch(topic_name(arguments)) as watch:
             number = -1
             while True:
@@ -49,20 +49,18 @@ class ImageViews:
 
 
 def decoded_image(watch: TopicWatch, message: RawMessage) -> tuple[Mapping[str, Any], bytes]:
-    """The image in a message, if it is one: a type of the same name may have other fields."""
+    """Decode the image in a message. Refuses other types, and definitions other than the installed one."""
     kind = message.header.get("type", "")
     if kind not in IMAGE_TYPES:
-        raise RequestRefused(
-            f"the topic must have the type {' or '.join(IMAGE_TYPES)}, got {printable(kind)}"
-        )
+        raise RequestRefused(f"topic type must be {' or '.join(IMAGE_TYPES)}, got {printable(kind)}")
     return packed(watch.decode_as(message, load_message_class(kind)))
 
 
 def packed(message: Any) -> tuple[Mapping[str, Any], bytes]:
-    """An image for the browser: a `sensor_msgs/Image` or `CompressedImage`.
+    """Encode a `sensor_msgs/Image` or `CompressedImage` for the browser: a header, and the pixels.
 
     Raises:
-        RequestRefused: its encoding is unknown, or pixels are missing.
+        RequestRefused: the encoding is unknown, or pixels are missing.
     """
     if message._type == "sensor_msgs/CompressedImage":
         kind = "png" if "png" in message.format.lower() else "jpeg"
@@ -70,7 +68,7 @@ def packed(message: Any) -> tuple[Mapping[str, Any], bytes]:
     size = BYTES_PER_PIXEL.get(message.encoding)
     if size is None:
         known = ", ".join(BYTES_PER_PIXEL)
-        raise RequestRefused(f"the encoding must be one of {known}, got {printable(message.encoding)}")
+        raise RequestRefused(f"image encoding must be one of {known}, got {printable(message.encoding)}")
     width, height, step = message.width, message.height, message.step
     if width * size > step or step * height > len(message.data):
         raise RequestRefused(
@@ -93,7 +91,7 @@ def packed(message: Any) -> tuple[Mapping[str, Any], bytes]:
 
 
 def _step(encoding: str, size: int) -> int:
-    if encoding.startswith(("bayer", "yuv")):  # whole groups of neighbouring pixels are kept
+    if encoding.startswith(("bayer", "yuv")):  # keep whole groups of neighbouring pixels
         return 1
     every = 1
     while size // every**2 > LARGEST_BYTES:

@@ -1,4 +1,4 @@
-"""The parameters of the master."""
+"""Parameters of the master."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class ParamViews:
         self._system = system
 
     async def params(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """All parameters by name, whenever one changes; the values are JSON, shortened."""
+        """Yield all parameters by name whenever one changes. Values are shortened JSON."""
         shown: Any = None
         while True:
             try:
@@ -44,7 +44,7 @@ class ParamViews:
         shown = {}
         room = process_limits().page_view_bytes
         for name in sorted(found)[:MOST_PARAMETERS]:
-            # As strings, because JavaScript does not distinguish 0.0, a double, from 0, an int.
+            # As strings, because JavaScript does not distinguish 0.0 (double) from 0 (int).
             shown[name] = json.dumps(message_tree(found[name]), ensure_ascii=False)
             room -= len(name) + len(shown[name])
             if room < 0:
@@ -52,15 +52,15 @@ class ParamViews:
         return {"params": shown, "more": len(found) - len(shown)}
 
     async def set_param(self, arguments: Mapping[str, Any]) -> Any:
-        """Sets a parameter to a value in YAML."""
+        """Set a parameter to a value in YAML."""
         name, text = topic_name(arguments), arguments.get("value")
         if not isinstance(text, str):
-            raise RequestRefused(f"value must be a text in YAML, got {type(text).__name__}")
+            raise RequestRefused(f"value must be a YAML string, got {type(text).__name__}")
         value = load(text, "value", angles=False) if text else ""
         await self._system.questions.run(params.write, self._system.graph.master, name, value)
         return True
 
     async def delete_param(self, arguments: Mapping[str, Any]) -> Any:
-        """Deletes a parameter or a namespace."""
+        """Delete a parameter or a namespace."""
         await self._system.questions.run(params.delete, self._system.graph.master, topic_name(arguments))
         return True

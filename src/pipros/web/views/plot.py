@@ -1,4 +1,4 @@
-"""Curves: numbers from messages as they come, as `rqt_plot` shows them."""
+"""Live curves of numbers in messages, as in `rqt_plot`."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from pipros.web.watched_system import WatchedSystem
 
 SEND_INTERVAL_S = 0.1
 KEPT_SAMPLES = 5000
-"""Samples that wait for a slow browser."""
+"""Maximum number of samples queued for a slow browser."""
 DECODED_A_SECOND = 2000
-"""Messages of one curve that are decoded per second. The others of a faster topic count as lost."""
+"""Maximum number of messages per second decoded for one curve. Further ones count as lost."""
 
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """A number in the messages of a topic: `/imu/linear_acceleration/x`."""
+    """Numeric field in the messages of a topic: `/imu/linear_acceleration/x`."""
 
     topic: str
     path: Sequence[Step]
@@ -34,7 +34,7 @@ class Field:
 
 
 def expand(text: str) -> Iterator[str]:
-    """The fields that one argument of `rqt_plot` stands for: `/a/pose/x:y:z` is three.
+    """Yield the fields in one argument of `rqt_plot`: `/a/pose/x:y:z` names three.
 
     >>> list(expand("/a/pose/x:y")), list(expand("/b/data"))
     (['/a/pose/x', '/a/pose/y'], ['/b/data'])
@@ -46,10 +46,10 @@ def expand(text: str) -> Iterator[str]:
 
 
 def find_field(text: str, topics: Mapping[str, str]) -> Field | None:
-    """The field that a text stands for, by the longest topic that it begins with; None without such a topic.
+    """Return the field of the longest topic name that `text` begins with, or None.
 
     Raises:
-        InvalidIndex: malformed brackets.
+        InvalidIndex: the brackets are malformed.
     """
     words = text.split("/")
     for end in range(len(words), 1, -1):
@@ -66,7 +66,7 @@ class PlotViews:
         self._system = system
 
     async def plot(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """The samples of one curve, as wall times and values, at most ten times a second."""
+        """Yield the samples of one curve, as wall times (s) and values, at most ten times per second."""
         text = arguments.get("field")
         if not isinstance(text, str) or not text.startswith("/") or len(text) > 1000:
             raise RequestRefused(
@@ -79,7 +79,7 @@ class PlotViews:
                 field = find_field(text, observation.types)
                 if field is not None:
                     break
-                yield {"error": f"there is no topic of this name yet: {text}"}
+                yield {"error": f"no such topic yet: {text}"}
         if field is None:  # the server is shutting down
             return
         with self._system.topics.watch(field.topic) as watch:
@@ -93,7 +93,7 @@ class PlotViews:
 
 
 class _Curve:
-    """Decodes in the thread of the link, and keeps the last error."""
+    """Decodes samples in the link's thread, and stores the last error."""
 
     def __init__(self, watch: TopicWatch, field: Field) -> None:
         self.samples = NewSamples(KEPT_SAMPLES)
@@ -121,17 +121,17 @@ class _Curve:
 
 
 def number_in(message: Any, field: Field) -> float | None:
-    """The value of a field; None for NaN and infinity, which interrupt the curve.
+    """Return the value of a field, or None for NaN and infinity, which interrupt the curve.
 
     Raises:
-        ValueError: it is not a number, or the index of an element that the message does not have.
+        ValueError: the field is not a number, or an index is out of range.
     """
     from pipros.web.views.topics import percentage
 
     try:
         value = extract(message, field.path).value
-    except (IndexError, TypeError):  # an index beyond the end, or of a field that is not an array
-        raise ValueError(f"the message does not have the element {field.text}") from None
+    except (IndexError, TypeError):  # an index that is out of range, or on a field that is not an array
+        raise ValueError(f"the message has no element {field.text}") from None
     if isinstance(value, bool):
         return float(value)
     if isinstance(value, TVal):

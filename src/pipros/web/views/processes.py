@@ -1,4 +1,4 @@
-"""The resources that nodes on this machine use: `rqt_top`. Needs psutil."""
+"""Resource usage of nodes on this machine: `rqt_top`. Needs psutil."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pipros.web.watched_system import WatchedSystem
 LOOK_INTERVAL_S = 2.0
 ANSWER_DEADLINE_S = 1.0
 ASKING_S = 3.0
-"""How long nodes are asked for their process ids in one look; the others wait for the next."""
+"""Time for querying process ids in one update. The remaining nodes wait for the next."""
 
 
 class ProcessViews:
@@ -31,7 +31,7 @@ class ProcessViews:
         self._system = system
 
     async def processes(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Each node with its host and, on this machine, its load, memory, threads and connections."""
+        """Yield each node with its host and, on this machine, its load, memory, threads and connections."""
         psutil = _psutil()
         table = _Table(psutil, self._system.graph.caller_id)
         async for observation in self._system.observations():
@@ -50,7 +50,7 @@ def _psutil() -> Any:
 
 
 class _Table:
-    """Keeps the processes, because processor load is the difference of two readings."""
+    """Table of processes, kept because processor load is the difference of two readings."""
 
     def __init__(self, psutil: Any, caller_id: str) -> None:
         self._psutil = psutil
@@ -90,7 +90,7 @@ class _Table:
                 answer = api.call("getPid", self._caller_id)
             pid = answer[2] if isinstance(answer, list) and len(answer) == 3 else None
             if not isinstance(pid, int) or pid <= 0:
-                raise RequestRefused(f"getPid must answer a number above 0, got {pid!r}")
+                raise RequestRefused(f"getPid must return a number above 0, got {pid!r}")
             process = self._psutil.Process(pid)
             process.cpu_percent()
         except (PiprosError, OSError, ValueError, self._psutil.Error):

@@ -1,4 +1,4 @@
-"""The parameters of dynamic_reconfigure servers: `rqt_reconfigure`."""
+"""Parameters of dynamic_reconfigure servers: `rqt_reconfigure`."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ LOOK_INTERVAL_S = 0.1
 ANSWER_S = 10.0
 DESCRIPTIONS, UPDATES, SERVICE = "/parameter_descriptions", "/parameter_updates", "/set_parameters"
 MOST_BYTES = 1_000_000
-"""A description of a server, and a configuration."""
+"""Maximum size of a server's description, and of a configuration."""
 WHOLE = 2**31 - 1
-"""The bound of an int without bounds."""
+"""Bound of an int parameter without bounds."""
 
 
 class ReconfigureViews:
@@ -44,7 +44,7 @@ class ReconfigureViews:
         self._system = system
 
     async def reconfigurable(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """The names of all servers."""
+        """Yield the names of all servers."""
         async for observation in self._system.observations():
             services, publishers = observation.state.services, observation.state.publishers
             names = (name.removesuffix(SERVICE) for name in services if name.endswith(SERVICE))
@@ -54,7 +54,7 @@ class ReconfigureViews:
             }
 
     async def reconfigure(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """One server: its groups with their parameters, and the values whenever they change."""
+        """Yield the groups and parameters of one server, then its values whenever they change."""
         name = topic_name(arguments)
         shown: tuple[int, int] = 0, 0
         with ExitStack() as stack:
@@ -70,11 +70,11 @@ class ReconfigureViews:
                 await asyncio.sleep(LOOK_INTERVAL_S)
 
     async def set_reconfigured(self, arguments: Mapping[str, Any]) -> Any:
-        """Has the server change parameters and the states of groups; answers with the new values."""
+        """Change parameters and group states of a server. Return the new values."""
         name = topic_name(arguments)
         changes, states = arguments.get("changes", {}), arguments.get("states", {})
         if not isinstance(changes, dict) or not isinstance(states, dict):
-            raise RequestRefused("changes and states must be objects: values by names")
+            raise RequestRefused("changes and states must be objects with values by name")
         with self._system.topics.watch(name + DESCRIPTIONS) as described:
             end_s = time.monotonic() + ANSWER_S
             while described.newest is None:
@@ -93,7 +93,7 @@ class ReconfigureViews:
 
 
 def shown_group(group: Mapping[str, Any]) -> Mapping[str, Any]:
-    """A decoded group for the page: its parameters, with bounds and constants if they have any."""
+    """Convert a decoded group for the page: its parameters, with bounds and constants if any."""
     return {
         "name": group.get("name", ""),
         "type": group.get("type", ""),
@@ -124,7 +124,7 @@ def _shown_parameter(described: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def shown_values(config: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The values of a configuration; numbers that JSON does not have become strings."""
+    """Return the values of a configuration. NaN and infinity become strings."""
     return {name: _plain(value) for name, value in config.items()}
 
 
@@ -142,7 +142,7 @@ def _number(watch: TopicWatch) -> int:
 
 
 def _shown(described: TopicWatch, updates: TopicWatch, is_changed: bool) -> Sequence[Mapping[str, Any]]:
-    """What the page gets of a server, with its description if that is changed."""
+    """Return the update for the page, with the server's description if it has changed."""
     groups, current = _description(described), _message(updates, "dynamic_reconfigure/Config")
     news = {"values": shown_values(values(current)), "states": _states(current, groups)}
     return ({"groups": shown_group(groups)}, news) if is_changed else (news,)
@@ -150,10 +150,12 @@ def _shown(described: TopicWatch, updates: TopicWatch, is_changed: bool) -> Sequ
 
 def _message(watch: TopicWatch, type_name: str) -> Any:
     if watch.newest is None:
-        raise RequestRefused(f"nothing came yet on {watch.topic}")
+        raise RequestRefused(f"no message received yet on {watch.topic}")
     message = watch.newest.message
     if len(message.body) > MOST_BYTES:
-        raise RequestRefused(f"{watch.topic} must take at most {MOST_BYTES} bytes, got {len(message.body)}")
+        raise RequestRefused(
+            f"messages on {watch.topic} must have at most {MOST_BYTES} bytes, got {len(message.body)}"
+        )
     return watch.decode_as(message, load_message_class(type_name))
 
 

@@ -1,4 +1,4 @@
-"""Topics: the list with rates, and the newest message of one."""
+"""List of topics with rates, and the newest message of one topic."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from pipros.web.topic_watch import Newest, TopicWatch
 from pipros.web.watched_system import WatchedSystem
 
 LONGEST_REQUESTED = 1000
-"""Characters of a name that a browser may request."""
+"""Maximum length of a requested name, in characters."""
 UPDATE_INTERVAL_S = 0.1
-"""How often a browser gets the newest message."""
+"""Interval at which a browser gets the newest message."""
 
 _PERCENTAGE = re.compile(r"\s*%\s*(\d{1,3}(?:\.\d+)?)\s*|\s*(\d{1,3}(?:\.\d+)?)\s*%\s*")
 
@@ -33,12 +33,12 @@ class TopicViews:
         self._system = system
 
     async def topics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """All topics with types, nodes and, as far as publishers report it, traffic."""
+        """Yield all topics with types, nodes and, as far as publishers report it, traffic."""
         async for observation in self._system.observations():
             yield {"topics": bounded_list(topic_rows(observation)), "error": observation.error}
 
     async def topic(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """The newest message, rate and bandwidth of one topic, while a browser shows it."""
+        """Yield the newest message, rate and bandwidth of one topic."""
         name = topic_name(arguments)
         with self._system.topics.watch(name) as watch:
             number = -1
@@ -84,7 +84,7 @@ def _shown(watch: TopicWatch, newest: Newest) -> dict[str, Any]:
 
 
 def topic_name(arguments: Mapping[str, Any]) -> str:
-    """The global name in a request. Raises `RequestRefused` for anything else."""
+    """Return the requested global name. Raise `RequestRefused` if it is not one."""
     name = arguments.get("name")
     if not isinstance(name, str) or not names.is_legal(name) or not names.is_global(name):
         raise RequestRefused(f"name must be a global name such as /battery_topic, got {name!r:.100}")
@@ -111,10 +111,10 @@ def topic_rows(observation: Observation) -> Iterator[Mapping[str, Any]]:
 
 
 def percentage(message: object) -> float | None:
-    """The percentage in a battery message, from 0 to 100; None for other messages.
+    """Return the percentage in a battery message, from 0 to 100, or None for other messages.
 
     `sensor_msgs/BatteryState.percentage` is a fraction from 0 to 1 by its definition. A message whose only
-    field is a text such as `%25` or `80 %` counts, too.
+    field is a string such as `%25` or `80 %` counts, too.
     """
     fraction = getattr(message, "percentage", None)
     if isinstance(fraction, float):

@@ -1,4 +1,4 @@
-// The log of the system: 100,000 entries, of which only those in sight are in the document.
+// The log of the system: 100,000 entries, of which only the visible ones are in the document.
 
 import { live } from "../live.js";
 import { h, replace } from "../dom.js";

@@ -1,11 +1,11 @@
-// The components with their levels, values and history.
+// Components with their levels, values and history.
 
 import { live } from "../live.js";
 import { h, replace } from "../dom.js";
 
 const LEVELS = ["OK", "Warning", "Error", "Stale"];
 const STALE = 3;
-const DEEPEST = 50; // the names are those that nodes chose: what is deeper is shown as one part
+const DEEPEST = 50; // nodes choose the names; deeper levels are shown as one part
 
 export function open(view, argument) {
   const error = h("div", { class: "error", role: "alert" });

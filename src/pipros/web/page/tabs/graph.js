@@ -70,7 +70,7 @@ export function open(view, argument) {
   }
 
   function corner() {
-    return h("div", { class: "corner" }, counts, h("button", { title: "Show all of it (0)", onclick: () => fit() }, "Fit"),
+    return h("div", { class: "corner" }, counts, h("button", { title: "Fit the whole graph (0)", onclick: () => fit() }, "Fit"),
       h("span", { class: "buttons", role: "group", "aria-label": "Save the picture" }, ["svg", "png", "dot"].map((format) => h("button", { title: `Save as ${format.toUpperCase()}`, onclick: () => save(format) }, format.toUpperCase()))));
   }
 
@@ -181,7 +181,7 @@ export function open(view, argument) {
   function setBox(next) {
     box = next;
     canvas.setAttribute("viewBox", `${box.x} ${box.y} ${box.w} ${box.h}`);
-    canvas.classList.toggle("far", scaleNow() > FAR_SCALE); // texts cannot be read, and are most of the work of a frame
+    canvas.classList.toggle("far", scaleNow() > FAR_SCALE); // labels are unreadable at this scale, and most of the work of drawing
   }
 
   function fit() {
@@ -232,7 +232,7 @@ export function open(view, argument) {
   const resized = new ResizeObserver(() => { if (hasFitted || scene) fit(); });
   resized.observe(canvas);
 
-  // Pictures ----------------------------------------------------------------------------------------------------------
+  // Image files -------------------------------------------------------------------------------------------------------
 
   async function save(format) {
     try {
@@ -272,7 +272,7 @@ function nodePanel(side, name) {
   return live.watch("node", { name }, (node) => {
     if (body.contains(document.activeElement)) return;
     replace(body,
-      node.known ? null : h("p", { class: "error" }, "The master does not know this node any more."),
+      node.known ? null : h("p", { class: "error" }, "The master no longer knows this node."),
       node.error ? h("p", { class: "error" }, `Does not answer: ${node.error}`) : null,
       h("dl", {}, h("dt", {}, "URI"), h("dd", {}, node.uri || "–")),
       list("Publications", node.publications.map(topic)),

@@ -1,4 +1,4 @@
-// Images: pixels are converted here, compressed images are decoded by the browser.
+// Images: this module converts pixels; the browser decodes compressed images.
 
 import { live } from "../live.js";
 import { bandwidth, download, h, hertz, replace } from "../dom.js";
@@ -11,7 +11,7 @@ export function open(view, argument) {
   const figures = h("span", {});
   const error = h("div", { class: "error", role: "alert" });
   const canvas = h("canvas", { width: 2, height: 2, role: "img", "aria-label": "Image" });
-  const hint = h("div", { class: "note" }, "No image came yet.");
+  const hint = h("div", { class: "note" }, "No image received yet.");
   view.append(h("div", { class: "column" }, h("div", { class: "bar" }, choice, figures, h("span", { class: "spring" }), h("button", { onclick: () => canvas.toBlob((blob) => download("image.png", blob)) }, "Save PNG")), error, hint, h("div", { class: "scroll picture" }, canvas)));
   let topic = argument;
   let close = () => {};
@@ -20,7 +20,7 @@ export function open(view, argument) {
     const names = data.topics.filter((each) => TYPES.includes(each.type)).map((each) => each.name);
     if (topic && !names.includes(topic)) names.unshift(topic);
     if ([...choice.options].map((option) => option.value).join() !== names.join()) replace(choice, names.map((name) => h("option", { value: name, selected: name === topic }, name)));
-    if (!names.length) replace(hint, "There is no topic with images.");
+    if (!names.length) replace(hint, "There are no image topics.");
     if (!topic && names.length) look(names[0]);
   });
 
@@ -64,7 +64,7 @@ export function open(view, argument) {
   return () => { close(); closeTopics(); };
 }
 
-// Pixels as red, green, blue, opacity.
+// Converts pixels to RGBA.
 export function colours({ encoding, big, width, height }, pixels) {
   const count = width * height;
   const out = new Uint8ClampedArray(count * 4).fill(255);
@@ -85,7 +85,7 @@ export function colours({ encoding, big, width, height }, pixels) {
   return out;
 }
 
-// Wide numbers from the smallest, black, to the largest, white; what is not a number is black.
+// Scales 16-bit and float pixels from black (minimum) to white (maximum). NaN and infinity are black.
 function stretched(encoding, big, count, pixels) {
   const view = new DataView(pixels.buffer, pixels.byteOffset, pixels.byteLength);
   const read = encoding === "32FC1" ? (i) => view.getFloat32(i * 4, !big) : (i) => view.getUint16(i * 2, !big);
@@ -101,7 +101,7 @@ function stretched(encoding, big, count, pixels) {
 }
 
 function fromBayer(encoding, width, height, pixels, out) {
-  const pattern = encoding.slice(6); // the colours of the upper left four pixels
+  const pattern = encoding.slice(6); // colours of the upper left four pixels
   for (let y = 0; y < height; y += 1) {
     for (let x = 0; x < width; x += 1) {
       const sums = { r: [0, 0], g: [0, 0], b: [0, 0] };

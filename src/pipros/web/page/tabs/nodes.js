@@ -1,4 +1,4 @@
-// The nodes, with what those of this machine use.
+// Nodes, with the resource usage of those on this machine.
 
 import { live } from "../live.js";
 import { bytes, h, replace } from "../dom.js";

@@ -1,4 +1,4 @@
-// The parameters as a tree; what changed lately is marked.
+// Parameters as a tree, with recent changes marked.
 
 import { live } from "../live.js";
 import { h, replace } from "../dom.js";
@@ -46,7 +46,7 @@ export function open(view, argument, { control }) {
 
   function edit(key) {
     name.value = key;
-    value.value = params[key].includes("…") ? "" : params[key]; // shortened values would be set as they are shown
+    value.value = params[key].includes("…") ? "" : params[key]; // a shortened value must not be written back
     value.focus();
   }
 

@@ -1,4 +1,4 @@
-// Curves of numbers in messages, as they come. The address holds the fields: #plot/field,field
+// Live curves of numbers in messages. The address contains the fields: #plot/field,field
 
 import { live } from "../live.js";
 import { download, h, replace } from "../dom.js";
@@ -7,7 +7,7 @@ import uPlot from "../vendor/uPlot.js";
 
 const COLOURS = ["#2f6fb3", "#c0392b", "#1a7f37", "#9a6700", "#7d4cdb", "#00838f", "#ad1457", "#5d6d7e"];
 const KEPT_POINTS = 50000;
-// How a time axis is labelled, by the seconds between two labels: 24 hours, as logs have it.
+// Formats of the time axis, by the seconds between two labels: 24 hours, as in logs.
 const TIMES = [[3600, "{HH}:{mm}", null, null, null, null, null, null, 1], [60, "{HH}:{mm}", null, null, null, null, null, null, 1], [1, ":{ss}", "\n{HH}:{mm}", null, null, null, "\n{HH}:{mm}", null, 1], [0.001, ":{ss}.{fff}", "\n{HH}:{mm}", null, null, null, "\n{HH}:{mm}", null, 1]];
 
 export function open(view, argument) {
@@ -86,7 +86,7 @@ export function open(view, argument) {
     hint.hidden = curves.size > 0;
     replace(legend);
     if (!curves.size) return;
-    drawLegend(); // before the size of the chart is taken, which its height changes
+    drawLegend(); // before measuring the chart, whose size depends on the legend's height
     const style = getComputedStyle(document.body);
     const ink = style.getPropertyValue("--ink");
     const line = style.getPropertyValue("--line");
@@ -128,7 +128,7 @@ export function open(view, argument) {
     } else plot.redraw();
   }
 
-  // The values at the cursor, or the newest ones.
+  // Values at the cursor, or the newest ones.
   function drawLegend() {
     if (!plot || legend.childElementCount !== curves.size + 1) {
       replace(legend, [...curves.values()].map((curve) => {

@@ -1,4 +1,4 @@
-// Messages by hand, once or at a rate, for as long as this tab is open.
+// Publish messages by hand, once or at a rate, while this tab is open.
 
 import { live } from "../live.js";
 import { h, replace } from "../dom.js";

@@ -1,4 +1,4 @@
-// Parameters that change while a node runs: the servers of dynamic_reconfigure, as rqt_reconfigure edits them.
+// Parameters of dynamic_reconfigure servers, edited as in rqt_reconfigure.
 
 import { live } from "../live.js";
 import { h, replace } from "../dom.js";
@@ -54,7 +54,7 @@ export function open(view, argument, { control }) {
     return h("div", { class: "group" }, group.parameters.map((parameter) => setting(parameter, onChange)), group.groups.map((inner) => below(inner, onChange)));
   }
 
-  // Groups as rqt_reconfigure has them: collapse and hide have a state, apply sends its changes together.
+  // Groups as in rqt_reconfigure: collapse and hide have a state, apply sends its changes together.
   function below(group, onChange) {
     const hasState = group.type === "collapse" || group.type === "hide";
     let held = {};
@@ -105,7 +105,7 @@ export function open(view, argument, { control }) {
     const reset = h("button", { class: "plain reset", disabled, title: `Back to the default: ${parameter.default}`, "aria-label": `Reset ${name} to ${parameter.default}`, onclick: () => onChange(name, parameter.default) }, "↺");
     const row = h("div", { class: "setting" }, h("span", { class: "label", title: parameter.description }, name), h("span", { class: "control" }, parts), reset, h("span", { class: "about" }, parameter.description));
     controls.set(name, { show: (value) => {
-      if (isEdited && row.contains(document.activeElement)) return; // somebody types just now
+      if (isEdited && row.contains(document.activeElement)) return; // the user is typing
       shown(value);
       reset.style.visibility = value === parameter.default ? "hidden" : "";
     } });
@@ -117,7 +117,7 @@ export function open(view, argument, { control }) {
     send();
   }
 
-  // One call at a time: what changes meanwhile goes with the next one.
+  // One call at a time. Further changes are sent with the next call.
   async function send() {
     if (isSending) return;
     isSending = true;
@@ -156,7 +156,7 @@ export function open(view, argument, { control }) {
 
 const asNumber = (text) => (text.trim() === "" || Number.isNaN(Number(text)) ? text : Number(text));
 
-// A position of a slider as a number that a person would type: a thousandth of the range is fine enough.
+// Rounds a slider position to a thousandth of the range, as a number that a person would type.
 function rounded(value, type, [low, high]) {
   if (type === "int") return value;
   const digits = Math.max(0, 3 - Math.floor(Math.log10(high - low)));

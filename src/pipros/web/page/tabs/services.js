@@ -1,4 +1,4 @@
-// The services, and calls by hand.
+// Services, and calls by hand.
 
 import { live } from "../live.js";
 import { h, limited, replace } from "../dom.js";
@@ -59,7 +59,7 @@ export function open(view, argument, { control }) {
   return close;
 }
 
-// Default values as YAML: JSON is YAML, and fields on lines of their own are easier to edit.
+// Default values as YAML: JSON is YAML, and one field per line is easier to edit.
 export function yaml(value) {
   if (value === null || typeof value !== "object" || Array.isArray(value)) return JSON.stringify(value);
   const lines = Object.entries(value).map(([key, item]) => {

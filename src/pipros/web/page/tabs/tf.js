@@ -1,4 +1,4 @@
-// The tree of coordinate frames, drawn and as a table.
+// Tree of coordinate frames, as a drawing and a table.
 
 import { live } from "../live.js";
 import { h, hertz, replace, s } from "../dom.js";
@@ -9,7 +9,7 @@ export function open(view) {
   const error = h("div", { class: "error", role: "alert" });
   const canvas = s("svg", { class: "canvas", role: "img", "aria-label": "Tree of frames" });
   const body = h("tbody", {});
-  const hint = h("div", { class: "note" }, "No transform came yet on /tf or /tf_static.");
+  const hint = h("div", { class: "note" }, "No transform received yet on /tf or /tf_static.");
   view.append(h("div", { class: "column graph" }, error, hint, canvas, h("div", { class: "scroll half" }, h("table", {},
     h("thead", {}, h("tr", {}, ["Frame", "Parent", "From"].map((title) => h("th", {}, title)), ["Rate", "Age", "Delay"].map((title) => h("th", { class: "number" }, title)))), body))));
   return live.watch("frames", {}, (data) => {

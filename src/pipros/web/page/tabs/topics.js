@@ -1,4 +1,4 @@
-// All topics; the newest message of the selected one.
+// All topics, and the newest message of the selected one.
 
 import { live } from "../live.js";
 import { h, hertz, limited, replace } from "../dom.js";
