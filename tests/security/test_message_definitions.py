@@ -139,7 +139,7 @@ class TestCompiling:
 
         words = refusal(text_of("int32 x", Large=f"int32 x\n{comment}", **others))
 
-        assert "each with what it embeds, are longer than 67108864 bytes together" in words
+        assert "each with its embedded types, are longer than 67108864 bytes together" in words
 
     def test_nesting_is_counted_through_types_that_were_met_before(self) -> None:
         chains = {f"A{i}": f"A{i + 1} x" for i in range(90)} | {"A90": "int8 x"}

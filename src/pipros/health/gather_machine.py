@@ -10,7 +10,6 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-import pipros
 from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
 from pipros.basics.errors import PiprosError
 from pipros.health.installed_files import changed_packages
@@ -46,7 +45,7 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
     resolved = in_parallel(sorted(hosts), addresses_of, at_once=max(len(hosts), 1))
     questioned = {*hosts, *filter(None, [environment.ip])}
     own_programs = Path(sys.executable).parent
-    own_packages = Path(pipros.__file__).parent.parent
+    python_packages = _python_packages(values)
     master_error = _error_of_master(environment.master_uri, timeout_s) if master_host else None
     is_default = environment.master_uri.rstrip("/") == DEFAULT_MASTER_URI
     return Machine(
@@ -59,8 +58,8 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
         paths=_kinds(environment, values),
         foreign_programs=_foreign_programs(values),
         own_programs=own_programs,
-        python_packages=_python_packages(values, own_packages),
-        own_packages=own_packages,
+        python_packages=python_packages,
+        own_packages=frozenset(place for name, place in python_packages.items() if _is_ours(place / name)),
         changed_packages=changed_packages(),
         master_error=master_error,
         has_local_master=bool(master_error)
@@ -127,12 +126,12 @@ def _is_own(program: str) -> bool:
         return False
 
 
-def _python_packages(variables: Mapping[str, str], own: Path) -> dict[str, Path]:
+def _python_packages(variables: Mapping[str, str]) -> dict[str, Path]:
     """Return the folders from which Python imports the ROS packages; those of PYTHONPATH come first."""
     places: dict[str, Path] = {}
     for name in PACKAGES:
         for entry in filter(None, variables.get("PYTHONPATH", "").split(os.pathsep)):
-            if Path(entry, name, "__init__.py").is_file() and not Path(entry, name).samefile(own / name):
+            if Path(entry, name, "__init__.py").is_file() and not _is_ours(Path(entry, name)):
                 places[name] = Path(entry)
                 break
         else:
@@ -140,6 +139,11 @@ def _python_packages(variables: Mapping[str, str], own: Path) -> dict[str, Path]
             if spec is not None and spec.origin is not None:
                 places[name] = Path(spec.origin).parent.parent
     return places
+
+
+def _is_ours(package: Path) -> bool:
+    """Return whether an import package is that of pipros, which has types; genuine ROS has none."""
+    return (package / "py.typed").is_file()
 
 
 def _workspace_around(folder: Path) -> Path | None:

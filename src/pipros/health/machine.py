@@ -33,7 +33,7 @@ class Machine:
         foreign_programs: ROS command to the program in `PATH` that runs, if it is not that of pipros.
         own_programs: the folder of pipros' programs.
         python_packages: import package to the folder from which Python imports it.
-        own_packages: the folder of pipros' import packages.
+        own_packages: the folders with import packages of pipros; one, except in a checkout.
         changed_packages: import package of pipros that changed after its installation, to the distribution
             that replaced its files; empty if unknown.
         master_error: why the master cannot be reached; empty if it answers, None if it was not called.
@@ -51,7 +51,7 @@ class Machine:
     foreign_programs: Mapping[str, Path] = field(default_factory=dict)
     own_programs: Path = Path("/nowhere/bin")
     python_packages: Mapping[str, Path] = field(default_factory=dict)
-    own_packages: Path = Path("/nowhere/src")
+    own_packages: frozenset[Path] = frozenset()
     changed_packages: Mapping[str, str] = field(default_factory=dict)
     master_error: str | None = None
     has_local_master: bool = False

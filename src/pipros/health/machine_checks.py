@@ -40,7 +40,7 @@ def mixed_programs(machine: Machine) -> Findings:
 def mixed_python(machine: Machine) -> Findings:
     """Check that `import rospy` and the like import pipros."""
     foreign = {
-        name: place for name, place in machine.python_packages.items() if place != machine.own_packages
+        name: place for name, place in machine.python_packages.items() if place not in machine.own_packages
     }
     if foreign:
         listing = ", ".join(f"{name} from {place}" for name, place in sorted(foreign.items()))

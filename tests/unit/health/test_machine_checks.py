@@ -24,7 +24,7 @@ HEALTHY = Machine(
     paths={"/ws/src": PathKind.FOLDER},
     own_programs=PROGRAMS,
     python_packages={"rospy": PACKAGES},
-    own_packages=PACKAGES,
+    own_packages=frozenset({PACKAGES}),
     master_error="",
 )
 
