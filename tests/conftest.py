@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests.support import browser, outcomes, pyright
+from tests.support import browser, outcomes, pyright, quick
 from tests.support.environments import make_tool_folder
 from tests.support.examples import examples
 from tests.support.genuine import INSTALL, is_required, missing_packages
@@ -31,6 +31,7 @@ _BROWSER = Path(__file__).parent / "browser"
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     outcomes.add_options(parser)
+    quick.add_options(parser)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -53,6 +54,7 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     outcomes.leave_out(config, items)
+    quick.leave_out(config, items)
 
 
 @pytest.hookimpl(tryfirst=True)

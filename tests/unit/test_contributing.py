@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from pipros.safe import yaml
+from tests.support import quick
 from tests.support.environments import REPOSITORY
 
 GUIDE = (REPOSITORY / "CONTRIBUTING.md").read_text()
@@ -61,3 +62,8 @@ def test_an_unknown_part_of_continuous_integration_is_refused() -> None:
     ended = subprocess.run([REPOSITORY / ".ci" / "run", "spelling"], capture_output=True, text=True)
     assert (ended.returncode, ended.stdout) == (2, "")
     assert "a part must be one of: install check docs coverage fuzz fresh wheel test" in ended.stderr
+
+
+def test_the_list_of_quick_tests_names_tests_that_exist() -> None:
+    assert quick.listed("+")
+    assert quick.missing() == []

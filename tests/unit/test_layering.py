@@ -6,7 +6,7 @@ import ast
 import functools
 import itertools
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -167,11 +167,18 @@ def described(file: Path, line: int, what: str) -> str:
     return f"{file.relative_to(REPOSITORY)}:{line}: {what}"
 
 
+@functools.cache
+def facade_names(roots: Sequence[Path]) -> frozenset[str]:
+    """The packages with Noetic's names below the folders."""
+    folders = (folder for root in roots for folder in root.iterdir() if folder.is_dir())
+    return frozenset(folder.name for folder in folders) - {"pipros"}
+
+
 def wrong_imports(file: Path) -> list[str]:
     """The imports that point up, or to a facade that is not listed for this one."""
     top_package, package = parts_of(file)[0], package_of(file)
     step = STEP.get(package, len(STEPS))  # facades and the package itself are on top
-    facades = {folder.name for root in ROOTS for folder in root.iterdir() if folder.is_dir()} - {"pipros"}
+    facades = facade_names(ROOTS)
     wrong = []
     tree = parsed(file)
     for line, module in sorted({*imported_modules(tree, file), *named_modules(tree)}):
