@@ -96,7 +96,7 @@ def _decompress_lz4(data: bytes, size: int, where: str) -> bytes:
 
 def _decompress_zstd(data: bytes, size: int, where: str) -> bytes:
     try:
-        import zstandard  # a dependency of the mcap library
+        import zstandard  # comes with the mcap library
     except ImportError:
         raise BagError(
             f"{where}: reading zstd needs the zstandard library: pip install 'pipros[mcap]'"
