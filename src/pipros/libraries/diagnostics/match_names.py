@@ -25,7 +25,7 @@ def _end_match(*_: object) -> None:
 
 def _answer(pattern: str, name: str) -> bool | str | None:
     # Processor time, because a busy machine may stop the process for longer.
-    if hasattr(signal, "setitimer"):
+    if sys.platform != "win32":
         signal.signal(signal.SIGPROF, _end_match)
         signal.setitimer(signal.ITIMER_PROF, TIME_LIMIT_S)
     try:
@@ -33,7 +33,7 @@ def _answer(pattern: str, name: str) -> bool | str | None:
     except (re.error, RecursionError, OverflowError, MemoryError) as error:
         return str(error) or type(error).__name__
     finally:
-        if hasattr(signal, "setitimer"):
+        if sys.platform != "win32":
             signal.setitimer(signal.ITIMER_PROF, 0)
 
 
