@@ -107,8 +107,7 @@ class Transformer:
 
     def getFrameStrings(self) -> list[str]:
         """Return the frames that have a parent."""
-        lines = self._buffer.all_frames_as_yaml().splitlines()
-        return [line.rpartition(":")[0] for line in lines if line[:1] not in (" ", "{", "")]
+        return [child for _, child, *_ in self._buffer._edges()]
 
     def getLatestCommonTime(self, source_frame: str, dest_frame: str) -> rospy.Time:
         """Return the latest time at which a transform between the frames is available."""

@@ -11,11 +11,8 @@ from geometry_msgs.msg import Point, Polygon, PoseStamped, Twist
 from std_msgs.msg import Empty, Header, String
 
 from pipros.msg.base import Message
-from pipros.msg.compile.mistakes import find_mistakes
 from pipros.msg.errors import SerializationError
 from pipros.msg.importing.library import Library
-from pipros.msg.language.definition_files import DefinitionFiles
-from pipros.msg.language.definitions import Definitions
 from pipros.msg.language.spec import DefinitionError
 
 
@@ -109,5 +106,3 @@ def test_a_service_is_compiled_from_its_definition(tmp_path: Any) -> None:
     assert ("GripRequest" in code.co_names, embedded) == (True, {})
     with pytest.raises(DefinitionError, match=r"Broken\.srv:1:1"):
         Library(find, None).code("srv", "robot/Broken")
-    mistakes = find_mistakes("robot", Definitions(DefinitionFiles(find)))
-    assert [str(mistake).partition("srv/")[2][:14] for mistake in mistakes] == ["Broken.srv:1:1"]
