@@ -4,9 +4,9 @@ import subprocess
 import sys
 from functools import partial
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
-from pipros.packages.completed_modules import add_folder, spec
+from pipros.packages.completed_modules import add_distributions, add_folder, spec
 
 MODULE = "rospkg.environment"
 
@@ -85,3 +85,24 @@ def test_an_installed_distribution_wins_over_that_of_pipros(tmp_path: Path) -> N
     (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: rospy\nVersion: 9.9\n")
     code = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import pkg_resources as p; "
     assert run(code + "print(p.get_distribution('rospy').version)") == "9.9"
+
+
+def test_shipped_packages_are_distributions_that_pkg_resources_does_not_list() -> None:
+    added: dict[str, tuple[str, str, bool]] = {}
+
+    class WorkingSet:
+        def add(self, distribution: tuple[str, str, str], insert: bool) -> None:
+            folder, name, version = distribution
+            added[name] = folder, version, insert
+
+    module = SimpleNamespace(
+        Distribution=lambda folder, project_name, version: (folder, project_name, version),
+        working_set=WorkingSet(),
+    )
+
+    add_distributions(module)
+
+    folder, version, is_listed = added["rospy"]
+    assert (Path(folder).name, version, is_listed) == ("rospy", "1.15.15", False)
+    assert folder not in sys.path
+    assert "message_generation" not in added  # a package without Python modules
