@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import json
+import signal
+from collections.abc import Iterator
 
 import pytest
 
@@ -18,6 +20,16 @@ QUESTIONS = {
 }
 
 
+@pytest.fixture
+def handlers() -> Iterator[None]:
+    """Restores the signal handlers, which the program replaces for its process."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGPROF)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.usefixtures("handlers")
 def test_each_line_is_answered_in_order(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
