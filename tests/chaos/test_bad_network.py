@@ -1,4 +1,4 @@
-"""Nodes on both sides of a proxy that delays, splits, stalls, corrupts and cuts: what comes, what is lost."""
+"""Nodes on both sides of a proxy that delays, splits, stalls, corrupts and cuts: which messages arrive, which are lost."""
 
 from __future__ import annotations
 
@@ -196,7 +196,7 @@ def test_corrupted_bytes_end_links_and_never_nodes(
         assert rounds < 1000, "no message arrived with a changed text"
         for _ in range(20):
             relay.say(size=200)
-        proxy.cut()  # a length that was changed has the receiver wait for bytes that nobody sent
+        proxy.cut()  # a corrupted length makes the receiver wait for bytes that were never sent
         wait_until(lambda: relay.there.connection_count, LIMIT_S)
     corrupted = proxy.counts().corrupted
     proxy.inject()

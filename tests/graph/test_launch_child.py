@@ -20,7 +20,7 @@ PROGRAMS = {
     "sleeper": "#!/bin/sh\nexec sleep 1000\n",
     "fails": "#!/bin/sh\necho out\necho the reason >&2\nexit 3\n",
     "ends": "#!/bin/sh\nexit 0\n",
-    "floods": "#!/bin/sh\nwhile :; do echo nobody reads this on the other side of a connection; done\n",
+    "floods": "#!/bin/sh\nwhile :; do echo this is not read on the other side of a connection; done\n",
 }
 
 

@@ -210,7 +210,7 @@ def test_the_standard_output_goes_to_a_log_file_unless_wanted_on_the_screen(
     assert "first" not in running.stdout
 
 
-def test_a_missing_program_stops_nobody_else(ros: RosSystem, package: Path) -> None:
+def test_a_missing_program_does_not_stop_other_nodes(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, node("nope", "a") + node("sleeper", "b"))
     running.wait_for(r"ERROR: cannot launch node of type \[programs/nope\]: Cannot locate node of type")
     running.wait_for("ready")
@@ -233,7 +233,7 @@ def test_a_program_that_cannot_be_started_ends_all(
     assert "[a-2] killing on exit" in running.stdout
 
 
-def test_a_script_with_windows_line_ends_stops_nobody_else(ros: RosSystem, package: Path) -> None:
+def test_a_script_with_windows_line_ends_does_not_stop_other_nodes(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, node("from_windows", "a") + node("sleeper", "b"))
     running.wait_for("ERROR: Unable to launch .*has Windows line ends")
     running.wait_for("ready")

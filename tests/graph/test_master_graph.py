@@ -123,7 +123,7 @@ def test_thousands_of_notices_of_one_call_arrive_and_later_ones_behind_them(
     assert told == {f"{key}/": number for number, key in enumerate(keys)} | {"/w/899/": "last"}
 
 
-def test_nodes_that_hang_delay_nobody(master: Master, slave: FakeSlave) -> None:
+def test_hanging_nodes_do_not_delay_others(master: Master, slave: FakeSlave) -> None:
     hanging = [SilentSlave() for _ in range(notifier.TURNS_AT_A_TIME * 2)]
     for number, found in enumerate(hanging):
         client(master, f"/hangs_{number}").register_subscriber("/t", "x/Y", found.api)

@@ -55,7 +55,7 @@ class Serving:
         return "waited"
 
     def hold(self) -> bool:
-        """Stops the whole loop, so that what comes meanwhile comes to it at the same time."""
+        """Block the event loop, so that it receives all requests of the meantime at once."""
         self.is_held.set()
         return self.may_go_on.wait(10)
 
@@ -283,7 +283,7 @@ def test_who_goes_on_sending_after_a_refusal_is_cut_off(serving: Serving) -> Non
             peer.sendall(bytes(1_000_000_000))
 
 
-def test_what_came_before_garbage_is_answered_before_that_is_refused(serving: Serving) -> None:
+def test_requests_before_garbage_are_answered_before_the_garbage_is_refused(serving: Serving) -> None:
     with serving.connect() as peer:
         peer.sendall(request("wait") + request("echo", "second") + b"\x00garbage")
         serving.open_gate()
@@ -366,7 +366,7 @@ def test_many_threads_share_a_client(serving: Serving) -> None:
     assert sorted(answers) == list(range(400))
 
 
-def test_nobody_there_is_unreachable_and_says_why() -> None:
+def test_an_unreachable_server_raises_with_the_reason() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = listener.getsockname()[1]
     with pytest.raises(Unreachable) as caught:

@@ -97,7 +97,7 @@ def test_a_server_that_died_without_a_word_is_unreachable(make_node: MakeNode) -
         client.client("ghost", Empty).probe(1.0)
 
 
-def test_a_probe_connects_and_calls_nobody(make_node: MakeNode) -> None:
+def test_a_probe_connects_without_a_call(make_node: MakeNode) -> None:
     server, client = make_node("server"), make_node("client")
     service = server.serve("set", SetBool, answer(""))
     client.client("set", SetBool).probe(5.0)

@@ -559,7 +559,7 @@ def test_a_peer_with_a_wrong_request_gets_the_reason(
 @pytest.mark.parametrize(
     "garbage", [b"", b"GET / HTTP/1.1\r\n\r\n", struct.pack("<I", 0xFFFFFFFF), b"\x04\0\0\0abcd"]
 )
-def test_garbage_is_closed_and_costs_nobody_else_anything(make_node: MakeNode, garbage: bytes) -> None:
+def test_a_link_with_garbage_is_closed_without_effect_on_others(make_node: MakeNode, garbage: bytes) -> None:
     talker, listener, inbox = make_node("talker"), make_node("listener"), Inbox()
     publisher = talker.advertise("chat", String)
     with socket.create_connection(("127.0.0.1", talker.endpoints.port), 10) as peer:

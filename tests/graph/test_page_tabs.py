@@ -211,7 +211,7 @@ while not rospy.is_shutdown():
 """
 
 
-def test_a_stuck_browser_delays_nobody_and_costs_little_memory(ros: RosSystem) -> None:
+def test_a_stuck_browser_delays_no_other_and_costs_little_memory(ros: RosSystem) -> None:
     ros.pipros.start_bare_master()
     ros.pipros.start(sys.executable, "-c", LARGE_IMAGES)
     ros.wait_for_publisher("/image")

@@ -225,7 +225,7 @@ def test_a_launched_node_that_wants_it_comes_back_and_one_without_program_is_nam
     )
 
 
-def test_nothing_of_pipros_is_imported_before_somebody_uses_it(run: Run, pytester: pytest.Pytester) -> None:
+def test_pipros_is_not_imported_before_a_test_uses_it(run: Run, pytester: pytest.Pytester) -> None:
     (pytester.path / "level.test").unlink()
     write(
         pytester,

@@ -106,7 +106,7 @@ def test_the_clock_that_the_recorder_follows_is_recorded(
         assert all(message.clock.nsecs == 7 for _, message, *_ in bag.messages())
 
 
-def test_what_waits_for_compression_is_written_after_ctrl_c(
+def test_queued_messages_are_compressed_and_written_after_ctrl_c(
     ros: RosSystem, master: Master, talker: Node
 ) -> None:
     record = start(ros, master, "record", "-j", "-O", "slow", "/noise")

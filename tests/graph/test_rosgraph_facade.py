@@ -96,7 +96,7 @@ def test_mappings_are_read_without_parameters(capsys: pytest.CaptureFixture[str]
     assert rosgraph.myargv(["prog", "b:=c", "__x:=", ":="]) == ["prog"]
 
 
-def test_names_that_are_none() -> None:
+def test_none_is_not_a_legal_name() -> None:
     assert not rosgraph.names.is_legal_name(None)
     assert not rosgraph.names.is_legal_base_name(None)
     with pytest.raises(ValueError, match="name"):

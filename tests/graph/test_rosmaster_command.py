@@ -70,7 +70,7 @@ def test_it_ends_when_a_peer_on_this_computer_asks_it_to(
     assert process.stdout == ["shutdown request: end of the test"]
 
 
-def test_it_logs_where_roslaunch_tells_it_to(
+def test_it_logs_to_the_file_that_roslaunch_names(
     processes: Processes, claimed_port: ClaimedPort, tmp_path: Path
 ) -> None:
     log = tmp_path / "logs" / "master.log"

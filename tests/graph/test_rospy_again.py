@@ -92,7 +92,7 @@ rospy.init_node('first')
 publisher = rospy.Publisher('said', String, queue_size=1)
 subscriber = rospy.Subscriber('said', String)
 rospy.signal_shutdown('enough')
-publisher.publish('nobody hears')
+publisher.publish('not received')
 begin_anew('second')
 try:
     publisher.publish('x')

@@ -171,7 +171,7 @@ def test_what_a_process_logs_goes_to_its_log_file_as_noetics_does(
     script = tmp_path / "node.py"
     script.write_text(
         'import logging, rospy\nrospy.init_node("node")\nlogging.getLogger("mine").info("own words")\n'
-        'rospy.loginfo("to all")\nrospy.logdebug("to nobody")\n'
+        'rospy.loginfo("to all")\nrospy.logdebug("not logged")\n'
     )
     variables = {"ROS_MASTER_URI": master.uri, "ROS_LOG_DIR": str(tmp_path / "logs")}
     node = processes.run(sys.executable, str(script), environment=variables)

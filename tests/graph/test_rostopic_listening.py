@@ -248,7 +248,7 @@ def test_hz_measures_by_the_simulated_clock_by_default(
     report: str,
 ) -> None:
     client = MasterClient(master.uri, "/test")
-    client.set_param("/use_sim_time", True)  # and nobody publishes /clock: simulated time stands still
+    client.set_param("/use_sim_time", True)  # without a publisher of /clock, simulated time stands still
     client.close()
     hz = commands.start("rostopic", "hz", *option, "/chatter")
     wait_until_connected(talker)

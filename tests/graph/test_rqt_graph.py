@@ -96,7 +96,7 @@ def test_a_killed_node_is_shown_as_such(chain: RosSystem) -> None:
         assert gone
 
 
-def test_a_topic_is_watched_only_while_somebody_looks(chain: RosSystem) -> None:
+def test_a_topic_is_watched_only_while_a_browser_shows_it(chain: RosSystem) -> None:
     page = Page(chain)
 
     def watchers() -> list[str]:
@@ -134,7 +134,7 @@ def test_a_vanished_master_is_reported_and_found_again(ros: RosSystem) -> None:
         first(graph, lambda value: value.get("error") == "")
 
 
-def test_requests_that_make_no_sense_are_answered(ros: RosSystem) -> None:
+def test_invalid_requests_are_answered(ros: RosSystem) -> None:
     ros.pipros.start_master()
     with Page(ros).connect() as browser:
         for arguments, error in (

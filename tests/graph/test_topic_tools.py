@@ -81,7 +81,7 @@ def test_launched_programs_pass_on_what_they_do_not_know(ros: RosSystem) -> None
         assert launched.wait() == 0
 
 
-def test_a_stealthy_relay_sends_nothing_that_nobody_monitors(ros: RosSystem) -> None:
+def test_a_stealthy_relay_sends_nothing_without_a_monitor(ros: RosSystem) -> None:
     """Not even the messages that show it the type, before it looks at the monitored topic again."""
     ros.pipros.start_bare_master()
     text: Any = load_message_class("std_msgs/String")

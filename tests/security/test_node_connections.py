@@ -79,7 +79,7 @@ def service_threads() -> int:
 
 
 @pytest.mark.parametrize("fields", [SERVICE, {**SERVICE, "persistent": "1"}], ids=["one call", "persistent"])
-def test_idle_clients_of_a_service_cost_no_thread_and_lock_nobody_out(
+def test_idle_clients_of_a_service_cost_no_thread_and_lock_no_other_out(
     make_node: MakeNode, attacker: Attacker, fields: dict[str, str]
 ) -> None:
     log, lines = listening_log()
@@ -289,7 +289,7 @@ def test_a_handler_may_fail_with_any_text(make_node: MakeNode, text: str) -> Non
         make_node("client").client("set", SetBool).call(ON, 10)
 
 
-def test_an_error_handler_that_fails_keeps_the_text_from_nobody(make_node: MakeNode) -> None:
+def test_a_failing_error_handler_does_not_hide_the_error(make_node: MakeNode) -> None:
     def fail(_: Any) -> Any:
         raise ValueError("on purpose")
 
@@ -301,7 +301,7 @@ def test_an_error_handler_that_fails_keeps_the_text_from_nobody(make_node: MakeN
     assert lines == ["the error handler of service [/set] failed"]
 
 
-def test_a_subscriber_whose_name_xml_cannot_carry_hides_nobody(
+def test_a_subscriber_with_a_name_invalid_in_xml_hides_no_other(
     make_node: MakeNode, attacker: Attacker
 ) -> None:
     node = make_node("node")

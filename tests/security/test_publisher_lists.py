@@ -141,7 +141,7 @@ def test_an_invalid_list_of_publishers_ends_no_link(make_node: MakeNode, value: 
     assert loop_failures == []
 
 
-def test_a_failure_that_nobody_thought_of_is_logged(
+def test_an_unexpected_failure_is_logged(
     make_node: MakeNode, master: Master, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     log, lines = listening_log()

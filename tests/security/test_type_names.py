@@ -1,4 +1,4 @@
-"""A type name that a peer chose never has a Python module imported that is no message package."""
+"""A type name that a peer chose never imports a Python module that is not a message package."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def lying_node() -> Iterator[LyingNode]:
 
 
 def assert_plain(text: str) -> None:
-    """Only characters that a terminal shows, and no line that somebody else wrote."""
+    """Only characters that a terminal shows, and no line that a peer wrote."""
     for line in text.split("\n"):
         assert PLAIN.fullmatch(line), repr(line)
         assert not line.startswith("forged")

@@ -1,4 +1,4 @@
-"""Every example of docs/client.md and docs/api.md runs, and prints what stands below it."""
+"""Every example of docs/client.md and docs/api.md runs, and prints the output shown below it."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ def test_a_master_that_runs_already_is_joined_and_left_running(ros: RosSystem) -
 def test_a_port_that_another_program_uses_is_named_with_a_way_out(ros: RosSystem, answer: bytes) -> None:
     with socket.create_server(("127.0.0.1", ros.port)) as other:
         demo = ros.pipros.start(DEMO)
-        for _ in range(2):  # one connection to see that somebody listens, one to ask who
+        for _ in range(2):  # one connection to see that the port is open, one to ask which program it is
             with other.accept()[0] as connection:
                 connection.sendall(answer)
         assert demo.wait() == 1

@@ -1,6 +1,6 @@
-"""Every command and Python block of docs/ is run: those of most pages here, the others where OTHERS says.
+"""Run every command and Python block of docs/: most pages here, the others in the tests that OTHERS names.
 
-A `console` block is a terminal. What stands below a command must appear in its output in that order; `...`
+A `console` block is a terminal. The lines below a command must appear in its output in that order; `...`
 stands for any text, or on a line of its own for any lines. A last command that has not ended stays until the
 end of the page. A block with a title is a file.
 """

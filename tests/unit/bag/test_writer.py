@@ -42,7 +42,7 @@ def test_messages_can_be_appended() -> None:
     before = BagReader(file)
     writer = BagWriter(file, layout=before.layout, compression="bz2")
 
-    with pytest.raises(NotIndexed):  # and nobody looks for the index that is gone
+    with pytest.raises(NotIndexed):  # the old index is gone
         BagReader(io.BytesIO(file.getvalue()))
     connection = writer.add_connection("/new", header_of(String(), "/new"))
     for _, message, seconds, nanoseconds in rows[10:]:

@@ -1,4 +1,4 @@
-"""The home folder, and what stands in for it."""
+"""The home folder, and its substitutes."""
 
 from __future__ import annotations
 

@@ -105,7 +105,7 @@ def test_a_custom_target_is_made_when_it_is_named(base: Path, capsys: pytest.Cap
     assert (base / "build" / "one" / "made").exists()
 
 
-def test_a_target_that_nobody_knows_is_named(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_target_is_named(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert catkin_make.main(["nonsense"]) == 1
     assert "make: *** No rule to make target 'nonsense'.  Stop." in capsys.readouterr().err
 

@@ -62,7 +62,7 @@ def test_what_is_there_is_received(ends: tuple[socket.socket, socket.socket]) ->
     assert PollingReceiver().receive(ours, 3) == b"123"
 
 
-def test_what_comes_later_is_waited_for(ends: tuple[socket.socket, socket.socket]) -> None:
+def test_receive_waits_for_bytes_after_polling(ends: tuple[socket.socket, socket.socket]) -> None:
     ours, theirs = ends
     timer = threading.Timer(20 * busy_poll.STREAM_POLL_S, theirs.sendall, (b"late",))
     timer.start()

@@ -34,7 +34,7 @@ def test_the_one_idle_longest_is_closed_first() -> None:
     assert (len(connections), connections.accepted, connections.evicted) == (2, 3, 1)
 
 
-def test_a_peer_with_too_many_loses_its_own_and_nobody_elses() -> None:
+def test_a_peer_with_too_many_links_loses_only_its_own() -> None:
     connections = table_of(100, per_peer=2)
     other, *greedy = Peer("other"), Peer("greedy"), Peer("greedy"), Peer("greedy")
     for peer in (other, *greedy):

@@ -122,7 +122,7 @@ class Server:
 
 
 class Peer:
-    """A connection and what stands around it."""
+    """A connection with its loop, server and transport."""
 
     def __init__(self) -> None:
         self.loop, self.server, self.transport = Loop(), Server(), Transport()

@@ -124,7 +124,7 @@ def test_connections_of_another_user_are_known_as_theirs() -> None:
         other.communicate(timeout=10)
 
 
-def test_nobody_listens_at_a_free_port() -> None:
+def test_a_free_port_has_no_listener() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
         if knows_users():

@@ -15,7 +15,7 @@ S = 1_000_000_000
 
 
 class Sleeper(threading.Thread):
-    """Sleeps on a clock in a thread, and keeps what came of it."""
+    """Sleep on a clock in a thread, and keep the result."""
 
     def __init__(self, clock: SimulatedClock | WallClock, seconds: float) -> None:
         super().__init__(daemon=True)
@@ -44,7 +44,7 @@ def test_the_exempt_thread_still_sleeps_while_the_node_ends() -> None:
     assert clock.sleep(0.001) is True
 
 
-def test_simulated_time_is_zero_until_somebody_publishes_it() -> None:
+def test_simulated_time_is_zero_until_it_is_published() -> None:
     assert SimulatedClock().now_ns() == 0
 
 
@@ -80,7 +80,7 @@ def test_a_sleep_raises_when_time_goes_back() -> None:
 
 
 class ScriptedClock:
-    """A clock that only moves when somebody sleeps on it."""
+    """A clock that moves only during sleeps."""
 
     is_simulated = True
 

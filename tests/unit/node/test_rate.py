@@ -12,10 +12,10 @@ S = 1e-9
 
 
 class FakeClock:
-    """Time passes only while somebody sleeps.
+    """A clock that moves only during sleeps.
 
     Attributes:
-        slept: how long each sleep was asked to take, in nanoseconds.
+        slept: requested duration of each sleep, in nanoseconds.
         is_over: the node has shut down.
         jump_ns: the next sleep ends with a jump of that size.
     """

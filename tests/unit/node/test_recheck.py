@@ -46,10 +46,10 @@ def test_a_flood_of_calls_becomes_two_questions(loop: BackgroundLoop) -> None:
     loop.call(recheck.ask, "b", lambda: asked.append("b"))
     answered.set()
     wait_until(lambda: asked[-1] == "b")
-    assert asked == ["a", "a", "b"]  # what came after the first may have been news
+    assert asked == ["a", "a", "b"]  # a later call may have been news
 
 
-def test_what_comes_within_the_interval_waits(loop: BackgroundLoop) -> None:
+def test_calls_within_the_interval_wait(loop: BackgroundLoop) -> None:
     asked: list[str] = []
     recheck = Recheck(interval_s=1000.0)
     for about in "abc":

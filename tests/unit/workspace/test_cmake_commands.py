@@ -64,7 +64,7 @@ def test_what_an_installed_file_is_made_of_is_run_without_cmake(workspace: Works
     assert (workspace.layout.install / "share/p/b.txt").read_text() == "changed"
 
 
-def test_a_file_that_nobody_needs_is_not_made(workspace: Workspace) -> None:
+def test_an_unneeded_file_is_not_made(workspace: Workspace) -> None:
     workspace.add("p", COPY, a_dot_txt="a")
     workspace.build()
     assert not (workspace.layout.build / "p/made").exists()

@@ -47,7 +47,7 @@ def test_all_times_run_from_the_same_moment() -> None:
         watch.check(2.0, graph.find)
 
 
-def test_what_came_once_may_go_again() -> None:
+def test_a_topic_that_appeared_once_may_disappear() -> None:
     graph = Graph(level="std_msgs/String")
     watch = Watch([Expectation("/level", 5.0), Expectation("/other", 5.0)], "topic")
     assert not watch.check(0.0, graph.find)
