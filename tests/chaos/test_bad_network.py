@@ -1,4 +1,4 @@
-"""Nodes on both sides of a proxy that delays, splits, stalls, corrupts and cuts: which messages arrive, which are lost."""
+"""Nodes on both sides of a proxy that delays, splits, stalls, corrupts and cuts: which messages arrive."""
 
 from __future__ import annotations
 

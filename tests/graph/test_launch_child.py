@@ -55,7 +55,7 @@ def test_it_starts_the_ordered_nodes_and_reports_the_result(
     assert child.is_running
 
 
-def test_it_tells_tools_about_its_processes(ros: RosSystem, parent: Parent, package: Path) -> None:
+def test_it_describes_its_processes_to_tools(ros: RosSystem, parent: Parent, package: Path) -> None:
     child = start(ros, parent)
     launch(parent, ("a", "sleeper"), ("b", "ends"))
     wait_until(lambda: ("process_died", "b-2", 0) in parent.calls)

@@ -102,5 +102,5 @@ def test_roscore_is_found_where_the_variables_lead(
         ("192.0.2.1", "0.0.0.0"),  # noqa: S104
     ],
 )
-def test_the_facade_binds_what_is_to_be_reached(address: str, bound: str) -> None:
+def test_the_facade_binds_the_advertised_address(address: str, bound: str) -> None:
     assert rosgraph.network.get_bind_address(address) == bound

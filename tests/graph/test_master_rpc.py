@@ -137,7 +137,7 @@ def test_pipelined_calls_are_answered_in_order_also_behind_one_that_waits(servin
     assert answers.index(b"first") < answers.index(b"waited") < answers.index(b"last")
 
 
-def test_calls_that_were_sent_ahead_and_those_of_others_take_turns(serving: Serving) -> None:
+def test_pipelined_calls_and_those_of_others_take_turns(serving: Serving) -> None:
     with serving.connect() as hasty, serving.connect() as other:
         for peer in (hasty, other):
             peer.sendall(request("echo", "hello"))
@@ -154,7 +154,7 @@ def test_calls_that_were_sent_ahead_and_those_of_others_take_turns(serving: Serv
     assert serving.noted[:4].count("other") == 2
 
 
-def test_whatever_was_sent_ahead_is_answered_in_order(serving: Serving) -> None:
+def test_pipelined_calls_are_answered_in_order(serving: Serving) -> None:
     sent = [str(number) for number in range(2_000)]
     with serving.connect() as peer:
         sending = threading.Thread(
@@ -244,7 +244,7 @@ def test_an_invalid_request_is_refused_by_status_counted_and_closed(
     assert caplog.text.count("refused 127.0.0.1") == 1
 
 
-def test_who_sends_too_much_reads_why() -> None:
+def test_a_client_that_sends_too_much_can_read_the_reason() -> None:
     serving = Serving(limits=Limits(body_bytes=1_000_000))
     with RpcClient(serving.uri, timeout_s=20) as client:
         with pytest.raises(ProtocolError, match=r"413 .* the limit is 1000000 \(body_bytes in PIPROS_LIMITS"):
@@ -253,7 +253,7 @@ def test_who_sends_too_much_reads_why() -> None:
     serving.close()
 
 
-def test_the_asyncio_client_reads_why_too_and_sends_large_values() -> None:
+def test_the_asyncio_client_reads_the_reason_too_and_sends_large_values() -> None:
     serving = Serving(limits=Limits(body_bytes=1_000_000))
 
     async def calls() -> None:
@@ -276,7 +276,7 @@ def test_the_asyncio_client_gives_up_in_time_when_a_large_value_is_not_read() ->
             asyncio.run(call_async(uri, "echo", "x" * 20_000_000, timeout_s=0.3))
 
 
-def test_who_goes_on_sending_after_a_refusal_is_cut_off(serving: Serving) -> None:
+def test_a_client_that_continues_sending_after_a_refusal_is_closed(serving: Serving) -> None:
     with serving.connect() as peer:
         peer.sendall(b"\x00garbage")
         with pytest.raises((ConnectionResetError, BrokenPipeError)):
@@ -394,7 +394,7 @@ def test_a_server_that_is_silent_is_unreachable_when_the_time_is_over() -> None:
         (b"", Unreachable),
     ],
 )
-def test_a_server_that_does_not_speak_xml_rpc_has_an_error_of_its_own(
+def test_a_server_that_does_not_speak_xml_rpc_has_its_own_error(
     answer: bytes, error: type[Exception]
 ) -> None:
     def serve(listener: socket.socket) -> None:

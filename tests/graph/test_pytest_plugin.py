@@ -179,7 +179,7 @@ def test_the_examples_of_the_documentation_work(run: Run, pytester: pytest.Pytes
     result.assert_outcomes(passed=7)
 
 
-def test_a_launched_node_that_wants_it_comes_back_and_one_without_program_is_named(
+def test_a_respawning_node_is_restarted_and_one_without_a_program_is_named(
     run: Run, pytester: pytest.Pytester
 ) -> None:
     write(pytester, "ends.py", "#!/bin/sh\necho ended >>ends\nexit 3\n")

@@ -96,7 +96,7 @@ def test_a_description_that_is_missing_or_wrong_is_named(
 
 
 @pytest.mark.parametrize("module", ["xacro", "urdf_parser_py"])
-def test_what_is_not_installed_is_named_with_its_extra(module: str) -> None:
+def test_a_missing_library_is_named_with_its_extra(module: str) -> None:
     packages = ImportablePackages()
 
     spec = PackageFinder(packages.find, packages.find_module).find_spec(module)

@@ -146,7 +146,7 @@ print(said)
         "throttled by durations",
     ],
 )
-def test_it_does_what_noetic_does(
+def test_it_prints_the_lines_of_noetic(
     processes: Processes,
     tmp_path: Path,
     master: Master,
@@ -165,7 +165,7 @@ def test_it_does_what_noetic_does(
     assert [line for line in node.stdout if not line.startswith("[INFO]")] == expected
 
 
-def test_what_a_process_logs_goes_to_its_log_file_as_noetics_does(
+def test_all_loggers_of_a_process_write_to_its_log_file_as_in_noetic(
     processes: Processes, tmp_path: Path, master: Master
 ) -> None:
     script = tmp_path / "node.py"
@@ -209,9 +209,7 @@ format=%(name)s says %(message)s
 """
 
 
-def test_a_logging_configuration_of_ones_own_is_used(
-    processes: Processes, tmp_path: Path, master: Master
-) -> None:
+def test_a_custom_logging_configuration_is_used(processes: Processes, tmp_path: Path, master: Master) -> None:
     (tmp_path / "log.conf").write_text(CONFIG)
     script = tmp_path / "node.py"
     script.write_text('import rospy\nrospy.init_node("node")\nrospy.loginfo("low")\nrospy.logwarn("high")\n')

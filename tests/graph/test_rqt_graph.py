@@ -114,7 +114,7 @@ def test_a_topic_is_watched_only_while_a_browser_shows_it(chain: RosSystem) -> N
         first(browser.watch("graph"), lambda _: not watchers())
 
 
-def test_a_node_tells_its_connections(chain: RosSystem) -> None:
+def test_a_node_reports_its_connections(chain: RosSystem) -> None:
     with Page(chain).connect() as browser:
         node = first(browser.watch("node", name="/talker"), lambda value: value["connections"])
         assert ["/level", "std_msgs/String"] in node["publications"]
@@ -172,7 +172,7 @@ def test_pictures_are_written(chain: RosSystem) -> None:
         (["left", "over"], 2, "unexpected argument: left"),
     ],
 )
-def test_bad_arguments(ros: RosSystem, arguments: list[str], code: int, words: str) -> None:
+def test_invalid_arguments_are_refused(ros: RosSystem, arguments: list[str], code: int, words: str) -> None:
     ros.pipros.start_master()
     done = ros.pipros.run("rqt_graph", "--no-browser", *arguments)
     assert done.returncode == code

@@ -40,7 +40,7 @@ class Other(Strange):
     _md5sum = "f" * 32
 
 
-def test_launched_programs_pass_on_what_they_do_not_know(ros: RosSystem) -> None:
+def test_launched_programs_relay_messages_of_unknown_types(ros: RosSystem) -> None:
     ros.pipros.start_bare_master()
     numbers: Any = load_message_class("std_msgs/Float64")
     launch = ros.home / "tools.launch"

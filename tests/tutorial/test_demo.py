@@ -23,7 +23,7 @@ def test_it_shows_both_nodes_and_ends_by_itself(ros: RosSystem) -> None:
     assert "Traceback" not in demo.output
 
 
-def test_one_line_says_what_runs_and_how_to_look_at_it(ros: RosSystem) -> None:
+def test_one_line_names_the_running_nodes_and_how_to_inspect_them(ros: RosSystem) -> None:
     demo, second = ros.pipros.open_terminal(), ros.pipros.open_terminal()
     demo.type(DEMO)
     demo.wait_for(HEARD)

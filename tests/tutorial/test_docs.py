@@ -41,7 +41,7 @@ OUTPUT = {"text"}
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_what_the_page_shows_happens(ros: RosSystem, page: str) -> None:
+def test_the_commands_of_a_page_print_the_output_shown(ros: RosSystem, page: str) -> None:
     text = (DOCS / page).read_text()
     for language, title, content in BLOCK.findall(text):
         if title:

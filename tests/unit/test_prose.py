@@ -27,7 +27,7 @@ AVOIDED: dict[str, str] = {
     r"\bwhatever became\b": "whatever the outcome",
     r"\bg(?:ive|ives|iving|ave) way\b": "is closed for, is replaced by",
     r"\b[Ww]hat (?:comes|came|stands|stood|waits|waited)\b": "the message, the input, the entry, the queue",
-    r"(?:^|[.:;(#\"])\s*Has (?:[\w.`'/-]+ ){1,8}?(?:be|do|go|have)\b": "the verb: Resolve …, Send …, Let X run",
+    r"(?:^|[.:;(#\"])\s*Has (?:[\w.`'/-]+ ){1,8}?(?:be|do|go|have)\b": "the verb: Resolve …, Send …, Run …",
     r"(?<![/\"'])\b[Nn]obody\b": "no node, no subscriber, no user, not … anywhere",
     r"\b[Tt]hat which\b": "the message, the value, whatever it is",
     r"\bhears? of\b": "is notified of, receives",

@@ -184,7 +184,7 @@ def test_a_queue_size_of_zero_keeps_every_frame_up_to_the_limit_in_bytes() -> No
     assert subscriber.frames == "678"
 
 
-def test_a_frame_larger_than_the_limit_waits_all_the_same() -> None:
+def test_a_frame_larger_than_the_limit_is_queued_nevertheless() -> None:
     subscriber = Subscriber(0, Limits(queue_bytes=1))
     subscriber.send(1)
     subscriber.sock.space = 100
@@ -202,7 +202,7 @@ def test_without_a_queue_a_link_that_does_not_become_writable_in_time_has_stalle
     assert subscriber.link.statistics.dropped == 2, "as with queue_size=1"
 
 
-def test_one_that_stalled_is_waited_for_again_when_it_has_caught_up(drained: list[bool]) -> None:
+def test_a_stalled_link_is_waited_for_again_when_it_has_caught_up(drained: list[bool]) -> None:
     subscriber = Subscriber(None)
     subscriber.send(1)
     subscriber.link.stop_waiting()
@@ -241,7 +241,7 @@ def test_a_subscriber_that_closes_ends_the_link() -> None:
     assert subscriber.link.end_reason == ""
 
 
-def test_one_that_sends_too_much_loses_the_link_with_a_reason() -> None:
+def test_a_subscriber_that_sends_too_much_loses_the_link_with_a_reason() -> None:
     subscriber = Subscriber(10, Limits(subscriber_bytes=10))
     for data, is_closed in ((b"x" * 10, False), (b"x", True)):
         subscriber.sock.incoming = [data]

@@ -24,7 +24,7 @@ def test_without_a_queue_size_all_messages_are_kept_in_order() -> None:
     assert asyncio.run(take()) == list(range(100))
 
 
-def test_with_one_the_newest_are_kept_and_the_others_counted() -> None:
+def test_with_a_queue_size_the_newest_are_kept_and_the_others_counted() -> None:
     async def take() -> tuple[list[int], int]:
         stream: MessageStream[int] = MessageStream(2)
         fill(stream, 100)
@@ -33,7 +33,7 @@ def test_with_one_the_newest_are_kept_and_the_others_counted() -> None:
     assert asyncio.run(take()) == ([98, 99], 98)
 
 
-def test_a_message_after_the_loop_has_ended_is_nobodys() -> None:
+def test_a_message_after_the_end_of_the_loop_is_dropped() -> None:
     async def make() -> MessageStream[int]:
         return MessageStream(None)
 

@@ -68,7 +68,7 @@ def test_a_simulated_sleep_ends_with_the_node() -> None:
     assert sleeper.result is False
 
 
-def test_a_sleep_raises_when_time_goes_back() -> None:
+def test_a_sleep_raises_when_time_jumps_back() -> None:
     clock = SimulatedClock()
     clock.set_ns(10 * S)
     sleeper = Sleeper(clock, 2)
@@ -103,7 +103,7 @@ class ScriptedClock:
     def interrupt(self, exempt: int | None = None) -> None: ...
 
 
-def test_a_rate_sleeps_for_what_is_left_of_the_cycle() -> None:
+def test_a_rate_sleeps_for_the_rest_of_the_cycle() -> None:
     clock = ScriptedClock()
     rate = Rate(clock, S)
     clock.ns += S // 4
@@ -122,7 +122,7 @@ def test_a_loop_that_is_far_behind_does_not_hurry() -> None:
     assert clock.slept == [-9.0, 1.0]
 
 
-def test_a_rate_with_reset_starts_again_when_time_goes_back() -> None:
+def test_a_rate_with_reset_restarts_when_time_jumps_back() -> None:
     clock = ScriptedClock()
     strict, lenient = Rate(clock, S), Rate(clock, S, reset=True)
     clock.jump_ns = -50 * S

@@ -7,7 +7,7 @@ import threading
 from pipros.node.latch import LatchedFirst
 
 
-def test_latched_messages_come_first() -> None:
+def test_latched_messages_are_delivered_first() -> None:
     got: list[int] = []
     first = LatchedFirst([1, 2], got.append)
     first(3)
@@ -36,7 +36,7 @@ def test_a_message_that_arrives_during_the_latched_one_waits_for_it() -> None:
     assert got == [1, 2]
 
 
-def test_a_callback_may_bring_the_next_message_about() -> None:
+def test_a_callback_may_trigger_the_next_message() -> None:
     got: list[int] = []
 
     def call_back(message: int) -> None:

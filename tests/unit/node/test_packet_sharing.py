@@ -53,7 +53,7 @@ def test_separate_messages_do_not_make_a_burst() -> None:
     assert not messages.changes
 
 
-def test_short_bursts_make_none() -> None:
+def test_short_bursts_do_not_make_a_dense_run() -> None:
     messages = Messages()
     for _ in range(100):
         messages.send(LATE - 1, CLOSE)
