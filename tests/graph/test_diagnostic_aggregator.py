@@ -1,4 +1,4 @@
-"""The aggregator on a graph: parameters, topics, and analyzers that another node lends it."""
+"""The diagnostic aggregator as a node: parameters, topics, and analyzers added by another node."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`pipros doctor` on running systems: nothing on a healthy one, each planted fault on a sick one."""
+"""`pipros doctor` on running systems: no finding in a healthy one, and each planted fault in others."""
 
 from __future__ import annotations
 

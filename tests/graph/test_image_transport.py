@@ -1,4 +1,4 @@
-"""`rosrun image_transport republish`: images go to JPEG and back between nodes."""
+"""`rosrun image_transport republish`: images are compressed and decompressed between nodes."""
 
 from __future__ import annotations
 

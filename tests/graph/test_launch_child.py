@@ -1,6 +1,6 @@
-"""`roslaunch --child`: what it reports to its parent, which orders it accepts, and when it ends.
+"""`roslaunch --child`: its reports to the parent, the accepted commands, and when it exits.
 
-The parent is a server of the test; tests/interop/test_remote_machines.py has a genuine one.
+The parent is a server in the test; tests/interop/test_remote_machines.py uses a genuine one.
 """
 
 from __future__ import annotations

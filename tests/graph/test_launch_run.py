@@ -1,4 +1,4 @@
-"""roslaunch and roscore as a person uses them: processes, Ctrl-C, SIGKILL, respawn, required."""
+"""roslaunch and roscore on the command line: processes, Ctrl-C, SIGKILL, respawn, required."""
 
 from __future__ import annotations
 
@@ -244,7 +244,7 @@ def test_a_launch_without_nodes_ends_at_once_on_the_master_of_others(ros: RosSys
     assert "\033[1mNo processes to monitor\033[0m" in running.stdout
 
 
-def test_the_configuration_is_printed_on_request(ros: RosSystem, package: Path) -> None:
+def test_verbose_prints_the_files_parameters_and_nodes_read(ros: RosSystem, package: Path) -> None:
     ros.pipros.start_master()
     running = launch(ros, package, '<param name="p" value="1"/>' + node("ends"), "-v", "--wait", "--local")
     assert running.wait() == 0

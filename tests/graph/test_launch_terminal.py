@@ -1,4 +1,4 @@
-"""roslaunch on a terminal: whose line is whose."""
+"""roslaunch on a terminal: each line shows its node."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Nodes whose topics have names that no master takes, from a bag for example."""
+"""Nodes with topic names that every master refuses, for example from a bag."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Nodes of one process and a master talk over real links."""
+"""Topics between nodes of one process, over real connections."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A graph on a system without what only POSIX has, as on Windows."""
+"""A graph on a system without the modules and functions of POSIX, such as Windows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the tabs of the page show of a running robot, and what they may change."""
+"""The tabs of the page with a running robot: displayed data and permitted changes."""
 
 from __future__ import annotations
 

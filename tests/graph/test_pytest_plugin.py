@@ -1,4 +1,4 @@
-"""The pytest plugin in a pytest of its own: collected launch files, fixtures, and what a failure shows."""
+"""The pytest plugin in a separate pytest run: collected launch files, fixtures and failure reports."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A robot in xacro, loaded by a launch file, read by urdf_parser_py, its frames sent by its two nodes."""
+"""A robot in xacro: loaded by a launch file, parsed by urdf_parser_py, its frames sent by two nodes."""
 
 from __future__ import annotations
 

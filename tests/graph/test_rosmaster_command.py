@@ -1,4 +1,4 @@
-"""`rosmaster` as people and roslaunch start it."""
+"""`rosmaster`, started by users and by roslaunch."""
 
 from __future__ import annotations
 

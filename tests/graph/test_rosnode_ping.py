@@ -1,4 +1,4 @@
-"""rosnode ping of nodes that are well, gone, deaf, nowhere or moved."""
+"""rosnode ping of nodes that answer, have exited, hang, are unreachable or have moved."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""A process that starts a second node after its first one has ended, as notebooks and tests of packages
-do."""
+"""A process that starts a second node after the first has shut down, as notebooks and tests do."""
 
 from __future__ import annotations
 

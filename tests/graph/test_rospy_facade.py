@@ -1,4 +1,4 @@
-"""Parts of rospy that need a node, one script each, in a process of its own."""
+"""Parts of rospy that need a node, one script each, in its own process."""
 
 from __future__ import annotations
 

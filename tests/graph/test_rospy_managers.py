@@ -1,4 +1,4 @@
-"""What `rospy.impl.registration` hands out: the topics and services of a node that runs."""
+"""The managers in `rospy.impl.registration`: topics and services of a running node."""
 
 from __future__ import annotations
 

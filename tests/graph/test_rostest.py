@@ -1,4 +1,4 @@
-"""rostest with real nodes and masters: what is started, looked after, interrupted and left behind."""
+"""rostest with real nodes and masters: start, supervision, interruption and clean-up."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""rostopic echo, hz, bw and delay on running nodes: what they show, and how they end."""
+"""rostopic echo, hz, bw and delay with running nodes: their output and how they exit."""
 
 from __future__ import annotations
 

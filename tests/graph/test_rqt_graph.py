@@ -1,4 +1,4 @@
-"""`rqt_graph`: its server, what it sends, who may see it, and pictures."""
+"""`rqt_graph`: its server, messages, access control and pictures."""
 
 from __future__ import annotations
 

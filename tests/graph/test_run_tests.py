@@ -1,4 +1,4 @@
-"""`catkin_make run_tests` and `catkin_test_results`: the tests that a package lists for itself."""
+"""`catkin_make run_tests` and `catkin_test_results`: the tests declared by a package."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a node answers to others that ask for the wrong thing, and what it says of its links."""
+"""Replies of the slave API to invalid requests, and its description of the links."""
 
 from __future__ import annotations
 

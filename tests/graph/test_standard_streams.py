@@ -1,4 +1,4 @@
-"""Commands and nodes whose standard output is closed, full, or of an encoding that lacks characters."""
+"""Commands and nodes whose standard output is closed, full, or has a limited encoding."""
 
 from __future__ import annotations
 

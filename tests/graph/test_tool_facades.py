@@ -1,4 +1,4 @@
-"""The modules that Python code imports from the tools: rosmsg, rosnode, rosparam, rosservice, rostopic."""
+"""Python modules of the command-line tools: rosmsg, rosnode, rosparam, rosservice, rostopic."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tools on a machine of another network, with another address, than that of the master."""
+"""Tools on a machine in another network than the master."""
 
 from __future__ import annotations
 

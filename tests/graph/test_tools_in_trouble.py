@@ -1,4 +1,4 @@
-"""Tools without a master, with one that goes away, with quick and large messages, and in background jobs."""
+"""Tools without a master, with a master that exits, with fast and large messages, and in background jobs."""
 
 from __future__ import annotations
 

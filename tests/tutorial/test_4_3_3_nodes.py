@@ -1,4 +1,4 @@
-"""Section 4.3.3 of the case study: three terminals, one for roscore, one for each node."""
+"""Section 4.3.3 of the case study: roscore and two nodes, each in its own terminal."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def test_the_outputs_show_that_both_nodes_work_fine(ros: RosSystem, core: Termin
         assert "Traceback" not in terminal.output
 
 
-def test_roscore_prints_its_addresses_and_parameters(ros: RosSystem, core: Terminal) -> None:
+def test_roscore_prints_its_log_file_and_summary(ros: RosSystem, core: Terminal) -> None:
     core.press_ctrl_c()
     core.wait_for_prompt()
 

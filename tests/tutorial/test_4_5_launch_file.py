@@ -1,4 +1,4 @@
-"""Section 4.5 of the case study: the launch file, by roslaunch and by rostest."""
+"""Section 4.5 of the case study: the launch file, run by roslaunch and by rostest."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a person sees who did something wrong: what happened, to whom, and no traceback of pipros."""
+"""Errors shown to a user: they name the problem and the file or node, without a traceback of pipros."""
 
 from __future__ import annotations
 

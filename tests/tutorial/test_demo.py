@@ -1,4 +1,4 @@
-"""script/demo: the case study live, with one command."""
+"""script/demo runs the case study live with one command."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_it_shows_both_nodes_and_ends_by_itself(ros: RosSystem) -> None:
     assert "Traceback" not in demo.output
 
 
-def test_one_line_names_the_running_nodes_and_how_to_inspect_them(ros: RosSystem) -> None:
+def test_the_first_line_says_how_to_inspect_the_demo(ros: RosSystem) -> None:
     demo, second = ros.pipros.open_terminal(), ros.pipros.open_terminal()
     demo.type(DEMO)
     demo.wait_for(HEARD)

@@ -1,4 +1,4 @@
-"""script/venv on machines that lack something: it says what, and what to type."""
+"""script/venv on machines with missing programs: it names each one and the command that installs it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ APT_FAILS = "exit 100"
 
 
 class Machine:
-    """A copy of the project's set-up script, on a machine with the programs that a test gives it."""
+    """A machine with a copy of the set-up script and only the programs that a test adds."""
 
     def __init__(self, folder: Path, processes: Processes) -> None:
         self.folder = folder / "pipros"

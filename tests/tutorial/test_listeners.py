@@ -1,4 +1,4 @@
-"""Talkers and listeners that come, go, and are killed, in any order."""
+"""Talkers and listeners that are started, ended and killed in any order."""
 
 from __future__ import annotations
 

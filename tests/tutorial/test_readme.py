@@ -1,4 +1,4 @@
-"""Every example of the README runs, and does what its comment says."""
+"""Every example of the README runs, with the effect described in its comment."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def blocks(language: str) -> list[str]:
 
 
 def commands(block: int = 0) -> dict[str, str]:
-    """The lines of a console example by their first two words, without the comments beside them."""
+    """Return the commands of a console example by their first two words, without comments."""
     lines = [
         line.removeprefix("$ ").partition("  #")[0].strip() for line in blocks("console")[block].splitlines()
     ]

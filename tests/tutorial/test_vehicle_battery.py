@@ -1,4 +1,4 @@
-"""The battery monitor of `examples/`, as its README shows it; its own tests; its bag."""
+"""The battery monitor in `examples/`: the commands of its README, its tests and its bag."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What to bind and what to advertise."""
+"""Addresses to bind and to advertise."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MASTER_FAR = "http://robot:11311"
 
 
 def names_mean(monkeypatch: pytest.MonkeyPatch, resolve: Callable[..., Any]) -> None:
-    """Has all names looked up by `resolve`."""
+    """Replace name resolution with `resolve`."""
     monkeypatch.setattr(address, "process_lookups", lambda: Lookups(1, resolve=resolve))
 
 

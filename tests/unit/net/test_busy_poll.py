@@ -1,4 +1,4 @@
-"""Looking at a socket for a moment before sleeping in it."""
+"""Polling a socket briefly before a blocking read."""
 
 import socket
 import threading
@@ -22,7 +22,7 @@ ONE_LOOK = -1.0  # a time that is over after the first
 
 
 class SleepySocket:
-    """Has nothing for a poll, and something for a blocking read; records which it was."""
+    """A socket with bytes for blocking reads only, which records the kind of each read."""
 
     def __init__(self) -> None:
         self.waits: list[str] = []
@@ -37,7 +37,7 @@ class SleepySocket:
 
 @pytest.fixture
 def sleepy(monkeypatch: pytest.MonkeyPatch) -> SleepySocket:
-    """On a system that permits busy polling."""
+    """A `SleepySocket` on a system that permits busy polling."""
     monkeypatch.setattr(busy_poll, "_DONTWAIT", 0x40)
     monkeypatch.setattr(busy_poll, "_MAY_POLL", True)
     return SleepySocket()

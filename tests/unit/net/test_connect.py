@@ -43,7 +43,7 @@ def test_a_refused_connection_and_an_unknown_name_raise_their_errors(server: soc
 
 @pytest.fixture
 def full(server: socket.socket) -> Iterator[int]:
-    """A port that takes no further connections: they wait for an answer."""
+    """A port with a full backlog: further connections wait for an answer."""
     server.listen(0)
     waiting = []
     for _ in range(8):

@@ -1,4 +1,4 @@
-"""Which connections are closed when there are too many, and what is counted."""
+"""The choice of the connections to close beyond the limits, and the counters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Calls to many peers at a time: their order, their number, their errors, and Ctrl-C."""
+"""Concurrent calls to many peers: order, limit, errors and Ctrl-C."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from tests.support.waiting import wait_until
 
 
 class Resolver:
-    """Names and their addresses; the answers for others never come, until the test ends."""
+    """A resolver with a table of names; lookups of other names block until the test ends."""
 
     def __init__(self, **known: str) -> None:
         self.known = known

@@ -14,7 +14,7 @@ from pipros.net.loop import BackgroundLoop, in_daemon_thread
 
 
 class Silence:
-    """A resolver whose answers never come, until the test ends."""
+    """A resolver that blocks until the test ends."""
 
     def __init__(self) -> None:
         self.end = threading.Event()

@@ -1,4 +1,4 @@
-"""The sending end of a link, with a socket in memory: what it writes, keeps, drops and waits for."""
+"""The sending end of a link, with a socket in memory: written, queued and dropped frames, and waits."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Timer:
 
 
 class Loop:
-    """A background loop that the test runs: `call` and the timers and watches of asyncio."""
+    """A background loop driven by the test: `call`, and the timers and watches of asyncio."""
 
     def __init__(self) -> None:
         self.asyncio = self
@@ -97,7 +97,7 @@ class Loop:
             self.soon.pop(0)()
 
     def fire(self, delay_s: float) -> None:
-        """Calls the timers of one kind once."""
+        """Call the timers of one kind once."""
         due = [function for delay, function in self.timers if delay == delay_s]
         self.timers = [timer for timer in self.timers if timer[0] != delay_s]
         for function in due:
@@ -105,7 +105,7 @@ class Loop:
 
 
 class Subscriber:
-    """A link, and the socket and the loop that it has."""
+    """A link with its socket and loop."""
 
     def __init__(self, queue_size: int | None, limits: Limits | None = None) -> None:
         self.sock, self.loop = Socket(), Loop()
@@ -122,21 +122,21 @@ class Subscriber:
             self.link.send((str(number).encode() * SIZE,), SIZE)
 
     def allow(self, space: int) -> None:
-        """The subscriber reads, and the loop finds the socket writable."""
+        """Let the subscriber read, so that the loop finds the socket writable."""
         self.sock.space = space
         if self.loop.writer:
             self.loop.writer()
 
     @property
     def frames(self) -> str:
-        """The digits of the frames that went out, one for each whole frame."""
+        """The digits of the sent frames, one for each complete frame."""
         sent = self.sock.sent.decode()
         return "".join(sent[start] for start in range(0, len(sent) - SIZE + 1, SIZE))
 
 
 @pytest.fixture(autouse=True)
 def drained(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
-    """What the system reports of the sockets; a test may empty the list: not drained yet."""
+    """The reply of the system about drained sockets; a test empties the list to simulate undrained ones."""
     answers = [True]
     monkeypatch.setattr(sockets, "is_nearly_drained", lambda _sock: bool(answers))
     monkeypatch.setattr(sockets, "is_unanswered", lambda _sock, _limit_s: False)

@@ -1,4 +1,4 @@
-"""A connection of the RPC server, fed by hand: a transport in memory, a loop whose turns the test takes."""
+"""A connection of the RPC server with a transport in memory and a loop driven by the test."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Handle:
 
 
 class Loop:
-    """As much of an event loop as a connection uses; time passes when the test says so."""
+    """The part of an event loop that a connection uses; the test advances the time."""
 
     def __init__(self) -> None:
         self.now = 0.0
@@ -53,7 +53,7 @@ class Loop:
         return handle
 
     def turn(self) -> int:
-        """Runs what is due; returns how much that was."""
+        """Run the due callbacks; return their number."""
         while self._later and self._later[0][0] <= self.now:
             self._soon.append(heapq.heappop(self._later)[2])
         due, self._soon = [handle for handle in self._soon if not handle.is_cancelled], []
@@ -99,7 +99,7 @@ class Transport(asyncio.Transport):
 
 
 class Server:
-    """Answers every method at once."""
+    """A server that answers every method at once."""
 
     def __init__(self) -> None:
         self.limits = Limits()

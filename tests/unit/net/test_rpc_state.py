@@ -1,4 +1,4 @@
-"""A connection of the RPC server moves between its states as the table says."""
+"""State transitions of a connection of the RPC server."""
 
 from __future__ import annotations
 

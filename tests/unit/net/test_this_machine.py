@@ -1,4 +1,4 @@
-"""Which addresses, names and callers belong to this machine."""
+"""Recognise the addresses, names and callers of this machine."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ for host in sys.argv[1:]:
 def connected(
     listen: str = "127.0.0.1", connect: str = "127.0.0.1"
 ) -> Iterator[tuple[Caller, socket.socket]]:
-    """A caller as a server sees it, and the socket of the caller."""
+    """Yield a caller as seen by a server, and the socket of the caller."""
     family = socket.AF_INET6 if ":" in listen else socket.AF_INET
     with socket.create_server((listen, 0), family=family, dualstack_ipv6=listen == "::") as server:
         client = socket.create_connection((connect, server.getsockname()[1]), 10)

@@ -1,4 +1,4 @@
-"""Threads that are kept for the next job."""
+"""Threads that are reused for the next job."""
 
 import threading
 

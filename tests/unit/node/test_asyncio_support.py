@@ -1,4 +1,4 @@
-"""A stream of messages hands over what other threads put in, the newest when it must choose."""
+"""Message streams deliver messages from other threads, the newest ones if the queue is full."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pipros.node.asyncio_support import MessageStream
 
 
 def fill(stream: MessageStream[int], count: int) -> None:
-    """Puts numbers in from another thread, then ends the stream."""
+    """Add numbers from another thread, then end the stream."""
     thread = threading.Thread(target=lambda: ([stream(number) for number in range(count)], stream.close()))
     thread.start()
     thread.join()

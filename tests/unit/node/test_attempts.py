@@ -10,7 +10,7 @@ from pipros.node.attempts import Attempts
 
 
 class Peers:
-    """Attempts that go on until they are let go."""
+    """Attempts that last until the gate is opened."""
 
     def __init__(self) -> None:
         self.begun: list[str] = []

@@ -1,4 +1,4 @@
-"""Clocks: waits that end when they should, and only then."""
+"""Wall clock and simulated clock: sleeps end at the right time."""
 
 from __future__ import annotations
 

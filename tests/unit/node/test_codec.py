@@ -1,4 +1,4 @@
-"""Messages are encoded and decoded the fastest way that their class offers."""
+"""Messages are encoded and decoded by the fastest methods of their class."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.node.codec import decoder, encoder
 
 
 class GenuineString:
-    """A class as genuine generators write it: `serialize` to a file, `deserialize` from bytes."""
+    """A class as written by genuine generators: `serialize` to a file, `deserialize` from bytes."""
 
     def __init__(self, data: bytes = b"") -> None:
         self.data = data

@@ -1,4 +1,4 @@
-"""A callback that is added to a latched topic gets the last message first, and misses none."""
+"""A callback added to a latched topic receives the last message first, and every later one."""
 
 from __future__ import annotations
 

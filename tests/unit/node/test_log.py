@@ -1,4 +1,4 @@
-"""Log lines: Noetic's format, streams and colours, and the caller's own place."""
+"""Log lines: Noetic's format, streams and colours, and the location of the caller."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The parameter cache of a node: when it answers by itself, and when it asks the master."""
+"""The parameter cache of a node: which reads it answers itself, and which are sent to the master."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ JOINING, OVERTAKEN, CURRENT, STALE = CacheState
 
 
 class Master:
-    """A parameter server in memory, which counts what it is asked for."""
+    """A parameter server in memory, which counts the requests."""
 
     def __init__(self, **values: Any) -> None:
         self.values = {f"/{name}": value for name, value in values.items()}

@@ -20,7 +20,7 @@ A, B, C = "http://a:1/", "http://b:1/", "http://c:1/"
 
 
 class Publishers:
-    """Connects at once, unless set otherwise; notes when it was asked to whom.
+    """Connect at once, unless set otherwise; record the time and the publisher of each attempt.
 
     Attributes:
         moments: the times of the attempts, by URI.

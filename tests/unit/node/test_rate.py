@@ -85,7 +85,7 @@ def test_a_jump_back_during_a_sleep_raises_without_reset() -> None:
     assert rate.last_ns == clock.time_ns
 
 
-def test_a_sleep_interrupted_by_shutdown_returns_false() -> None:
+def test_a_sleep_during_shutdown_returns_false() -> None:
     clock = FakeClock()
     clock.is_over = True
     assert not Rate(clock, PERIOD_NS).sleep()

@@ -1,4 +1,4 @@
-"""Questions to the master because of callers that are not trusted: at once, and then not often."""
+"""Checks with the master caused by untrusted callers: the first at once, the next ones rarely."""
 
 from __future__ import annotations
 

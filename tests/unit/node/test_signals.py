@@ -15,7 +15,7 @@ pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGUSR1"), reason="signals 
 
 
 class Reader:
-    """The event loop of a node, as far as signals need it: it reads when the test says so."""
+    """The part of a node's event loop that signals need; it reads when the test calls `turn`."""
 
     def __init__(self) -> None:
         self._read: Callable[[], object]
@@ -28,7 +28,7 @@ class Reader:
         self.shutdown_hook = hook
 
     def turn(self) -> None:
-        """Calls the reader if something has arrived."""
+        """Call the reader if bytes have arrived."""
         try:
             self._sock.recv(1, socket.MSG_PEEK)
         except BlockingIOError:
@@ -37,7 +37,7 @@ class Reader:
 
 
 class Ends:
-    """The ends of a node, and their reasons."""
+    """Record the shutdowns of a node with their reasons."""
 
     def __init__(self) -> None:
         self.reasons: list[str] = []
@@ -54,7 +54,7 @@ class Ends:
 
 @pytest.fixture(autouse=True)
 def handlers() -> Iterator[list[Any]]:
-    """The handlers before the test, which has to leave them."""
+    """The handlers before the test, which must be restored after it."""
     numbers = (signal.SIGINT, signal.SIGTERM)
     before = [signal.getsignal(number) for number in numbers]
     yield before

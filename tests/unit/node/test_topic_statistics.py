@@ -1,4 +1,4 @@
-"""What a window of topic statistics says, and how its length follows the traffic."""
+"""Figures of a topic statistics window, and the adaptation of its length to the traffic."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ S = 1_000_000_000
 
 
 def run(meter: TrafficMeter, seconds: float, rate: int, start_ns: int = S) -> list[Window]:
-    """Feeds a steady stream, each message 10 bytes long and a millisecond old."""
+    """Feed a steady stream of messages of 10 bytes, each a millisecond old."""
     windows = []
     for number in range(int(seconds * rate)):
         now_ns = start_ns + number * S // rate
