@@ -186,7 +186,7 @@ def scene(processes: Processes, claimed_port: ClaimedPort, tmp_path: Path) -> It
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_everything_comes_back_and_no_message_is_torn_twice_or_out_of_order(scene: Scene, seed: int) -> None:
+def test_every_process_recovers_and_messages_arrive_whole_once_and_in_order(scene: Scene, seed: int) -> None:
     victims = ("master", "talker", "listener", "relay", "launcher", "recorder")
     for kill in kill_schedule(seed, victims, 12, after=(1, 50)):
         scene.kill(kill)

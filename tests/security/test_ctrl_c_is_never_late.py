@@ -122,7 +122,7 @@ def offer(master: Master, service: str, uri: str) -> None:
 
 
 @pytest.mark.parametrize("body", [CALL, PERSISTENT_CALL, WAIT, HOOK, ASYNC_CALL])
-def test_with_a_service_that_accepts_and_says_nothing(
+def test_with_a_service_that_accepts_and_never_answers(
     processes: Processes, tmp_path: Path, master: Master, mute: socket.socket, body: str
 ) -> None:
     offer(master, "/mute", f"rosrpc://127.0.0.1:{port_of(mute)}")
@@ -161,7 +161,7 @@ def test_with_a_publisher_at_an_unknown_host(processes: Processes, tmp_path: Pat
     assert_ends_at_once(node)
 
 
-def test_with_a_publisher_that_accepts_and_says_nothing(
+def test_with_a_publisher_that_accepts_and_never_answers(
     processes: Processes, tmp_path: Path, master: Master, mute: socket.socket
 ) -> None:
     with closing(MasterClient(master.uri, "/mute_node")) as client:
@@ -185,7 +185,7 @@ def test_a_tool_with_a_master_at_an_unknown_host(processes: Processes, tmp_path:
 
 
 @pytest.mark.parametrize("server", ["mute", "full"])
-def test_with_a_master_that_says_nothing(
+def test_with_a_silent_master(
     processes: Processes, tmp_path: Path, server: str, request: pytest.FixtureRequest
 ) -> None:
     port = port_of(request.getfixturevalue(server))
@@ -258,7 +258,7 @@ def states_of_connections_to(port: int, pid: int) -> list[str]:
 
 
 @needs_network
-def test_where_name_servers_swallow_every_question(processes: Processes, tmp_path: Path) -> None:
+def test_with_name_servers_that_never_answer(processes: Processes, tmp_path: Path) -> None:
     network = LoneNetwork("127.0.0.1 localhost\n", nameserver="192.0.2.1")
     try:
         script = tmp_path / "node.py"

@@ -97,7 +97,7 @@ def test_hosts_that_do_not_answer_keep_no_publisher_waiting(make_node: MakeNode,
     assert attempts_under_way(listener) <= 4 + 40
 
 
-def test_publishers_beyond_the_limit_are_left_out_with_a_word(make_node: MakeNode) -> None:
+def test_publishers_beyond_the_limit_are_skipped_and_logged(make_node: MakeNode) -> None:
     log, lines = listening_log()
     listener = make_node("listener", log=log, limits=Limits(publishers_per_topic=5))
     talker = make_node("talker")

@@ -1,8 +1,8 @@
 """Run every command and Python block of docs/: most pages here, the others in the tests in OTHERS.
 
 A `console` block is a terminal. The lines below a command must appear in its output in that order; `...`
-matches any text, or any lines if it is a whole line. A last command that does not end runs until the end of the
-page. A block with a title is a file.
+matches any text, or any lines if it is a whole line. A last command that does not end runs until the end of
+the page. A block with a title is a file.
 """
 
 from __future__ import annotations
