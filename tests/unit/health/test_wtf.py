@@ -41,7 +41,7 @@ def context(system: SystemReport | None = None) -> roswtf.context.WtfContext:
         ({"k": 1}, "about None:"),
     ],
 )
-def test_what_a_function_returns_becomes_a_text(result: Any, text: str) -> None:
+def test_results_of_rules_are_formatted_as_text(result: Any, text: str) -> None:
     ctx = context()
     roswtf.rules.error_rule(RULE, result, ctx)
     roswtf.rules.warning_rule(RULE, result, ctx)
