@@ -85,7 +85,7 @@ def measure(command: list[str], line: str, path: str, modules: str) -> tuple[flo
 
 
 def drain(controller: int) -> None:
-    """Reads until nobody has the terminal any more."""
+    """Read until every process has closed the terminal."""
     try:
         while os.read(controller, 65536):
             pass

@@ -4,7 +4,7 @@
     benchmarks/page.py [--browsers 20] [--seconds 10] [--quick]
 
 A publisher sends a number 1,000 times and images of 1 MB 30 times a second. Four runs: without a page, with a
-page that nobody looks at, with browsers that look at the number, its curve, the image and the graph, and with
+page without a browser, with browsers that look at the number, its curve, the image and the graph, and with
 one more browser that stopped reading. Each row has what the publisher reached and used of a processor, how
 many images a browser got, and processor time and memory of the server.
 

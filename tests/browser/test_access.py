@@ -84,7 +84,7 @@ def test_a_second_tab_opens_with_the_printed_address(page: Page, open_tab: OpenT
 
 
 @pytest.mark.parametrize("fragment", ["", "#graph", "#token=wrong/graph", "#code=wrong/graph"])
-def test_without_the_right_token_the_page_says_what_to_do(
+def test_without_the_right_token_the_page_says_how_to_get_one(
     page: Page, chromium: Browser, fragment: str
 ) -> None:
     context = chromium.new_context()

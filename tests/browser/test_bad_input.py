@@ -95,7 +95,7 @@ def test_a_topic_of_an_unknown_type_is_shown(ros: RosSystem, open_tab: OpenTab, 
     expect(tab.locator("aside dl")).to_contain_text("far_msgs/Wheel")
 
 
-def test_a_node_that_never_answers_delays_nobody(ros: RosSystem, open_tab: OpenTab) -> None:
+def test_a_node_that_never_answers_does_not_delay_the_page(ros: RosSystem, open_tab: OpenTab) -> None:
     ros.pipros.start_bare_master()
     with socket.create_server(("127.0.0.1", 0), backlog=200) as silent, ServerProxy(ros.master_uri) as master:
         uri = f"http://127.0.0.1:{silent.getsockname()[1]}/"

@@ -103,7 +103,7 @@ def test_markup_in_a_message_stays_text(ros: RosSystem, open_tab: OpenTab) -> No
     assert tab.locator("aside img").count() == 0
 
 
-def test_it_fits_a_phone(ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab) -> None:
+def test_the_graph_fits_a_phone(ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab) -> None:
     tab = open_tab(Page(ros), "graph/t%2Fbattery_topic", size=(390, 800))
     expect(tab.locator("[role=meter]")).to_be_visible()
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390

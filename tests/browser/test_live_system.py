@@ -72,7 +72,7 @@ def test_each_tab_shows_data_of_all_kinds_of_nodes(mixed: RosSystem, open_tab: O
         tab.context.close()
     tab = open_tab(page, "graph")
     for name in ["robot", *(["genuine_robot", "cpp_talker", "cpp_imu", "listener"] if IS_MIXED else [])]:
-        if name != "robot" or IS_MIXED:  # alone it is connected to nobody but the page
+        if name != "robot" or IS_MIXED:  # alone it is connected only to the page
             expect(tab.locator(f'[data-key="n/{name}"]')).to_be_visible()
     if IS_MIXED:
         expect(tab.locator("svg.canvas")).to_contain_text(re.compile(r"\d Hz"))
@@ -91,7 +91,9 @@ WATCH = """() => {
 }"""
 
 
-def test_a_killed_talker_is_marked_and_disturbs_nobody(ros: RosSystem, open_tab: OpenTab) -> None:
+def test_a_killed_talker_is_marked_and_does_not_disturb_other_nodes(
+    ros: RosSystem, open_tab: OpenTab
+) -> None:
     ros.pipros.start_master()
     side = ros.pipros
     program = ("rostopic", "pub", "-r", "10", "/level", "std_msgs/String", "'%25'", "__name:=talker")

@@ -96,7 +96,7 @@ def test_each_kind_of_parameter_is_changed_on_the_page(
     expect(free).to_have_value("1")
 
 
-def test_without_control_it_only_shows(ros: RosSystem, open_tab: OpenTab, module: Path) -> None:
+def test_without_control_parameters_are_read_only(ros: RosSystem, open_tab: OpenTab, module: Path) -> None:
     ros.pipros.start_master()
     for side in SIDES:
         start(ros, side, module)

@@ -149,7 +149,7 @@ def test_images_have_their_colours_in_each_encoding(ros: RosSystem, open_tab: Op
     assert Path(download.value.path()).read_bytes().startswith(b"\x89PNG")
 
 
-def test_frames_get_old_when_nobody_sends_them(ros: RosSystem, open_tab: OpenTab) -> None:
+def test_frames_without_updates_are_shown_as_old(ros: RosSystem, open_tab: OpenTab) -> None:
     ros.pipros.start_master()
     robot = ros.pipros.start(sys.executable, PROGRAMS / "robot_program.py", "robot")
     ros.pipros.start("rosrun", "tf2_ros", "static_transform_publisher", *(*"001000", "base_link", "laser"))

@@ -55,7 +55,7 @@ def test_with_control_a_service_is_called_and_a_message_published(
 def test_the_console_filters(robot: RosSystem, open_tab: OpenTab) -> None:
     tab = open_tab(Page(robot), "console")
     expect(tab.locator(".entry").first).to_be_visible()
-    tab.get_by_label("Filter by text").fill("nobody says this")
+    tab.get_by_label("Filter by text").fill("no message has this text")
     expect(tab.locator(".entry")).to_have_count(0)
     tab.get_by_label("Filter by text").fill("SLIPS")
     expect(tab.locator(".entry").first).to_contain_text("Warn")

@@ -1,4 +1,4 @@
-"""Nodes on both sides of a proxy that delays, splits, stalls, corrupts and cuts: what comes, what is lost."""
+"""Nodes on both sides of a proxy that delays, splits, stalls, corrupts and cuts: which messages arrive."""
 
 from __future__ import annotations
 
@@ -114,7 +114,9 @@ def relay(make_node: MakeNode, behind: Node) -> Relay:
     ],
     ids=["late", "in small pieces", "in packets", "with pauses"],
 )
-def test_all_arrives_once_and_in_order(proxy: FaultProxy, relay: Relay, faults: dict[str, float]) -> None:
+def test_every_message_arrives_once_and_in_order(
+    proxy: FaultProxy, relay: Relay, faults: dict[str, float]
+) -> None:
     proxy.inject("topics", "nodes", "master", **faults)
 
     last = 0
@@ -134,9 +136,7 @@ def test_large_messages_arrive_whole_in_pieces(proxy: FaultProxy, relay: Relay) 
     assert relay.history.problems() == []
 
 
-def test_links_that_are_cut_all_the_time_lose_only_what_was_under_way(
-    proxy: FaultProxy, relay: Relay
-) -> None:
+def test_links_that_are_cut_repeatedly_lose_only_messages_in_transit(proxy: FaultProxy, relay: Relay) -> None:
     proxy.inject(cut_every_bytes=20_000, split_bytes=5000)
 
     while proxy.counts().cut < 20:
@@ -151,7 +151,7 @@ def test_links_that_are_cut_all_the_time_lose_only_what_was_under_way(
     assert relay.counted()["links_ended"] >= 20
 
 
-def test_a_stalled_link_loses_exactly_what_is_counted(
+def test_a_stalled_link_loses_exactly_the_counted_messages(
     make_node: MakeNode, proxy: FaultProxy, behind: Node
 ) -> None:
     relay = Relay(make_node("near"), behind, queue_size=5)
@@ -170,7 +170,7 @@ def test_a_stalled_link_loses_exactly_what_is_counted(
     assert relay.counted()["links_ended"] == 0
 
 
-def test_a_link_that_ends_with_frames_that_wait_counts_them(relay: Relay, proxy: FaultProxy) -> None:
+def test_a_link_that_ends_counts_its_queued_frames(relay: Relay, proxy: FaultProxy) -> None:
     relay.say_until_one_comes()
     proxy.stall()
     for _ in range(500):  # more than the buffers of a system grow to
@@ -196,7 +196,7 @@ def test_corrupted_bytes_end_links_and_never_nodes(
         assert rounds < 1000, "no message arrived with a changed text"
         for _ in range(20):
             relay.say(size=200)
-        proxy.cut()  # a length that was changed has the receiver wait for bytes that nobody sent
+        proxy.cut()  # a corrupted length makes the receiver wait for bytes that were never sent
         wait_until(lambda: relay.there.connection_count, LIMIT_S)
     corrupted = proxy.counts().corrupted
     proxy.inject()
@@ -209,7 +209,7 @@ def test_corrupted_bytes_end_links_and_never_nodes(
     assert [line for line in relay.problems() if line not in torn and "lost" not in line] == []
 
 
-def test_calls_over_a_bad_network_are_right_or_fail(
+def test_calls_over_a_bad_network_return_correctly_or_fail(
     make_node: MakeNode, behind: Node, proxy: FaultProxy
 ) -> None:
     behind.serve("set", SetBool, lambda request: SetBool._response_class(request.data, str(request.data)))
@@ -233,7 +233,7 @@ def test_calls_over_a_bad_network_are_right_or_fail(
     assert client.call(SetBool._request_class(True), LIMIT_S).success
 
 
-def test_a_master_that_is_cut_off_costs_no_topic(
+def test_an_unreachable_master_interrupts_no_topic(
     make_node: MakeNode, proxy: FaultProxy, relay: Relay
 ) -> None:
     proxy.refuse("master", "nodes")

@@ -45,7 +45,7 @@ def test_roslaunch_ends_at_this_moment_of_its_start(ros: RosSystem, moment: str)
 
 
 @pytest.mark.parametrize("attempt", range(6))
-def test_roslaunch_ends_in_the_moment_in_which_its_nodes_begin_to_wait(ros: RosSystem, attempt: int) -> None:
+def test_roslaunch_ends_when_its_nodes_begin_to_wait(ros: RosSystem, attempt: int) -> None:
     launch = ros.pipros.start(*LAUNCH)
     wait_until(
         lambda: ros.publishers("/battery_topic") and ros.subscribers("/battery_topic"),
@@ -57,7 +57,7 @@ def test_roslaunch_ends_in_the_moment_in_which_its_nodes_begin_to_wait(ros: RosS
 
 
 @pytest.mark.parametrize("attempt", range(6))
-def test_a_listener_ends_in_the_moment_in_which_it_begins_to_wait(ros: RosSystem, attempt: int) -> None:
+def test_a_listener_ends_when_it_begins_to_wait(ros: RosSystem, attempt: int) -> None:
     ros.pipros.start_master()
     listener = ros.pipros.start("rosrun", "composiv_tryouts", "composiv_listener.py")
     wait_until(lambda: ros.subscribers("/battery_topic"), 20)

@@ -70,7 +70,7 @@ def test_a_signal_ends_a_server_whose_callback_blocks(
     assert "the hook ran" in server.output
 
 
-def test_a_callback_that_notices_the_end_finishes_its_work(
+def test_a_callback_that_notices_the_shutdown_finishes_its_work(
     processes: Processes, tmp_path: Path, master: Master
 ) -> None:
     server = start_server(processes, tmp_path, master, NOTICES, "rospy.spin()")

@@ -71,7 +71,7 @@ def numbered(number: int) -> Any:
     return String(f"{number:<100000}")
 
 
-def test_a_cut_cable_costs_the_others_nothing_and_the_newest_comes_when_it_is_mended(
+def test_a_cut_cable_does_not_affect_others_and_the_newest_message_arrives_after_repair(
     network: FarNetwork, master: Master, node: Node, processes: Processes
 ) -> None:
     far = start_far(network, master, processes, LISTENER)

@@ -128,7 +128,7 @@ def send_nonsense(node: Node) -> None:
         send_nonsense,
     ],
 )
-def test_nothing_stays_of_peers_that_die(
+def test_crashed_peers_leave_no_resources_behind(
     make_node: MakeNode, node: Node, die: Callable[[Node], None]
 ) -> None:
     publication = node.endpoints.publication("/chat")
@@ -143,7 +143,7 @@ def test_nothing_stays_of_peers_that_die(
     assert_all_goes_on(make_node, node.advertise("chat", String))
 
 
-def test_a_thousand_subscribers_come_and_go_and_nothing_stays(make_node: MakeNode, node: Node) -> None:
+def test_a_thousand_former_subscribers_leave_no_resources_behind(make_node: MakeNode, node: Node) -> None:
     publisher = node.advertise("chat", String)
     publication = publisher.publication
 
@@ -160,7 +160,7 @@ def test_a_thousand_subscribers_come_and_go_and_nothing_stays(make_node: MakeNod
     assert_all_goes_on(make_node, publisher)
 
 
-def test_a_thousand_calls_leave_nothing(node: Node, make_node: MakeNode) -> None:
+def test_a_thousand_calls_leave_no_resources_behind(node: Node, make_node: MakeNode) -> None:
     client = make_node("client").client("set", SetBool)
     request = SetBool._request_class(data=True)
     client.call(request, 10)

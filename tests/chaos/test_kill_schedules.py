@@ -62,7 +62,7 @@ LAUNCH = """<launch>
 
 
 class Scene:
-    """The victims, each of which is started again after its end; a node that hears what comes of them."""
+    """The victims, each of which is restarted when it exits, and a node that receives their messages."""
 
     def __init__(self, processes: Processes, port: ClaimedPort, folder: Path) -> None:
         self._processes = processes
@@ -186,12 +186,12 @@ def scene(processes: Processes, claimed_port: ClaimedPort, tmp_path: Path) -> It
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_everything_comes_back_and_no_message_is_torn_twice_or_out_of_order(scene: Scene, seed: int) -> None:
+def test_every_process_recovers_and_messages_arrive_whole_once_and_in_order(scene: Scene, seed: int) -> None:
     victims = ("master", "talker", "listener", "relay", "launcher", "recorder")
     for kill in kill_schedule(seed, victims, 12, after=(1, 50)):
         scene.kill(kill)
 
-    # A relay that was killed explains one gap; nobody else is between a talker and who hears it.
+    # A killed relay explains one gap; no other node is between a talker and its listener.
     assert scene.histories["chat"].problems() == []
     assert scene.histories["launched"].problems() == []
     assert scene.histories["relayed"].problems(breaks=2) == []

@@ -60,7 +60,7 @@ def numbers(path: Path, *, is_rebuilt: bool = False) -> list[int]:
 
 
 @pytest.mark.timeout(60 + 3 * RUNS)
-def test_a_writer_that_is_killed_loses_the_chunk_under_way_only(tmp_path: Path) -> None:
+def test_a_killed_writer_loses_only_the_current_chunk(tmp_path: Path) -> None:
     seed = random.randrange(10**6)  # noqa: S311
     chance = random.Random(seed)  # noqa: S311
     for run in range(RUNS):

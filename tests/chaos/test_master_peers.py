@@ -120,7 +120,7 @@ def test_connections_that_stay_half_open(master: RunningMaster) -> None:
         peer.close()
 
 
-def test_a_request_that_comes_byte_by_byte_is_answered_in_the_end(master: RunningMaster) -> None:
+def test_a_request_sent_byte_by_byte_is_answered(master: RunningMaster) -> None:
     with master.answering_meanwhile(), master.connect() as peer:
         peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         for byte in build_request("h", "/", encode_call("getUri", ("/slow",))):
@@ -146,7 +146,7 @@ def test_thousands_of_idle_connections(master: RunningMaster) -> None:
         pass
 
 
-def test_a_body_of_a_gigabyte_announced_is_refused_before_it_comes(master: RunningMaster) -> None:
+def test_an_announced_body_of_a_gigabyte_is_refused_before_it_is_sent(master: RunningMaster) -> None:
     with master.answering_meanwhile(), master.connect() as peer:
         peer.sendall(b"POST / HTTP/1.1\r\nContent-Length: 1000000000\r\n\r\n")
         assert read_to_end(peer).startswith(b"HTTP/1.1 413")
@@ -223,7 +223,7 @@ def test_thousands_of_calls_sent_ahead_of_their_answers(master: RunningMaster) -
     ],
     ids=["blank lines", "small chunks"],
 )
-def test_streams_that_are_meant_to_keep_it_busy(master: RunningMaster, stream: bytes, answer: bytes) -> None:
+def test_hostile_streams_do_not_keep_it_busy(master: RunningMaster, stream: bytes, answer: bytes) -> None:
     with master.answering_meanwhile(), master.connect() as peer:
         peer.sendall(stream)
         peer.shutdown(socket.SHUT_WR)
@@ -244,7 +244,7 @@ def test_streams_that_are_meant_to_keep_it_busy(master: RunningMaster, stream: b
     ],
     ids=["entities", "depth", "blanks", "blanks in a value", "angles", "no text", "multicall", "faults"],
 )
-def test_documents_that_are_meant_to_keep_it_busy(master: RunningMaster, document: bytes) -> None:
+def test_expensive_documents_do_not_keep_it_busy(master: RunningMaster, document: bytes) -> None:
     with master.answering_meanwhile(), master.connect() as peer:
         peer.sendall(build_request("h", "/", document))
         peer.shutdown(socket.SHUT_WR)
@@ -305,7 +305,7 @@ def test_nodes_whose_api_hangs_or_is_not_an_api(master: RunningMaster) -> None:
         found.stop()
 
 
-def test_methods_are_a_table_and_no_attributes(master: RunningMaster) -> None:
+def test_only_methods_in_the_table_can_be_called(master: RunningMaster) -> None:
     for name in ("__class__", "_registry", "methods", "methods.__class__", "getUri.__globals__", ""):
         with pytest.raises(Fault, match="not supported"):
             master.client.call(name)

@@ -117,7 +117,7 @@ def test_nodes_register_again_and_no_message_is_missed(
     scene.assert_nothing_was_missed()
 
 
-def test_nodes_find_a_master_that_was_away_for_long_and_came_back_several_times(scene: Scene) -> None:
+def test_nodes_find_a_master_after_long_and_repeated_outages(scene: Scene) -> None:
     for _ in range(3):
         master = scene.start_master()
         if not scene.heard[0]:

@@ -184,7 +184,7 @@ def victim(master: Master, processes: Processes) -> Iterator[Victim]:
 
 
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.__name__.replace("_", " "))
-def test_a_node_that_is_attacked_goes_on_for_the_others(
+def test_an_attacked_node_continues_to_serve_others(
     victim: Victim, make_node: MakeNode, attack: Callable[[Victim], None]
 ) -> None:
     friend, inbox = make_node("friend"), Inbox()

@@ -33,7 +33,7 @@ def assert_serves(node: Node, make_node: MakeNode, name: str = "friend") -> None
     assert inbox.wait()[0].data == "hello"
 
 
-def test_more_silent_peers_than_may_shake_hands_lock_nobody_out(
+def test_silent_peers_beyond_the_handshake_limit_do_not_lock_others_out(
     make_node: MakeNode,
 ) -> None:
     node = make_node("talker", limits=Limits(handshakes=8))
@@ -41,12 +41,12 @@ def test_more_silent_peers_than_may_shake_hands_lock_nobody_out(
     silent = [socket.create_connection(("127.0.0.1", node.endpoints.port), 10) for _ in range(30)]
     assert_serves(node, make_node)
     for peer in silent[:20]:
-        assert peer.recv(1) == b""  # the longest waiting gave way
+        assert peer.recv(1) == b""  # the link that waited longest was closed
     for peer in silent:
         peer.close()
 
 
-def test_a_peer_that_says_nothing_is_closed_in_time(
+def test_a_silent_peer_is_closed_in_time(
     make_node: MakeNode,
 ) -> None:
     node = make_node("talker", limits=Limits(handshake_s=0.05))
@@ -126,7 +126,7 @@ class FakePublisher:
     ],
     ids=["no message", "too large"],
 )
-def test_a_publisher_that_sends_garbage_is_cut_off_with_a_word(
+def test_a_publisher_that_sends_garbage_is_disconnected_and_logged(
     make_node: MakeNode, master: Master, body: bytes, complaint: str
 ) -> None:
     fake = FakePublisher(master, body)
@@ -142,7 +142,7 @@ def test_a_publisher_that_sends_garbage_is_cut_off_with_a_word(
     assert inbox.wait()[0].data == "good"
 
 
-def test_a_publisher_that_stops_mid_message_is_asked_again(make_node: MakeNode, master: Master) -> None:
+def test_a_publisher_that_stops_mid_message_is_reconnected(make_node: MakeNode, master: Master) -> None:
     fake = FakePublisher(master, struct.pack("<II", 14, 10) + b"half")
     inbox, listener = Inbox(), make_node("listener")
     listener.subscribe("chat", String, inbox)
@@ -152,7 +152,7 @@ def test_a_publisher_that_stops_mid_message_is_asked_again(make_node: MakeNode, 
     fake.close()
 
 
-def test_a_publisher_list_that_is_nonsense_harms_nobody(make_node: MakeNode, master: Master) -> None:
+def test_an_invalid_publisher_list_is_harmless(make_node: MakeNode, master: Master) -> None:
     from pipros.net.rpc_client import RpcClient
 
     listener, inbox = make_node("listener"), Inbox()

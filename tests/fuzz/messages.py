@@ -22,7 +22,7 @@ MEMORY_PER_BYTE = 400
 
 
 MEMORY_OF_A_COMPILER = 4_000_000
-"""The first string of a type that is no UTF-8 has a reader compiled; the very first imports `logging`."""
+"""The first string of a type that is not UTF-8 compiles a reader; the very first one imports `logging`."""
 
 
 def target(data: bytes) -> None:

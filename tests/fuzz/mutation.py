@@ -1,7 +1,7 @@
 """Inputs for fuzz targets: a corpus, and endless mutations of it that a seed makes repeatable.
 
 A target fails by any exception, by taking more than `MEMORY_BYTES`, and by taking more than `SECONDS_FOR_ONE`
-of processor time for an input. The input of the moment is in a file, so that a crash leaves it behind.
+of processor time for an input. The current input is in a file, which is still there after a crash.
 """
 
 from __future__ import annotations

@@ -89,5 +89,5 @@ def _read(kind: str, md5sum: str, definition: str, body: bytes) -> None:
 
 
 if __name__ == "__main__":
-    logging.disable()  # each type logs the first of its strings that is no UTF-8
+    logging.disable()  # each type logs its first string that is not UTF-8
     sys.exit(mutation.main(target, "page_messages", WORDS))

@@ -49,5 +49,5 @@ def target(data: bytes) -> None:
 
 
 if __name__ == "__main__":
-    logging.disable()  # each type logs the first of its strings that is no UTF-8
+    logging.disable()  # each type logs its first string that is not UTF-8
     sys.exit(mutation.main(target, "strange_messages", WORDS))

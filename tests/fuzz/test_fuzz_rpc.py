@@ -8,7 +8,7 @@ from tests.fuzz import rpc
 from tests.fuzz.mutation import corpus, mutations
 
 
-def test_what_was_once_found_stays_fixed() -> None:
+def test_former_findings_stay_fixed() -> None:
     inputs = corpus("rpc")
     assert inputs
     for data in inputs:

@@ -76,7 +76,7 @@ def target(name: str) -> Iterator[Target]:
         made.close()
 
 
-def test_what_was_once_found_stays_fixed(name: str, target: Target) -> None:
+def test_former_findings_stay_fixed(name: str, target: Target) -> None:
     inputs = corpus(name)
     assert inputs
     for data in inputs:

@@ -1,4 +1,4 @@
-"""axclient.py and axserver.py: with each other, in scripts."""
+"""axclient.py and axserver.py, on terminals and in scripts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commands that a script starts with `&`: shells have them ignore SIGINT, and nodes end on it."""
+"""Commands that a script starts with `&`: shells set SIGINT to ignored, and nodes end on it nevertheless."""
 
 from __future__ import annotations
 

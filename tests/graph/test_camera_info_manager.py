@@ -1,4 +1,4 @@
-"""camera_info_manager as the driver of a camera has it: a calibration is set by its service."""
+"""camera_info_manager in a camera driver: its service sets the calibration."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The aggregator on a graph: parameters, topics, and analyzers that another node lends it."""
+"""The diagnostic aggregator as a node: parameters, topics, and analyzers added by another node."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LAUNCH = """<launch>
 </launch>"""
 
 
-def test_an_aggregator_and_what_others_add_to_it(ros: RosSystem) -> None:
+def test_an_aggregator_accepts_analyzers_of_other_nodes(ros: RosSystem) -> None:
     ros.serve_master()
     launch = ros.home / "aggregator.launch"
     launch.write_text(LAUNCH)

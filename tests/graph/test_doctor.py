@@ -1,4 +1,4 @@
-"""`pipros doctor` on running systems: nothing on a healthy one, each planted fault on a sick one."""
+"""`pipros doctor` on running systems: no finding in a healthy one, and each planted fault in others."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ def test_each_planted_fault_is_found(
     assert not any("/listener" in finding for finding in found), "which is well"
 
 
-def test_a_subscriber_that_cannot_reach_this_machine_does_not_come(master: Master) -> None:
+def test_a_subscriber_that_cannot_reach_this_machine_does_not_connect(master: Master) -> None:
     register_as(master, "/far", "registerSubscriber", "/x", "std_msgs/String", NOBODY)
     pairs = {("/x", "/far")}
     assert reach_back(pairs, Environment(master_uri=master.uri), wait_s=0.1) == frozenset()
@@ -184,7 +184,7 @@ def test_json_has_the_findings_and_the_exit_code_says_that_there_are_errors(
     assert "rosnode cleanup" in finding["cure"]
 
 
-def test_findings_are_printed_with_what_to_do(
+def test_findings_are_printed_with_advice(
     master: Master, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     register_as(master, "/ghost", "registerPublisher", "/a", "std_msgs/String", NOBODY)
@@ -196,7 +196,7 @@ def test_findings_are_printed_with_what_to_do(
     assert "Found 1 error. Examined: " in output
 
 
-def test_without_a_master_it_says_so_and_how_to_start_one(
+def test_without_a_master_it_says_how_to_start_one(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("ROS_MASTER_URI", "http://127.0.0.1:1")
@@ -214,7 +214,7 @@ def test_the_self_test_passes(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize("words", [["--timeout", "0"], ["--timeout", "nan"], ["nonsense"]])
-def test_mistakes_end_with_2(words: list[str]) -> None:
+def test_invalid_arguments_exit_with_2(words: list[str]) -> None:
     with pytest.raises(SystemExit) as end:
         doctor.main(words)
     assert end.value.code == 2

@@ -1,4 +1,4 @@
-"""Programs that are ended while they wait: by Ctrl-C, by SIGTERM, by `rosnode kill`."""
+"""Programs ended during a wait by Ctrl-C, SIGTERM or `rosnode kill`."""
 
 from __future__ import annotations
 

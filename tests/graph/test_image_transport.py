@@ -1,4 +1,4 @@
-"""`rosrun image_transport republish`: images go to JPEG and back between nodes."""
+"""`rosrun image_transport republish`: images are compressed and decompressed between nodes."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def send_until(node: Node, topic: str, got: list[Any]) -> None:
     wait_until(arrived, 60, "an image")
 
 
-def test_images_go_to_png_and_back(processes: Processes, make_node: MakeNode) -> None:
+def test_images_are_converted_to_png_and_back(processes: Processes, make_node: MakeNode) -> None:
     node, got, packed = make_node("camera"), list[Any](), list[Any]()
     node.params.set("/small/compressed/format", "png")
     node.subscribe("/back", Image, got.append)
@@ -62,7 +62,7 @@ def test_images_go_to_png_and_back(processes: Processes, make_node: MakeNode) ->
     assert packed[0].format == "rgb8; png compressed bgr8"
 
 
-def test_a_raw_image_goes_on_in_every_transport(processes: Processes, make_node: MakeNode) -> None:
+def test_a_raw_image_is_republished_in_every_transport(processes: Processes, make_node: MakeNode) -> None:
     node, got, packed = make_node("camera"), list[Any](), list[Any]()
     node.subscribe("/out", Image, got.append)
     node.subscribe("/out/compressed", CompressedImage, packed.append)

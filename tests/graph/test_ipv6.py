@@ -69,7 +69,7 @@ def test_topics_services_and_parameters(nodes: tuple[Node, Node]) -> None:
     assert two.params.get("/level") == 25
 
 
-def test_what_is_open_for_ipv6_is_open_for_ipv4_as_well_and_knows_its_peers_by_their_own_addresses() -> None:
+def test_an_ipv6_server_accepts_ipv4_and_sees_the_ipv4_addresses_of_its_peers() -> None:
     loop = BackgroundLoop("ipv6 test")
     loop.start()
     server = RpcServer({"caller": lambda: current_caller.get().host}, host="::")
@@ -81,7 +81,7 @@ def test_what_is_open_for_ipv6_is_open_for_ipv4_as_well_and_knows_its_peers_by_t
     loop.stop()
 
 
-def test_this_computer_is_let_in_by_ipv4_where_only_another_network_is_allowed() -> None:
+def test_this_computer_is_admitted_by_ipv4_if_only_another_network_is_allowed() -> None:
     with Master(host="::", port=0, allow=["10.0.0.0/8"]) as master:
         assert MasterClient(f"http://127.0.0.1:{master.port}", "/test", timeout_s=10).get_pid()
 

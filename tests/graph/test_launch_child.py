@@ -1,6 +1,6 @@
-"""`roslaunch --child`: what it reports to its parent, which orders it accepts, and when it ends.
+"""`roslaunch --child`: its reports to the parent, the accepted commands, and when it exits.
 
-The parent is a server of the test; tests/interop/test_remote_machines.py has a genuine one.
+The parent is a server in the test; tests/interop/test_remote_machines.py uses a genuine one.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ PROGRAMS = {
     "sleeper": "#!/bin/sh\nexec sleep 1000\n",
     "fails": "#!/bin/sh\necho out\necho the reason >&2\nexit 3\n",
     "ends": "#!/bin/sh\nexit 0\n",
-    "floods": "#!/bin/sh\nwhile :; do echo nobody reads this on the other side of a connection; done\n",
+    "floods": "#!/bin/sh\nwhile :; do echo this is not read on the other side of a connection; done\n",
 }
 
 
@@ -55,7 +55,7 @@ def test_it_starts_the_ordered_nodes_and_reports_the_result(
     assert child.is_running
 
 
-def test_it_tells_tools_about_its_processes(ros: RosSystem, parent: Parent, package: Path) -> None:
+def test_it_describes_its_processes_to_tools(ros: RosSystem, parent: Parent, package: Path) -> None:
     child = start(ros, parent)
     launch(parent, ("a", "sleeper"), ("b", "ends"))
     wait_until(lambda: ("process_died", "b-2", 0) in parent.calls)

@@ -1,4 +1,4 @@
-"""The Python API of roslaunch, as scripts of Noetic use it, each in a process of its own."""
+"""The Python API of roslaunch in scripts written for Noetic, each in its own process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""roslaunch and roscore as a person uses them: processes, Ctrl-C, SIGKILL, respawn, required."""
+"""roslaunch and roscore on the command line: processes, Ctrl-C, SIGKILL, respawn, required."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_no_process_outlives_a_roslaunch_that_is_killed(ros: RosSystem, package:
     wait_until(lambda: not any(is_running(pid) for pid in pids), 5.0)
 
 
-def test_what_left_its_group_does_not_outlive_it_either(ros: RosSystem, package: Path) -> None:
+def test_a_process_outside_its_group_does_not_outlive_it(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, node("escapes"))
     pid = int(running.wait_for(r"ready (\d+)")[1])
     running.kill()
@@ -147,7 +147,7 @@ def test_the_end_of_a_required_node_ends_all_with_status_0(ros: RosSystem, packa
     assert "[a-2] killing on exit" in running.stdout
 
 
-def test_a_respawning_node_comes_back(ros: RosSystem, package: Path) -> None:
+def test_a_respawning_node_is_restarted(ros: RosSystem, package: Path) -> None:
     mark = ros.home / "mark"
     running = launch(ros, package, node("fails_once", args=str(mark), respawn="true", respawn_delay="0.1"))
     running.wait_for(r"\[n-2\] restarting process")
@@ -162,7 +162,7 @@ def test_roslaunch_ends_with_its_nodes_when_the_master_is_not_its_own(ros: RosSy
     assert not any("auto-starting" in line for line in running.stdout)
 
 
-def test_what_a_script_leaves_in_the_background_is_ended_too(ros: RosSystem, package: Path) -> None:
+def test_background_processes_of_a_script_are_ended_too(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, node("leaves_child"))
     pid = int(running.wait_for(r"ready (\d+)")[1])
     running.wait_for("process has finished cleanly")
@@ -190,7 +190,7 @@ def test_a_node_gets_the_arguments_and_variables_of_noetic(ros: RosSystem, packa
         assert line in running.stdout
 
 
-def test_parameters_are_there_before_the_first_node(ros: RosSystem, package: Path) -> None:
+def test_parameters_are_set_before_the_first_node_starts(ros: RosSystem, package: Path) -> None:
     content = '<param name="p" value="7"/><group ns="g"><rosparam>{a: {b: [1, x]}}</rosparam></group>'
     running = launch(ros, package, content + node("sleeper"))
     running.wait_for("ready")
@@ -200,9 +200,7 @@ def test_parameters_are_there_before_the_first_node(ros: RosSystem, package: Pat
     assert any("host_127_0_0_1__" in key for key in param(ros, "/roslaunch/uris"))
 
 
-def test_the_standard_output_goes_to_a_log_file_unless_wanted_on_the_screen(
-    ros: RosSystem, package: Path
-) -> None:
+def test_the_standard_output_is_written_to_a_log_file_without_screen(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, node("fails").replace('output="screen"', ""))
     running.wait_for("process has died")
     log = Path(ros.pipros.environment["ROS_HOME"]) / "log" / "latest" / "n-2-stdout.log"
@@ -210,7 +208,7 @@ def test_the_standard_output_goes_to_a_log_file_unless_wanted_on_the_screen(
     assert "first" not in running.stdout
 
 
-def test_a_missing_program_stops_nobody_else(ros: RosSystem, package: Path) -> None:
+def test_a_missing_program_does_not_stop_other_nodes(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, node("nope", "a") + node("sleeper", "b"))
     running.wait_for(r"ERROR: cannot launch node of type \[programs/nope\]: Cannot locate node of type")
     running.wait_for("ready")
@@ -233,7 +231,7 @@ def test_a_program_that_cannot_be_started_ends_all(
     assert "[a-2] killing on exit" in running.stdout
 
 
-def test_a_script_with_windows_line_ends_stops_nobody_else(ros: RosSystem, package: Path) -> None:
+def test_a_script_with_windows_line_ends_does_not_stop_other_nodes(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, node("from_windows", "a") + node("sleeper", "b"))
     running.wait_for("ERROR: Unable to launch .*has Windows line ends")
     running.wait_for("ready")
@@ -246,7 +244,7 @@ def test_a_launch_without_nodes_ends_at_once_on_the_master_of_others(ros: RosSys
     assert "\033[1mNo processes to monitor\033[0m" in running.stdout
 
 
-def test_what_was_read_is_shown_when_it_is_wanted(ros: RosSystem, package: Path) -> None:
+def test_verbose_prints_the_files_parameters_and_nodes_read(ros: RosSystem, package: Path) -> None:
     ros.pipros.start_master()
     running = launch(ros, package, '<param name="p" value="1"/>' + node("ends"), "-v", "--wait", "--local")
     assert running.wait() == 0
@@ -278,7 +276,9 @@ def test_a_log_folder_that_cannot_be_written_is_refused(ros: RosSystem, package:
     assert f"cannot write log files to [{blocked}/log/" in running.output
 
 
-def test_a_bad_file_stops_everything_with_its_place(ros: RosSystem, package: Path) -> None:
+def test_an_invalid_file_prevents_the_launch_and_is_named_with_its_line(
+    ros: RosSystem, package: Path
+) -> None:
     running = launch(ros, package, '\n  <node pkg="" type="t" name="n"/>\n')
     assert running.wait() == 1
     assert "RLException: Invalid <node> tag: package must be non-empty." in running.output
@@ -324,7 +324,7 @@ def test_a_second_roscore_on_the_port_is_refused(ros: RosSystem) -> None:
     ]
 
 
-def test_roscore_says_what_noetic_says_and_who_can_connect(ros: RosSystem) -> None:
+def test_roscore_prints_noetics_lines_and_the_allowed_networks(ros: RosSystem) -> None:
     core = ros.pipros.start_master()
     pid = core.pid
     core.press_ctrl_c()
@@ -376,7 +376,7 @@ def test_a_master_can_be_opened_to_the_network_on_purpose(ros: RosSystem) -> Non
     core.wait_for("master listens on 0.0.0.0, open to everybody who can reach this computer")
 
 
-def test_the_pid_file_is_there_while_it_runs(ros: RosSystem, package: Path) -> None:
+def test_the_pid_file_exists_while_it_runs(ros: RosSystem, package: Path) -> None:
     file = ros.home / "pid"
     running = launch(ros, package, node("sleeper"), f"--pid={file}")
     running.wait_for("ready")
@@ -426,7 +426,7 @@ def test_an_invalid_port_is_refused(ros: RosSystem, port: str) -> None:
     assert f"port must be between 0 and 65535, got {port}" in core.output
 
 
-def test_wait_holds_the_launch_back_until_there_is_a_master(ros: RosSystem, package: Path) -> None:
+def test_wait_delays_the_launch_until_a_master_runs(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, node("sleeper"), "--wait")
     running.wait_for("roscore/master is not yet running, will wait for it to start")
     ros.pipros.start_master()

@@ -1,4 +1,4 @@
-"""roslaunch on a terminal: whose line is whose."""
+"""roslaunch on a terminal: each line shows its node."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def file(ros: RosSystem) -> Path:
     return folder / "x.launch"
 
 
-def test_each_line_bears_the_name_of_its_node_in_a_colour_of_its_own(ros: RosSystem, file: Path) -> None:
+def test_each_line_starts_with_the_name_of_its_node_in_its_own_colour(ros: RosSystem, file: Path) -> None:
     terminal = ros.pipros.open_terminal()
     terminal.type(f"roslaunch {file}")
     terminal.wait_for(r"\033\[35m\[a-2\]\033\[0m a has a terminal")

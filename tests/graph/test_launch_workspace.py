@@ -102,7 +102,7 @@ def test_sourcing_twice_changes_nothing(ros: RosSystem, workspace: Path) -> None
     assert once == twice
 
 
-def test_an_overlay_comes_before_the_workspace_below(ros: RosSystem, workspace: Path) -> None:
+def test_an_overlay_precedes_the_underlying_workspace(ros: RosSystem, workspace: Path) -> None:
     assert catkin_make(ros, workspace).returncode == 0
     ended = shell(
         ros,

@@ -1,4 +1,4 @@
-"""The libraries above rospy with a node, one script each, in a process of its own."""
+"""Libraries on top of rospy in a node, one script each, in its own process."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ def test_levels_are_read_and_set(
     assert caller.send_logger_change_message("/listener", logger, "info")
 
 
-def test_what_does_not_exist_is_an_error(
+def test_unknown_nodes_and_loggers_raise(
     caller: LoggerLevelServiceCaller, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(ROSConsoleException, match="node '/nobody' doesn't exist"):

@@ -1,4 +1,4 @@
-"""Loopback addresses besides 127.0.0.1: what is advertised, and what a URI means, can be reached."""
+"""Loopback addresses besides 127.0.0.1: advertised addresses and hosts in URIs are reachable."""
 
 from __future__ import annotations
 
@@ -102,5 +102,5 @@ def test_roscore_is_found_where_the_variables_lead(
         ("192.0.2.1", "0.0.0.0"),  # noqa: S104
     ],
 )
-def test_the_facade_binds_what_is_to_be_reached(address: str, bound: str) -> None:
+def test_the_bind_address_covers_the_advertised_one(address: str, bound: str) -> None:
     assert rosgraph.network.get_bind_address(address) == bound

@@ -1,4 +1,4 @@
-"""A map is served, asked for, replaced and saved."""
+"""map_server and map_saver: a map is served, requested, replaced and saved."""
 
 from __future__ import annotations
 

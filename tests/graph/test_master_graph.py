@@ -53,7 +53,7 @@ def figures(master: Master) -> Any:
     return client(master, "/test").call("pipros.getStatistics")
 
 
-def test_the_master_answers_as_soon_as_it_is_started_and_no_more_when_it_is_stopped() -> None:
+def test_the_master_answers_from_start_to_stop() -> None:
     with Master(port=0, parameters={"/run_id": "abc", "/a/b": 1}) as master:
         me = client(master, "/me")
         assert me.get_uri() == master.uri
@@ -71,13 +71,13 @@ def test_a_port_that_is_taken_is_an_error_and_leaves_nothing_behind(master: Mast
     assert threading.active_count() == threads
 
 
-def test_what_the_master_refuses_is_raised_with_its_words(master: Master) -> None:
+def test_a_refusal_by_the_master_raises_with_its_text(master: Master) -> None:
     with pytest.raises(Refused) as caught:
         client(master, "/me").get_param("/nope")
     assert (caught.value.code, caught.value.text) == (-1, "Parameter [/nope] is not set")
 
 
-def test_subscribers_are_notified_of_publishers_that_come_and_go(master: Master, slave: FakeSlave) -> None:
+def test_subscribers_are_notified_of_new_and_removed_publishers(master: Master, slave: FakeSlave) -> None:
     client(master, "/s").register_subscriber("/t", "x/Y", slave.api)
     talker = client(master, "/p")
     assert talker.register_publisher("/t", "x/Y", "http://127.0.0.1:9/") == [slave.api]
@@ -123,7 +123,7 @@ def test_thousands_of_notices_of_one_call_arrive_and_later_ones_behind_them(
     assert told == {f"{key}/": number for number, key in enumerate(keys)} | {"/w/899/": "last"}
 
 
-def test_nodes_that_hang_delay_nobody(master: Master, slave: FakeSlave) -> None:
+def test_hanging_nodes_do_not_delay_others(master: Master, slave: FakeSlave) -> None:
     hanging = [SilentSlave() for _ in range(notifier.TURNS_AT_A_TIME * 2)]
     for number, found in enumerate(hanging):
         client(master, f"/hangs_{number}").register_subscriber("/t", "x/Y", found.api)
@@ -138,7 +138,7 @@ def test_nodes_that_hang_delay_nobody(master: Master, slave: FakeSlave) -> None:
         found.stop()
 
 
-def test_a_node_that_hung_hears_the_present_state_and_not_all_that_it_missed(master: Master) -> None:
+def test_a_node_that_hung_receives_the_current_state_and_not_every_missed_notice(master: Master) -> None:
     awake = threading.Event()
 
     async def hang() -> list[Any]:
@@ -222,7 +222,7 @@ def test_a_node_that_is_only_silent_is_kept_and_shown_as_unreachable(quick_maste
     silent.stop()
 
 
-def test_statistics_tell_what_the_master_has_done(master: Master, slave: FakeSlave) -> None:
+def test_statistics_count_the_work_of_the_master(master: Master, slave: FakeSlave) -> None:
     client(master, "/s").register_subscriber("/t", "x/Y", slave.api)
     client(master, "/s").set_param("/a", {"b": 1, "c": 2})
     with socket.create_connection(("127.0.0.1", master.port)) as stranger:
@@ -260,14 +260,14 @@ def test_only_loopback_is_bound_unless_the_environment_opens_it(
     assert (master.host, master.binding) == (host, f"listens on {host}, {who}")
 
 
-def test_an_open_master_says_which_networks_may_connect_and_lets_this_computer_in() -> None:
+def test_an_open_master_logs_the_allowed_networks_and_admits_this_computer() -> None:
     master = Master(port=0, host=address.ANY, allow=["10.0.0.0/8", "192.168.1.7"])
     assert master.binding == "listens on 0.0.0.0, open to 10.0.0.0/8, 192.168.1.7/32"
     with master:
         assert client(master, "/me").get_pid()
 
 
-def test_what_is_not_a_network_is_refused() -> None:
+def test_an_invalid_network_is_refused() -> None:
     with pytest.raises(ValueError, match="nonsense"):
         Master(port=0, allow=["nonsense"])
 

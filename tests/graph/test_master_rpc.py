@@ -55,7 +55,7 @@ class Serving:
         return "waited"
 
     def hold(self) -> bool:
-        """Stops the whole loop, so that what comes meanwhile comes to it at the same time."""
+        """Block the event loop, so that it receives all requests of the meantime at once."""
         self.is_held.set()
         return self.may_go_on.wait(10)
 
@@ -137,7 +137,7 @@ def test_pipelined_calls_are_answered_in_order_also_behind_one_that_waits(servin
     assert answers.index(b"first") < answers.index(b"waited") < answers.index(b"last")
 
 
-def test_calls_that_were_sent_ahead_and_those_of_others_take_turns(serving: Serving) -> None:
+def test_pipelined_calls_and_those_of_others_take_turns(serving: Serving) -> None:
     with serving.connect() as hasty, serving.connect() as other:
         for peer in (hasty, other):
             peer.sendall(request("echo", "hello"))
@@ -154,7 +154,7 @@ def test_calls_that_were_sent_ahead_and_those_of_others_take_turns(serving: Serv
     assert serving.noted[:4].count("other") == 2
 
 
-def test_whatever_was_sent_ahead_is_answered_in_order(serving: Serving) -> None:
+def test_pipelined_calls_are_answered_in_order(serving: Serving) -> None:
     sent = [str(number) for number in range(2_000)]
     with serving.connect() as peer:
         sending = threading.Thread(
@@ -244,7 +244,7 @@ def test_an_invalid_request_is_refused_by_status_counted_and_closed(
     assert caplog.text.count("refused 127.0.0.1") == 1
 
 
-def test_who_sends_too_much_reads_why() -> None:
+def test_a_client_that_sends_too_much_can_read_the_reason() -> None:
     serving = Serving(limits=Limits(body_bytes=1_000_000))
     with RpcClient(serving.uri, timeout_s=20) as client:
         with pytest.raises(ProtocolError, match=r"413 .* the limit is 1000000 \(body_bytes in PIPROS_LIMITS"):
@@ -253,7 +253,7 @@ def test_who_sends_too_much_reads_why() -> None:
     serving.close()
 
 
-def test_the_asyncio_client_reads_why_too_and_sends_large_values() -> None:
+def test_the_asyncio_client_reads_the_reason_too_and_sends_large_values() -> None:
     serving = Serving(limits=Limits(body_bytes=1_000_000))
 
     async def calls() -> None:
@@ -276,14 +276,14 @@ def test_the_asyncio_client_gives_up_in_time_when_a_large_value_is_not_read() ->
             asyncio.run(call_async(uri, "echo", "x" * 20_000_000, timeout_s=0.3))
 
 
-def test_who_goes_on_sending_after_a_refusal_is_cut_off(serving: Serving) -> None:
+def test_a_client_that_continues_sending_after_a_refusal_is_closed(serving: Serving) -> None:
     with serving.connect() as peer:
         peer.sendall(b"\x00garbage")
         with pytest.raises((ConnectionResetError, BrokenPipeError)):
             peer.sendall(bytes(1_000_000_000))
 
 
-def test_what_came_before_garbage_is_answered_before_that_is_refused(serving: Serving) -> None:
+def test_requests_before_garbage_are_answered_before_the_garbage_is_refused(serving: Serving) -> None:
     with serving.connect() as peer:
         peer.sendall(request("wait") + request("echo", "second") + b"\x00garbage")
         serving.open_gate()
@@ -366,7 +366,7 @@ def test_many_threads_share_a_client(serving: Serving) -> None:
     assert sorted(answers) == list(range(400))
 
 
-def test_nobody_there_is_unreachable_and_says_why() -> None:
+def test_an_unreachable_server_raises_with_the_reason() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = listener.getsockname()[1]
     with pytest.raises(Unreachable) as caught:
@@ -394,7 +394,7 @@ def test_a_server_that_is_silent_is_unreachable_when_the_time_is_over() -> None:
         (b"", Unreachable),
     ],
 )
-def test_a_server_that_does_not_speak_xml_rpc_has_an_error_of_its_own(
+def test_a_server_that_does_not_speak_xml_rpc_has_its_own_error(
     answer: bytes, error: type[Exception]
 ) -> None:
     def serve(listener: socket.socket) -> None:

@@ -1,4 +1,4 @@
-"""Nodes whose topics have names that no master takes, from a bag for example."""
+"""Nodes with topic names that every master refuses, for example from a bag."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_a_name_that_no_call_can_carry_is_reported_and_the_node_ends_properly(
     client.close()
 
 
-def test_an_end_that_fails_still_ends_the_loop(master: Master, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failing_shutdown_still_closes_the_loop(master: Master, monkeypatch: pytest.MonkeyPatch) -> None:
     """Otherwise the loop would go on, and watch a socket of the signals that is closed by then."""
 
     def fail(_: Any) -> None:

@@ -1,4 +1,4 @@
-"""The asynchronous face of a node: the same topics and services, awaited."""
+"""The asynchronous API of a node: topics and services with `await`."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ def test_a_missing_server_and_another_type_have_different_errors(make_node: Make
         client.client("set", Empty).call(Empty._request_class())
 
 
-def test_a_server_that_died_without_a_word_is_unreachable(make_node: MakeNode) -> None:
+def test_a_crashed_server_is_unreachable(make_node: MakeNode) -> None:
     client = make_node("client")
     client.master.register_service("/ghost", "rosrpc://127.0.0.1:1", client.uri)
     with pytest.raises(ServiceFailed, match=r"unable to connect to service: .*refused"):
@@ -97,7 +97,7 @@ def test_a_server_that_died_without_a_word_is_unreachable(make_node: MakeNode) -
         client.client("ghost", Empty).probe(1.0)
 
 
-def test_a_probe_connects_and_calls_nobody(make_node: MakeNode) -> None:
+def test_a_probe_connects_without_a_call(make_node: MakeNode) -> None:
     server, client = make_node("server"), make_node("client")
     service = server.serve("set", SetBool, answer(""))
     client.client("set", SetBool).probe(5.0)
@@ -135,7 +135,7 @@ def test_a_slow_handler_holds_up_no_other_call(make_node: MakeNode) -> None:
     slow.join(10)
 
 
-def test_a_call_for_which_there_is_no_thread_fails_at_once(
+def test_a_call_without_a_free_thread_fails_at_once(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(*_: object) -> None:
@@ -153,7 +153,7 @@ def test_a_call_for_which_there_is_no_thread_fails_at_once(
     assert lines == ["service [/set]: cannot serve a call: can't start new thread"]
 
 
-def test_a_call_while_the_interpreter_ends_fails_in_silence(
+def test_a_call_during_interpreter_shutdown_fails_silently(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(*_: object) -> None:

@@ -1,4 +1,4 @@
-"""Nodes of one process and a master talk over real links."""
+"""Topics between nodes of one process, over real connections."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_the_connection_header_says_who_sent_it(make_node: MakeNode) -> None:
     }
 
 
-def test_a_latched_topic_gives_its_last_message_to_those_who_come_later(make_node: MakeNode) -> None:
+def test_a_latched_topic_sends_its_last_message_to_later_subscribers(make_node: MakeNode) -> None:
     talker, listener = make_node("talker"), make_node("listener")
     publisher = talker.advertise("map", String, latch=True)
     publisher.publish(String("old"))
@@ -123,7 +123,7 @@ def test_a_second_callback_gets_the_last_latched_message_at_once(make_node: Make
     assert [message.data for message in second.wait(2)] == ["old", "new"]
 
 
-def test_a_callback_that_comes_amid_latched_messages_misses_none_and_gets_none_twice(
+def test_a_callback_added_amid_latched_messages_gets_each_message_once(
     make_node: MakeNode,
 ) -> None:
     talker, listener = make_node("talker"), make_node("listener")
@@ -223,7 +223,7 @@ def test_a_slow_subscriber_does_not_delay_the_others(make_node: MakeNode) -> Non
     gate.set()
 
 
-def test_a_publisher_that_comes_back_is_heard_again(make_node: MakeNode) -> None:
+def test_a_restarted_publisher_is_received_again(make_node: MakeNode) -> None:
     listener, inbox = make_node("listener"), Inbox()
     listener.subscribe("chat", String, inbox)
     for round_number in range(3):
@@ -258,7 +258,7 @@ def test_a_subscriber_without_a_thread_for_a_publisher_tries_again(
     assert "can't start new thread" in lines[0]
 
 
-def test_a_link_that_comes_up_while_the_interpreter_ends_is_given_up_in_silence(
+def test_a_link_made_during_interpreter_shutdown_is_dropped_silently(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     refused = threading.Event()
@@ -279,7 +279,7 @@ def test_a_link_that_comes_up_while_the_interpreter_ends_is_given_up_in_silence(
     assert lines == ["signal_shutdown [the end]"]
 
 
-def test_a_publisher_that_comes_while_a_subscriber_registers_is_heard(
+def test_a_publisher_announced_during_the_registration_of_a_subscriber_is_received(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The master announces it before its own answer, without it, is read."""
@@ -415,7 +415,7 @@ def test_the_end_of_a_node_leaves_nothing_at_the_master(make_node: MakeNode) -> 
     assert observer.master.get_system_state() == [[], [], []]
 
 
-def test_what_is_unregistered_while_the_node_ends_is_not_left_at_the_master(
+def test_topics_unregistered_during_shutdown_are_not_left_at_the_master(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     observer, node = make_node("observer"), make_node("busy")
@@ -435,7 +435,7 @@ def test_what_is_unregistered_while_the_node_ends_is_not_left_at_the_master(
 
 
 @pytest.mark.parametrize("kind", ["publication", "subscription", "service"])
-def test_what_is_added_while_the_node_ends_does_not_disturb_it(
+def test_topics_added_during_shutdown_do_not_disturb_it(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, kind: str
 ) -> None:
     node = make_node("busy")
@@ -483,7 +483,7 @@ def test_only_hooks_may_publish_while_the_node_ends(make_node: MakeNode) -> None
     assert [message.data for message in inbox.messages] == [9, 0]
 
 
-def test_what_was_published_last_arrives_although_the_node_ends(make_node: MakeNode) -> None:
+def test_the_last_published_message_arrives_although_the_node_ends(make_node: MakeNode) -> None:
     talker, listener, inbox = make_node("talker"), make_node("listener"), Inbox()
     listener.subscribe("cloud", ByteArray, inbox)
     publisher = talker.advertise("cloud", ByteArray, queue_size=0)
@@ -559,7 +559,7 @@ def test_a_peer_with_a_wrong_request_gets_the_reason(
 @pytest.mark.parametrize(
     "garbage", [b"", b"GET / HTTP/1.1\r\n\r\n", struct.pack("<I", 0xFFFFFFFF), b"\x04\0\0\0abcd"]
 )
-def test_garbage_is_closed_and_costs_nobody_else_anything(make_node: MakeNode, garbage: bytes) -> None:
+def test_a_link_with_garbage_is_closed_without_effect_on_others(make_node: MakeNode, garbage: bytes) -> None:
     talker, listener, inbox = make_node("talker"), make_node("listener"), Inbox()
     publisher = talker.advertise("chat", String)
     with socket.create_connection(("127.0.0.1", talker.endpoints.port), 10) as peer:
@@ -581,7 +581,7 @@ def test_registering_an_illegal_topic_is_reported_in_the_masters_words(make_node
     ]
 
 
-def test_parameters_of_a_node(make_node: MakeNode) -> None:
+def test_a_node_reads_and_sets_parameters(make_node: MakeNode) -> None:
     node, other = make_node("node"), make_node("other")
     node.params.set("~rate", 5)
     assert other.params.get("/node/rate") == 5
@@ -595,6 +595,6 @@ def test_parameters_of_a_node(make_node: MakeNode) -> None:
         node.params.get("~rate")
 
 
-def test_a_refused_call_says_who_refused(make_node: MakeNode) -> None:
+def test_a_refused_call_names_the_refusing_server(make_node: MakeNode) -> None:
     with pytest.raises(Refused, match="unknown node"):
         make_node("node").master.lookup_node("/nobody")

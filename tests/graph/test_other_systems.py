@@ -1,4 +1,4 @@
-"""A graph on a system without what only POSIX has, as on Windows."""
+"""A graph on a system without the modules and functions of POSIX, such as Windows."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ with Master(port=0) as master, Node("node", environment=Environment(master_uri=m
 """
 
 
-def test_a_node_and_the_commands_that_ask_need_nothing_of_posix() -> None:
+def test_nodes_and_queries_work_without_posix() -> None:
     shown = run_without_posix(GRAPH).split()
     assert shown[:2] == ["/chat", "/node"]
     assert shown[-3:] == ["5", "string", "data"]

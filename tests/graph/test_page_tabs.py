@@ -1,4 +1,4 @@
-"""What the tabs of the page show of a running robot, and what they may change."""
+"""The tabs of the page with a running robot: displayed data and permitted changes."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_a_curve_of_numbers(robot: RosSystem) -> None:
         assert data["lost"] == 0
 
 
-def test_a_curve_waits_for_its_topic_and_names_what_is_not_a_number(robot: RosSystem) -> None:
+def test_a_curve_waits_for_its_topic_and_names_fields_that_are_not_numbers(robot: RosSystem) -> None:
     with Page(robot).connect() as browser:
         assert "no such topic yet" in next(browser.watch("plot", field="/nothing/x"))["error"]
     with Page(robot).connect() as browser:
@@ -68,7 +68,7 @@ def test_parameters_and_their_changes(robot: RosSystem) -> None:
         first(values, lambda value: value["params"].get("/robot/wheel_radius") == "0.25")
 
 
-def test_what_nodes_use(robot: RosSystem) -> None:
+def test_processor_and_memory_use_of_nodes(robot: RosSystem) -> None:
     with Page(robot).connect() as browser:
         data = first(
             browser.watch("processes"),
@@ -122,7 +122,7 @@ CHANGES = {
 }
 
 
-def test_a_page_that_only_looks_changes_nothing(robot: RosSystem) -> None:
+def test_a_read_only_page_changes_nothing(robot: RosSystem) -> None:
     with Page(robot).connect() as browser:
         for action, arguments in CHANGES.items():
             assert "start it with --control" in browser.act(action, **arguments)["error"]
@@ -211,7 +211,7 @@ while not rospy.is_shutdown():
 """
 
 
-def test_a_stuck_browser_delays_nobody_and_costs_little_memory(ros: RosSystem) -> None:
+def test_a_stuck_browser_delays_no_other_and_costs_little_memory(ros: RosSystem) -> None:
     ros.pipros.start_bare_master()
     ros.pipros.start(sys.executable, "-c", LARGE_IMAGES)
     ros.wait_for_publisher("/image")

@@ -1,4 +1,4 @@
-"""The pytest plugin in a pytest of its own: collected launch files, fixtures, and what a failure shows."""
+"""The pytest plugin in a separate pytest run: collected launch files, fixtures and failure reports."""
 
 from __future__ import annotations
 
@@ -179,7 +179,7 @@ def test_the_examples_of_the_documentation_work(run: Run, pytester: pytest.Pytes
     result.assert_outcomes(passed=7)
 
 
-def test_a_launched_node_that_wants_it_comes_back_and_one_without_program_is_named(
+def test_a_respawning_node_is_restarted_and_one_without_a_program_is_named(
     run: Run, pytester: pytest.Pytester
 ) -> None:
     write(pytester, "ends.py", "#!/bin/sh\necho ended >>ends\nexit 3\n")
@@ -225,7 +225,7 @@ def test_a_launched_node_that_wants_it_comes_back_and_one_without_program_is_nam
     )
 
 
-def test_nothing_of_pipros_is_imported_before_somebody_uses_it(run: Run, pytester: pytest.Pytester) -> None:
+def test_pipros_is_not_imported_before_a_test_uses_it(run: Run, pytester: pytest.Pytester) -> None:
     (pytester.path / "level.test").unlink()
     write(
         pytester,

@@ -1,4 +1,4 @@
-"""A robot in xacro, loaded by a launch file, read by urdf_parser_py, its frames sent by its two nodes."""
+"""A robot in xacro: loaded by a launch file, parsed by urdf_parser_py, its frames sent by two nodes."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_a_description_that_is_missing_or_wrong_is_named(
 
 
 @pytest.mark.parametrize("module", ["xacro", "urdf_parser_py"])
-def test_what_is_not_installed_is_named_with_its_extra(module: str) -> None:
+def test_a_missing_library_is_named_with_its_extra(module: str) -> None:
     packages = ImportablePackages()
 
     spec = PackageFinder(packages.find, packages.find_module).find_spec(module)

@@ -62,7 +62,7 @@ def bag_of(path: Path, count: int = 20) -> Path:
     return path
 
 
-def test_what_is_published_is_recorded_until_ctrl_c(ros: RosSystem, master: Master, talker: Node) -> None:
+def test_published_messages_are_recorded_until_ctrl_c(ros: RosSystem, master: Master, talker: Node) -> None:
     record = start(ros, master, "record", "--chunksize", "0", "-O", "run", "/number", "/text")
     publish(talker, "/number", [Int32(n) for n in range(50)])
     publish(talker, "/text", [String("a"), String("b")], latch=True)
@@ -106,7 +106,7 @@ def test_the_clock_that_the_recorder_follows_is_recorded(
         assert all(message.clock.nsecs == 7 for _, message, *_ in bag.messages())
 
 
-def test_what_waits_for_compression_is_written_after_ctrl_c(
+def test_queued_messages_are_compressed_and_written_after_ctrl_c(
     ros: RosSystem, master: Master, talker: Node
 ) -> None:
     record = start(ros, master, "record", "-j", "-O", "slow", "/noise")
@@ -130,7 +130,7 @@ def test_a_limit_ends_the_recording(ros: RosSystem, master: Master, talker: Node
     assert record.stdout == []
 
 
-def test_snapshots_are_written_when_asked_for(ros: RosSystem, master: Master, talker: Node) -> None:
+def test_snapshots_are_written_on_request(ros: RosSystem, master: Master, talker: Node) -> None:
     words = ("--snapshot", "--repeat-latched", "-O", "snap", "/number", "/text", "__name:=recorder")
     record = start(ros, master, "record", *words)
     number = talker.advertise("/number", Int32, queue_size=None)
@@ -176,7 +176,7 @@ def test_expressions_choose_topics_that_appear_later(ros: RosSystem, master: Mas
     assert not any(name in record.output for name in ("/text", "secret"))
 
 
-def test_a_killed_recording_loses_the_chunk_under_way_only(
+def test_a_killed_recording_loses_only_the_current_chunk(
     ros: RosSystem, master: Master, talker: Node
 ) -> None:
     record = start(ros, master, "record", "--chunksize", "1", "-O", "killed", "/text")
@@ -293,7 +293,7 @@ def test_parts_and_the_clock_are_played(ros: RosSystem, master: Master, make_nod
     assert 100.4 < times[0] < 101.4
 
 
-def test_a_loop_goes_on_until_ctrl_c(ros: RosSystem, master: Master, make_node: MakeNode) -> None:
+def test_a_loop_continues_until_ctrl_c(ros: RosSystem, master: Master, make_node: MakeNode) -> None:
     bag_of(ros.home / "in.bag")
     inbox = Inbox()
     make_node("listener").subscribe("/number", Int32, inbox)
@@ -321,7 +321,7 @@ def test_a_loop_goes_on_until_ctrl_c(ros: RosSystem, master: Master, make_node: 
         (("record", "-e", "("), 1, "[(] is not a regular expression"),
     ],
 )
-def test_mistakes_are_explained(
+def test_invalid_arguments_are_explained(
     words: tuple[str, ...], code: int, complaint: str, ros: RosSystem, master: Master
 ) -> None:
     bag_of(ros.home / "in.bag")
@@ -408,7 +408,9 @@ def test_a_topic_pauses_the_playback(make_node: MakeNode, tmp_path: Path) -> Non
         assert not playing.is_alive()
 
 
-def test_latched_topics_can_be_found_by_who_looks_once_a_second(make_node: MakeNode, tmp_path: Path) -> None:
+def test_latched_topics_last_long_enough_for_a_search_once_a_second(
+    make_node: MakeNode, tmp_path: Path
+) -> None:
     """Genuine `record -a` does, so a bag that was played within less had a chance of being missed."""
     with (tmp_path / "in.bag").open("w+b") as file:
         writer = BagWriter(file)

@@ -1,4 +1,4 @@
-"""`rosgraph`: who sends to whom, until the master is gone."""
+"""`rosgraph`: nodes and connections, until the master is gone."""
 
 from __future__ import annotations
 

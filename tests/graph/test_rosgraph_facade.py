@@ -96,7 +96,7 @@ def test_mappings_are_read_without_parameters(capsys: pytest.CaptureFixture[str]
     assert rosgraph.myargv(["prog", "b:=c", "__x:=", ":="]) == ["prog"]
 
 
-def test_names_that_are_none() -> None:
+def test_none_is_not_a_legal_name() -> None:
     assert not rosgraph.names.is_legal_name(None)
     assert not rosgraph.names.is_legal_base_name(None)
     with pytest.raises(ValueError, match="name"):
@@ -120,7 +120,7 @@ def test_anonymous_names_differ_and_are_legal() -> None:
         ({"ROS_MASTER_URI": "http://h:1"}, ["__master:=http://x:2"], "http://x:2"),
     ],
 )
-def test_the_master_uri_comes_from_arguments_or_environment(
+def test_the_master_uri_is_read_from_arguments_or_environment(
     env: dict[str, str], argv: list[str], uri: str
 ) -> None:
     assert rosgraph.get_master_uri(env, argv) == uri
@@ -215,7 +215,7 @@ def test_own_xml_rpc_nodes_serve_the_public_methods_of_their_handler() -> None:
     assert greeter.events == [f"ready at {node.uri}", "ended: bye"]
 
 
-def test_an_xml_rpc_node_whose_port_is_taken_tells_so() -> None:
+def test_an_xml_rpc_node_reports_a_port_that_is_in_use() -> None:
     first = rosgraph.xmlrpc.XmlRpcNode()
     first.start()
     errors: list[Exception] = []
@@ -226,7 +226,7 @@ def test_an_xml_rpc_node_whose_port_is_taken_tells_so() -> None:
     first.shutdown("end of the test")
 
 
-def test_the_graph_has_nodes_topics_connections_and_who_cannot_be_asked(master: Any) -> None:
+def test_the_graph_has_nodes_topics_connections_and_unreachable_nodes(master: Any) -> None:
     environment = Environment(master_uri=master.uri)
     rosgraph.Master("/ghost").registerPublisher("/chatter", "std_msgs/String", "http://127.0.0.1:9/")
     with Node("talker", environment=environment) as talker, Node("listener", environment=environment) as ear:

@@ -1,4 +1,4 @@
-"""`rosmaster` as people and roslaunch start it."""
+"""`rosmaster`, started by users and by roslaunch."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_it_serves_until_a_signal_and_ends_with_0(
     assert process.output == ""
 
 
-def test_without_core_it_says_that_roscore_is_wanted_and_where_it_listens(
+def test_without_core_it_recommends_roscore_and_prints_its_address(
     processes: Processes, claimed_port: ClaimedPort
 ) -> None:
     process = start(processes, claimed_port)
@@ -60,9 +60,7 @@ def test_a_port_in_use_is_reported_in_one_line(processes: Processes, claimed_por
     ]
 
 
-def test_it_ends_when_a_peer_on_this_computer_asks_it_to(
-    processes: Processes, claimed_port: ClaimedPort
-) -> None:
+def test_it_ends_on_request_of_a_local_peer(processes: Processes, claimed_port: ClaimedPort) -> None:
     process = start(processes, claimed_port, "--core")
     wait_until(lambda: is_up(claimed_port))
     MasterClient(claimed_port.uri, "/test", timeout_s=5).call("shutdown", "end of the test")
@@ -70,7 +68,7 @@ def test_it_ends_when_a_peer_on_this_computer_asks_it_to(
     assert process.stdout == ["shutdown request: end of the test"]
 
 
-def test_it_logs_where_roslaunch_tells_it_to(
+def test_it_logs_to_the_file_that_roslaunch_names(
     processes: Processes, claimed_port: ClaimedPort, tmp_path: Path
 ) -> None:
     log = tmp_path / "logs" / "master.log"
@@ -93,7 +91,7 @@ def test_statistics_of_a_running_master_are_printed(
     assert "Calls: " in capsys.readouterr().out
 
 
-def test_statistics_of_no_master_are_an_error_with_its_cure(capsys: Any) -> None:
+def test_statistics_without_a_master_are_an_error_with_advice(capsys: Any) -> None:
     assert main(["--statistics"]) == 1
     assert "Is roscore running" in capsys.readouterr().err
 
@@ -117,7 +115,7 @@ def test_wrong_arguments_are_reported_and_end_with_2(
     assert text in capsys.readouterr().err
 
 
-def test_help_names_what_genuine_rosmaster_has(capsys: pytest.CaptureFixture[str]) -> None:
+def test_help_names_the_options_of_genuine_rosmaster(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["--help"])
     text = capsys.readouterr().out

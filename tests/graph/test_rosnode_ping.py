@@ -1,4 +1,4 @@
-"""rosnode ping of nodes that are well, gone, deaf, nowhere or moved."""
+"""rosnode ping of nodes that answer, have exited, hang, are unreachable or have moved."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_an_unreachable_node_is_explained(
     assert capsys.readouterr().err == complaint
 
 
-def test_cleanup_takes_every_registration_of_a_node_away(client: MasterClient, master: Master) -> None:
+def test_cleanup_removes_every_registration_of_a_node(client: MasterClient, master: Master) -> None:
     itself = MasterClient(master.uri, "/gone")
     itself.register_publisher("/a", "std_msgs/String", "http://127.0.0.1:1/")
     itself.register_subscriber("/b", "std_msgs/String", "http://127.0.0.1:1/")

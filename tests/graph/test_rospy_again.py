@@ -1,5 +1,4 @@
-"""A process that starts a second node after its first one has ended, as notebooks and tests of packages
-do."""
+"""A process that starts a second node after the first has shut down, as notebooks and tests do."""
 
 from __future__ import annotations
 
@@ -65,7 +64,7 @@ def start(processes: Processes, tmp_path: Path, uri: str, code: str) -> Process:
         "rospy.client._init_node_args = None\nrospy.init_node('second')",
     ],
 )
-def test_a_second_node_is_a_whole_one(
+def test_a_second_node_is_fully_functional(
     processes: Processes, tmp_path: Path, master: Master, between: str
 ) -> None:
     node = start(processes, tmp_path, master.uri, FIRST + between + SECOND)
@@ -84,7 +83,7 @@ def test_a_second_node_is_a_whole_one(
     assert len([line for line in node.stdout if "said once" in line]) == 1
 
 
-def test_what_was_made_for_the_first_node_is_refused_by_words(
+def test_objects_of_the_first_node_are_refused_with_an_explanation(
     processes: Processes, tmp_path: Path, master: Master
 ) -> None:
     code = """
@@ -92,7 +91,7 @@ rospy.init_node('first')
 publisher = rospy.Publisher('said', String, queue_size=1)
 subscriber = rospy.Subscriber('said', String)
 rospy.signal_shutdown('enough')
-publisher.publish('nobody hears')
+publisher.publish('not received')
 begin_anew('second')
 try:
     publisher.publish('x')
@@ -106,9 +105,7 @@ subscriber.unregister()
     assert node.stdout == ["publish() to a closed topic"]
 
 
-def test_a_forked_child_may_be_a_node_of_its_own(
-    processes: Processes, tmp_path: Path, master: Master
-) -> None:
+def test_a_forked_child_may_start_its_own_node(processes: Processes, tmp_path: Path, master: Master) -> None:
     code = """
 rospy.init_node('parent')
 child = os.fork()

@@ -1,4 +1,4 @@
-"""Parts of rospy that need a node, one script each, in a process of its own."""
+"""Parts of rospy that need a node, one script each, in its own process."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ print(said)
         "throttled by durations",
     ],
 )
-def test_it_does_what_noetic_does(
+def test_it_prints_the_lines_of_noetic(
     processes: Processes,
     tmp_path: Path,
     master: Master,
@@ -165,13 +165,13 @@ def test_it_does_what_noetic_does(
     assert [line for line in node.stdout if not line.startswith("[INFO]")] == expected
 
 
-def test_what_a_process_logs_goes_to_its_log_file_as_noetics_does(
+def test_all_loggers_of_a_process_write_to_its_log_file_as_in_noetic(
     processes: Processes, tmp_path: Path, master: Master
 ) -> None:
     script = tmp_path / "node.py"
     script.write_text(
         'import logging, rospy\nrospy.init_node("node")\nlogging.getLogger("mine").info("own words")\n'
-        'rospy.loginfo("to all")\nrospy.logdebug("to nobody")\n'
+        'rospy.loginfo("to all")\nrospy.logdebug("not logged")\n'
     )
     variables = {"ROS_MASTER_URI": master.uri, "ROS_LOG_DIR": str(tmp_path / "logs")}
     node = processes.run(sys.executable, str(script), environment=variables)
@@ -209,9 +209,7 @@ format=%(name)s says %(message)s
 """
 
 
-def test_a_logging_configuration_of_ones_own_is_used(
-    processes: Processes, tmp_path: Path, master: Master
-) -> None:
+def test_a_custom_logging_configuration_is_used(processes: Processes, tmp_path: Path, master: Master) -> None:
     (tmp_path / "log.conf").write_text(CONFIG)
     script = tmp_path / "node.py"
     script.write_text('import rospy\nrospy.init_node("node")\nrospy.loginfo("low")\nrospy.logwarn("high")\n')

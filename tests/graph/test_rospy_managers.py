@@ -1,4 +1,4 @@
-"""What `rospy.impl.registration` hands out: the topics and services of a node that runs."""
+"""The managers in `rospy.impl.registration`: topics and services of a running node."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ print(json.dumps(found))
 """
 
 
-def test_the_managers_show_what_the_node_has(tmp_path: Path) -> None:
+def test_the_managers_list_the_topics_and_services_of_the_node(tmp_path: Path) -> None:
     with Master(port=0) as master:
         environment = pipros_environment(tmp_path, master.uri, make_tool_folder(tmp_path / "tools"))
         ran = Processes(environment, tmp_path).run("python3", "-c", PROGRAM)

@@ -93,7 +93,7 @@ def test_a_signal_ends_a_node_cleanly(
         (CALL_HANGS, "in call", "ROSInterruptException: node shutdown interrupted service call"),
     ],
 )
-def test_a_wait_that_a_signal_ends_raises_what_noetic_raises(
+def test_a_wait_interrupted_by_a_signal_raises_noetics_exception(
     processes: Processes, tmp_path: Path, master: Master, body: str, ready: str, error: str
 ) -> None:
     node = start(processes, tmp_path, master.uri, HEAD + body)
@@ -116,7 +116,7 @@ def test_ctrl_c_ends_a_node_that_waits_for_a_master(processes: Processes, tmp_pa
     )
 
 
-def test_the_end_does_not_join_a_thread_that_was_not_started(
+def test_shutdown_does_not_join_a_thread_that_was_not_started(
     processes: Processes, tmp_path: Path, master: Master
 ) -> None:
     end = (
@@ -129,7 +129,7 @@ def test_the_end_does_not_join_a_thread_that_was_not_started(
     assert "Traceback" not in node.output
 
 
-def test_the_end_joins_threads_that_run_and_those_before_are_forgotten(
+def test_shutdown_joins_running_threads_and_forgets_ended_ones(
     processes: Processes, tmp_path: Path, master: Master
 ) -> None:
     end = (
@@ -178,7 +178,7 @@ def test_a_second_ctrl_c_ends_a_node_whose_hook_hangs(
     assert node.wait(5) == 128 + signal.SIGINT
 
 
-def test_a_further_ctrl_c_ends_a_program_that_goes_on_after_the_end_of_its_node(
+def test_another_ctrl_c_ends_a_program_that_continues_after_its_node(
     processes: Processes, tmp_path: Path, master: Master
 ) -> None:
     body = """
@@ -201,7 +201,9 @@ while True:
     assert "KeyboardInterrupt" in node.output
 
 
-def test_a_node_waits_for_its_master_and_goes_on_when_it_comes(processes: Processes, tmp_path: Path) -> None:
+def test_a_node_waits_for_its_master_and_continues_when_it_starts(
+    processes: Processes, tmp_path: Path
+) -> None:
     with Master(port=0) as first:
         port = first.port
     node = start(processes, tmp_path, f"http://127.0.0.1:{port}", HEAD + SPIN)
@@ -230,9 +232,7 @@ def test_disable_signals_leaves_them_alone(processes: Processes, tmp_path: Path,
     assert "KeyboardInterrupt" in node.output
 
 
-def test_a_handler_of_ones_own_decides_what_a_signal_means(
-    processes: Processes, tmp_path: Path, master: Master
-) -> None:
+def test_a_custom_signal_handler_is_respected(processes: Processes, tmp_path: Path, master: Master) -> None:
     body = """
 import os, signal
 def land(number, frame):  # may come while print() prints, which cannot be entered twice
@@ -255,7 +255,7 @@ rospy.spin()
     assert "hook False" in node.output
 
 
-def test_a_signal_counts_while_others_have_the_wakeup_descriptor(
+def test_a_signal_is_handled_while_others_own_the_wakeup_descriptor(
     processes: Processes, tmp_path: Path, master: Master
 ) -> None:
     body = """
@@ -298,7 +298,7 @@ rospy.spin()
     assert node.wait(5) == 0
 
 
-def test_a_node_that_is_asked_to_end_says_why(
+def test_a_node_logs_the_reason_of_a_requested_shutdown(
     processes: Processes, tmp_path: Path, master: Master, client: MasterClient
 ) -> None:
     node = start(processes, tmp_path, master.uri, HEAD + SPIN)
@@ -310,7 +310,7 @@ def test_a_node_that_is_asked_to_end_says_why(
     assert "shutdown request: user request" in node.stdout
 
 
-def test_simulated_time_is_what_clock_says(
+def test_simulated_time_follows_clock(
     processes: Processes, tmp_path: Path, master: Master, client: MasterClient
 ) -> None:
     client.set_param("/use_sim_time", True)

@@ -1,4 +1,4 @@
-"""rosrun as a process: it becomes the program, with its arguments, its exit code and its signals."""
+"""rosrun replaces its process with the program, including arguments, exit code and signals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""rostest with real nodes and masters: what is started, looked after, interrupted and left behind."""
+"""rostest with real nodes and masters: start, supervision, interruption and clean-up."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def test_two_runs_at_once_do_not_see_each_other(ros: RosSystem, package: Path) -
     assert [run.wait() for run in runs] == [0, 0], [run.output for run in runs]
 
 
-def test_a_node_that_wants_it_is_restarted_while_the_test_runs(ros: RosSystem, package: Path) -> None:
+def test_a_respawning_node_is_restarted_while_the_test_runs(ros: RosSystem, package: Path) -> None:
     ended = ros.home / "ended"
     write_test(
         package,
@@ -214,7 +214,7 @@ def test_a_file_outside_of_all_packages_needs_a_package_for_its_results(
     assert (ros.home / f".ros/test_results/pkg/rostest-{name}.xml").exists()
 
 
-def test_who_publishes_and_subscribes_can_be_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_publishers_and_subscribers_can_be_queried(monkeypatch: pytest.MonkeyPatch) -> None:
     with Master(host="127.0.0.1", port=0) as master:
         monkeypatch.setenv("ROS_MASTER_URI", master.uri)
         client = MasterClient(master.uri, "/robot/talker")
@@ -230,6 +230,6 @@ def test_who_publishes_and_subscribes_can_be_asked(monkeypatch: pytest.MonkeyPat
             assert proxy.getPid("/a_test")[0] == 1
 
 
-def test_without_a_master_nobody_can_be_asked() -> None:
+def test_without_a_master_queries_fail() -> None:
     with pytest.raises(ConnectionError, match="roscore"):
         rostest.is_publisher("/level", "/talker")

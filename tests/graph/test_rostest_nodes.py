@@ -27,7 +27,7 @@ def system(tmp_path_factory: pytest.TempPathFactory, bare_tools: Path) -> Iterat
 
 
 @pytest.mark.parametrize("scene", ALL, ids=[f"{scene.node} {scene.params}" for scene in ALL])
-def test_a_test_node_passes_or_says_what_it_missed(system: LevelSystem, scene: Scene) -> None:
+def test_a_test_node_passes_or_reports_the_failure(system: LevelSystem, scene: Scene) -> None:
     ended, cases = system.run(scene, f"scene_{ALL.index(scene)}")
 
     assert ended.returncode == (0 if scene.passes else 1), ended.output

@@ -1,4 +1,4 @@
-"""rostopic echo, hz, bw and delay on running nodes: what they show, and how they end."""
+"""rostopic echo, hz, bw and delay with running nodes: their output and how they exit."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def talker(make_node: MakeNode) -> Publisher:
     return make_node("talker").advertise("/chatter", String)
 
 
-def test_echo_shows_each_message_and_ends_with_the_last_that_is_wanted(
+def test_echo_shows_each_message_and_ends_after_the_requested_number(
     commands: Commands, talker: Publisher
 ) -> None:
     echo = commands.start("rostopic", "echo", "-n", "2", "/chatter")
@@ -69,7 +69,7 @@ def test_echo_shows_each_message_and_ends_with_the_last_that_is_wanted(
     assert echo.stderr == []
 
 
-def test_echo_shows_types_whose_package_is_nowhere(commands: Commands, make_node: MakeNode) -> None:
+def test_echo_shows_types_of_unknown_packages(commands: Commands, make_node: MakeNode) -> None:
     strange = message_classes_from_text(
         "strange_msgs/Pair",
         f"Part left\nPart right\n{'=' * 80}\nMSG: strange_msgs/Part\nint32 number\n",
@@ -101,7 +101,7 @@ def test_a_signal_ends_echo_with_0_and_leaves_nothing_at_the_master(
     assert nodes_of(master) == ["/talker"]
 
 
-def test_a_reader_that_has_seen_enough_ends_echo_quietly(commands: Commands, talker: Publisher) -> None:
+def test_echo_ends_quietly_when_its_reader_closes_the_pipe(commands: Commands, talker: Publisher) -> None:
     bash = shutil.which("bash")
     assert bash
     pipe = commands.start(bash, "-c", "set -o pipefail; rostopic echo /chatter | head -n 1")
@@ -248,7 +248,7 @@ def test_hz_measures_by_the_simulated_clock_by_default(
     report: str,
 ) -> None:
     client = MasterClient(master.uri, "/test")
-    client.set_param("/use_sim_time", True)  # and nobody publishes /clock: simulated time stands still
+    client.set_param("/use_sim_time", True)  # without a publisher of /clock, simulated time stands still
     client.close()
     hz = commands.start("rostopic", "hz", *option, "/chatter")
     wait_until_connected(talker)

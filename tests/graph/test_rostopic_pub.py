@@ -37,7 +37,7 @@ def test_a_rate_repeats_the_message_until_ctrl_c(ros: RosSystem, master: Master,
     assert pub.lines == []
 
 
-def test_a_latched_message_reaches_subscribers_that_come_later(
+def test_a_latched_message_reaches_later_subscribers(
     ros: RosSystem, master: Master, make_node: MakeNode
 ) -> None:
     pub = ros.pipros.start(

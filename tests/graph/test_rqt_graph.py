@@ -1,4 +1,4 @@
-"""`rqt_graph`: its server, what it sends, who may see it, and pictures."""
+"""`rqt_graph`: its server, messages, access control and pictures."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_a_killed_node_is_shown_as_such(chain: RosSystem) -> None:
         assert gone
 
 
-def test_a_topic_is_watched_only_while_somebody_looks(chain: RosSystem) -> None:
+def test_a_topic_is_watched_only_while_a_browser_shows_it(chain: RosSystem) -> None:
     page = Page(chain)
 
     def watchers() -> list[str]:
@@ -114,7 +114,7 @@ def test_a_topic_is_watched_only_while_somebody_looks(chain: RosSystem) -> None:
         first(browser.watch("graph"), lambda _: not watchers())
 
 
-def test_a_node_tells_its_connections(chain: RosSystem) -> None:
+def test_a_node_reports_its_connections(chain: RosSystem) -> None:
     with Page(chain).connect() as browser:
         node = first(browser.watch("node", name="/talker"), lambda value: value["connections"])
         assert ["/level", "std_msgs/String"] in node["publications"]
@@ -134,7 +134,7 @@ def test_a_vanished_master_is_reported_and_found_again(ros: RosSystem) -> None:
         first(graph, lambda value: value.get("error") == "")
 
 
-def test_requests_that_make_no_sense_are_answered(ros: RosSystem) -> None:
+def test_invalid_requests_are_answered(ros: RosSystem) -> None:
     ros.pipros.start_master()
     with Page(ros).connect() as browser:
         for arguments, error in (
@@ -172,7 +172,7 @@ def test_pictures_are_written(chain: RosSystem) -> None:
         (["left", "over"], 2, "unexpected argument: left"),
     ],
 )
-def test_bad_arguments(ros: RosSystem, arguments: list[str], code: int, words: str) -> None:
+def test_invalid_arguments_are_refused(ros: RosSystem, arguments: list[str], code: int, words: str) -> None:
     ros.pipros.start_master()
     done = ros.pipros.run("rqt_graph", "--no-browser", *arguments)
     assert done.returncode == code

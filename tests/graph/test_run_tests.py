@@ -1,4 +1,4 @@
-"""`catkin_make run_tests` and `catkin_test_results`: the tests that a package lists for itself."""
+"""`catkin_make run_tests` and `catkin_test_results`: the tests declared by a package."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_launch_tests_unit_tests_and_checks_all_leave_results(ros: RosSystem, wo
     assert summed.stdout[-1].startswith("Summary: 5 tests, 0 errors, 0 failures")
 
 
-def test_what_fails_is_named_by_catkin_test_results(ros: RosSystem, workspace: Path) -> None:
+def test_failures_are_named_by_catkin_test_results(ros: RosSystem, workspace: Path) -> None:
     write(workspace, "test/ready.test", READY.replace("expected: 25", "expected: 26"))
     write(workspace, "test/test_unit.py", UNIT.replace("SUM", "3"))
     write(workspace, "launch/nodes.launch", LAUNCH.format("gone.py"))

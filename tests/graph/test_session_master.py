@@ -1,4 +1,4 @@
-"""The master of a launch that was started by others."""
+"""A launch that uses a master started by another program."""
 
 from __future__ import annotations
 

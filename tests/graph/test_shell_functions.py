@@ -53,9 +53,7 @@ def shell(ros: RosSystem, program: str, script: str, **variables: str) -> Proces
 
 
 @pytest.mark.parametrize("program", SHELLS)
-def test_roscd_goes_to_packages_folders_workspace_and_logs(
-    ros: RosSystem, source: Path, program: str
-) -> None:
+def test_roscd_enters_packages_folders_workspace_and_logs(ros: RosSystem, source: Path, program: str) -> None:
     logs = ros.home / ".ros" / "log"
     logs.mkdir(parents=True)
     (ros.home / "devel").mkdir()
@@ -101,7 +99,7 @@ def test_files_are_shown_edited_copied_and_moved(ros: RosSystem, source: Path, p
         ("rosed", "usage: rosed [package] [file]"),
     ],
 )
-def test_mistakes_are_reported_and_end_with_1(
+def test_errors_are_reported_with_exit_code_1(
     ros: RosSystem, source: Path, program: str, line: str, expected: str
 ) -> None:
     ended = shell(ros, program, line)
@@ -110,7 +108,7 @@ def test_mistakes_are_reported_and_end_with_1(
 
 
 @pytest.mark.parametrize("program", SHELLS)
-def test_a_file_that_is_there_twice_is_chosen(ros: RosSystem, source: Path, program: str) -> None:
+def test_the_user_chooses_among_files_of_the_same_name(ros: RosSystem, source: Path, program: str) -> None:
     ended = shell(ros, program, "echo 2 | roscat robots same.txt")
     assert ended.stdout == ["of b"]
     assert "You have chosen a non-unique filename" in ended.output

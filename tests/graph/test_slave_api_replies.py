@@ -1,4 +1,4 @@
-"""What a node answers to others that ask for the wrong thing, and what it says of its links."""
+"""Replies of the slave API to invalid requests, and its description of the links."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def answer_to(node: object, data: bytes) -> bytes:
         return connection.recv(4096)
 
 
-def test_a_node_tells_its_uri_and_refuses_publishers_without_one(make_node: MakeNode) -> None:
+def test_a_node_returns_its_uri_and_refuses_publishers_without_one(make_node: MakeNode) -> None:
     node = make_node("told")
     with ServerProxy(node.uri) as slave:
         assert slave.getUri("/me") == [1, "", node.uri]
@@ -34,7 +34,7 @@ def test_a_node_tells_its_uri_and_refuses_publishers_without_one(make_node: Make
             assert slave.publisherUpdate("/master", "/chat", publishers)[::2] == [-1, -1]
 
 
-def test_a_refused_subscriber_hears_which_topics_there_are(make_node: MakeNode) -> None:
+def test_a_refused_subscriber_is_sent_the_list_of_topics(make_node: MakeNode) -> None:
     node = make_node("refusing")
     node.advertise("/chat", String)
     header = {"topic": "/none", "md5sum": String._md5sum, "callerid": "/me", "type": "std_msgs/String"}
@@ -42,7 +42,7 @@ def test_a_refused_subscriber_hears_which_topics_there_are(make_node: MakeNode) 
     assert "[/refusing] is not a publisher of [/none]. Topics are [['/chat', 'std_msgs/String']]" in refusal
 
 
-def test_an_empty_header_closes_the_connection_without_a_word(make_node: MakeNode) -> None:
+def test_an_empty_header_closes_the_connection_silently(make_node: MakeNode) -> None:
     node = make_node("silent")
     node.advertise("/chat", String)
     assert answer_to(node, struct.pack("<I", 0)) == b""

@@ -1,4 +1,4 @@
-"""Commands and nodes whose standard output is closed, full, or of an encoding that lacks characters."""
+"""Commands and nodes whose standard output is closed, full, or has a limited encoding."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def shell(ros: RosSystem, script: str, **variables: str) -> Process:
 
 @pytest.mark.parametrize("command", ["rosmsg list", "rosmsg show -r sensor_msgs/PointCloud2", "rospack list"])
 @pytest.mark.parametrize("is_buffered", ["", "1"])
-def test_a_reader_that_has_seen_enough_ends_a_command_quietly(
+def test_a_command_ends_quietly_when_its_reader_closes_the_pipe(
     ros: RosSystem, command: str, is_buffered: str
 ) -> None:
     script = f"{command} 2>errors | head -n 1 >/dev/null; echo ${{PIPESTATUS[0]}}; cat errors"
@@ -57,7 +57,7 @@ def test_a_reader_that_has_seen_enough_ends_a_command_quietly(
 
 
 @pytest.mark.parametrize("program", ["tf tf_echo a b 50", "tf tf_monitor"])
-def test_a_reader_that_has_seen_enough_ends_a_program_of_a_package_quietly(
+def test_a_program_of_a_package_ends_quietly_when_its_reader_closes_the_pipe(
     ros: RosSystem, program: str
 ) -> None:
     ros.pipros.start_master()
@@ -66,9 +66,7 @@ def test_a_reader_that_has_seen_enough_ends_a_program_of_a_package_quietly(
 
 
 @pytest.mark.parametrize("is_buffered", ["", "1"])
-def test_a_command_without_a_standard_output_says_nothing_and_succeeds(
-    ros: RosSystem, is_buffered: str
-) -> None:
+def test_a_command_without_a_standard_output_succeeds_silently(ros: RosSystem, is_buffered: str) -> None:
     ros.pipros.start_master()
     for command in COMMANDS:
         closed = shell(ros, f"{command} >&-", PYTHONUNBUFFERED=is_buffered)
@@ -102,7 +100,9 @@ def test_all_standard_streams_may_be_closed(ros: RosSystem) -> None:
 
 
 @pytest.mark.parametrize(("to", "how"), [(">&-", "flush"), (">&-", "keep"), (">/dev/full", "keep")])
-def test_a_node_goes_on_without_a_standard_output(ros: RosSystem, tmp_path: Path, to: str, how: str) -> None:
+def test_a_node_continues_without_a_standard_output(
+    ros: RosSystem, tmp_path: Path, to: str, how: str
+) -> None:
     ros.pipros.start_master()
     (tmp_path / "speaker.py").write_text(NODE)
     node = ros.pipros.start("bash", "-c", f"exec {sys.executable} speaker.py {how} {to}", PYTHONUNBUFFERED="")

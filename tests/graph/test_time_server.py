@@ -1,4 +1,4 @@
-"""A server of time on a socket, as `ntp_monitor.py` asks it."""
+"""A time server on a socket, queried as by `ntp_monitor.py`."""
 
 from __future__ import annotations
 

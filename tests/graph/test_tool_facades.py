@@ -1,4 +1,4 @@
-"""The modules that Python code imports from the tools: rosmsg, rosnode, rosparam, rosservice, rostopic."""
+"""Python modules of the command-line tools: rosmsg, rosnode, rosparam, rosservice, rostopic."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def environment(master: Master, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_MASTER_URI", master.uri)
 
 
-def test_rosnode_knows_who_runs_and_who_answers(make_node: MakeNode) -> None:
+def test_rosnode_lists_and_pings_nodes(make_node: MakeNode) -> None:
     node = make_node("talker")
     node.advertise("/chatter", String)
     assert rosnode.get_node_names() == ["/talker"]

@@ -1,4 +1,4 @@
-"""Tools on a machine of another network, with another address, than that of the master."""
+"""Tools on a machine in another network than the master."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_tools_of_another_machine_see_the_system(machines: TwoMachines) -> None:
     assert rules == set()
 
 
-def test_a_publisher_whose_name_means_nothing_here_is_explained(machines: TwoMachines) -> None:
+def test_a_publisher_with_an_unknown_host_name_is_explained(machines: TwoMachines) -> None:
     machines.publish("/text", ROS_HOSTNAME=UNKNOWN)
     echo = machines.far("rostopic", "echo", "/text")
     echo.wait_for(rf"This machine cannot resolve the name \[{UNKNOWN}\]: set ROS_IP on that machine", 60.0)

@@ -1,4 +1,4 @@
-"""Tools without a master, with one that goes away, with quick and large messages, and in background jobs."""
+"""Tools without a master, with a master that exits, with fast and large messages, and in background jobs."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ WITHOUT_MASTER = [
 
 
 @pytest.mark.parametrize(("line", "code"), WITHOUT_MASTER)
-def test_without_a_master_a_tool_says_so_on_one_line(
+def test_without_a_master_a_tool_prints_one_line(
     line: str, code: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("ROS_MASTER_URI", NO_MASTER)
@@ -97,7 +97,7 @@ def system(ros: RosSystem) -> Iterator[tuple[Master, Node]]:
         node.shutdown("end of the test")
 
 
-def test_a_tool_goes_on_without_the_master_and_ends_by_ctrl_c(
+def test_a_tool_continues_without_the_master_and_ends_on_ctrl_c(
     ros: RosSystem, system: tuple[Master, Node]
 ) -> None:
     master, node = system
@@ -122,7 +122,7 @@ def test_a_tool_goes_on_without_the_master_and_ends_by_ctrl_c(
         assert "Traceback" not in tool.output
 
 
-def test_tools_that_measure_and_publish_go_on_without_the_master(
+def test_tools_that_measure_and_publish_continue_without_the_master(
     ros: RosSystem, system: tuple[Master, Node]
 ) -> None:
     master, node = system

@@ -1,4 +1,4 @@
-"""Tools on a terminal: aligned, coloured, and tables that are rewritten in place. Pipes get none of it."""
+"""Tools on a terminal: alignment, colours, and tables that are redrawn in place; plain output in pipes."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ class Other(Strange):
     _md5sum = "f" * 32
 
 
-def test_launched_programs_pass_on_what_they_do_not_know(ros: RosSystem) -> None:
+def test_launched_programs_relay_messages_of_unknown_types(ros: RosSystem) -> None:
     ros.pipros.start_bare_master()
     numbers: Any = load_message_class("std_msgs/Float64")
     launch = ros.home / "tools.launch"
@@ -81,7 +81,7 @@ def test_launched_programs_pass_on_what_they_do_not_know(ros: RosSystem) -> None
         assert launched.wait() == 0
 
 
-def test_a_stealthy_relay_sends_nothing_that_nobody_monitors(ros: RosSystem) -> None:
+def test_a_stealthy_relay_sends_nothing_without_a_monitor(ros: RosSystem) -> None:
     """Not even the messages that show it the type, before it looks at the monitored topic again."""
     ros.pipros.start_bare_master()
     text: Any = load_message_class("std_msgs/String")

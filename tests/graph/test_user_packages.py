@@ -7,7 +7,7 @@ from tests.support.patrol import PACKAGES, SAID
 from tests.support.ros import RosSystem
 
 
-def test_a_robot_with_actions_and_transforms_goes_on_patrol(ros: RosSystem) -> None:
+def test_a_robot_with_actions_and_transforms_patrols(ros: RosSystem) -> None:
     ros.pipros.environment["ROS_PACKAGE_PATH"] = str(PACKAGES)
 
     launched = ros.pipros.run(

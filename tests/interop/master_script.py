@@ -333,7 +333,7 @@ RANDOM_SERVICES = ("rosrpc://h:1", "rosrpc://h:2", "http://h:1", "x")
 
 
 def random_calls(count: int, seed: int) -> Iterator[Call]:
-    """Calls of nodes that nobody can reach, each with one API for good; some arguments lack or are wrong."""
+    """Yield calls of unreachable nodes, each with one fixed API; some arguments are missing or wrong."""
     pick = random.Random(seed)  # noqa: S311  # no secret
     for _ in range(count):
         node, name, key = pick.choice(RANDOM_NODES), pick.choice(RANDOM_NAMES), pick.choice(RANDOM_NAMES)

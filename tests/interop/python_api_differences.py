@@ -266,9 +266,9 @@ DIFFERENCES = [
 def as_markdown() -> str:
     """The table of the documentation."""
     rows = ["| names | what | why |", "| --- | --- | --- |"]
-    for one in DIFFERENCES:
-        names = ", ".join(f"`{name}`" for name in one.names)
-        rows.append(f"| {names} | {one.kind.value} | {one.reason} |")
+    for difference in DIFFERENCES:
+        names = ", ".join(f"`{name}`" for name in difference.names)
+        rows.append(f"| {names} | {difference.kind.value} | {difference.reason} |")
     return "\n".join(rows)
 
 

@@ -61,7 +61,7 @@ PAIRS = [
     (master, place)
     for master in ("pipros", "genuine")
     for place in PLACES
-    # There a genuine master listens at 127.0.1.1 alone, so that nobody finds it as localhost.
+    # There a genuine master listens at 127.0.1.1 alone, so that it is not found as localhost.
     if (master, place) != ("genuine", "loopback as on Debian")
 ]
 

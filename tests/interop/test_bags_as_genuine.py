@@ -86,7 +86,7 @@ def received(system: RosSystem) -> dict[str, int]:
 
 
 @pytest.mark.parametrize("recorder", ["genuine", "pipros"])
-def test_what_one_plays_the_other_records(recorder: str, sides: RosSystem) -> None:
+def test_messages_played_by_one_are_recorded_by_the_other(recorder: str, sides: RosSystem) -> None:
     rows: list[Any] = [("/number", Int32(n), 100 + n // 100, n % 100 * 1000) for n in range(300)]
     latched = ("/text", String("latched"), 99, 0)
     (sides.home / "in.bag").write_bytes(bag_bytes([latched, *rows], compression="lz4", chunk_bytes=500))

@@ -89,7 +89,7 @@ def findings_with(
 
 
 def run(master: str, home: Path, tools: Path, workspace: CatkinWorkspace) -> Findings:
-    """Has the peers meet under a master until they have found everything, or the time is up."""
+    """Run the peers under a master until they have found everything, or the time is up."""
     port = ClaimedPort()
     ros = RosSystem(port.number, home, tools)
     ros.genuine.environment.update(workspace.variables)

@@ -19,7 +19,7 @@ NODE = (
 def findings(ros: RosSystem) -> list[dict[str, Any]]:
     report: dict[str, Any] = json.loads("\n".join(ros.pipros.run("pipros", "doctor", "--json").stdout))
     assert report["examined"] is not None
-    return [one for one in report["findings"] if one["rule"] not in ("mixed-programs", "mixed-paths")]
+    return [found for found in report["findings"] if found["rule"] not in ("mixed-programs", "mixed-paths")]
 
 
 def test_a_healthy_genuine_system_is_found_healthy_and_its_faults_are_named(ros: RosSystem) -> None:
@@ -36,8 +36,8 @@ def test_a_healthy_genuine_system_is_found_healthy_and_its_faults_are_named(ros:
         "rostopic", "pub", "-r", "5", "/chatter", "std_msgs/Int32", "1", "__name:=wrong"
     )
     wait_until(lambda: "/wrong" in ros.publishers("/chatter"))
-    named = {(one["rule"], *one["subjects"]) for one in findings(ros)}
+    named = {(found["rule"], *found["subjects"]) for found in findings(ros)}
     assert ("publishers-differ", "/chatter", "/python", "/wrong") in named
     wrong.kill()
     wrong.wait()
-    assert {("ghost-node", "/wrong")} <= {(one["rule"], *one["subjects"]) for one in findings(ros)}
+    assert {("ghost-node", "/wrong")} <= {(found["rule"], *found["subjects"]) for found in findings(ros)}

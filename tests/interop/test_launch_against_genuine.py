@@ -156,7 +156,7 @@ def outcome(ended: Answer) -> tuple[int, list[str], list[str]]:
         "ignoring defunct <master /> tag",
         "cwd must be one of 'ROS_HOME', 'node'.",
     )
-    return ended.returncode, found, [one for one in complaints if one in ended.output]
+    return ended.returncode, found, [complaint for complaint in complaints if complaint in ended.output]
 
 
 def probed(ros: RosSystem, side: Side, label: str, core: Side) -> tuple[dict[str, Any], Any]:

@@ -114,6 +114,6 @@ def reported(
 
 
 def is_filled(status: Any) -> bool:
-    """Whether it is more than what comes first: that the node starts, and that nothing was read yet."""
+    """Return False for the first statuses: the node is starting up, or has not read any data yet."""
     is_first = status.message == "Node starting up"
     return not is_first and not any(pair.value == "No Data" for pair in status.values)

@@ -59,7 +59,7 @@ ODD = ["'a'", "1.5", "300", "-1", "None", "[1, 2]", "['a']", "b'ab'", "True", "2
 ODD += ["'\\xfc'", "[]", "(1, 2)", "[1.5]", "[None]", "[b'a']", "[300]", "[-1]", "(1, 2, 3)", "b'abcdefgh'"]
 
 
-def test_what_does_not_fit_a_field_is_refused_in_genpys_words() -> None:
+def test_values_that_do_not_fit_a_field_are_refused_with_genpys_text() -> None:
     jobs = []
     for kind in [*TYPES, "made/In", "std_msgs/Header"]:
         for array in ("", "[]", "[3]"):

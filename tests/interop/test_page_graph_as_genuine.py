@@ -179,7 +179,7 @@ def test_300_nodes_and_1000_topics(plain_ros: RosSystem, random_system: RandomSy
     assert dead <= silent
     assert sorted(observation.nodes) == genuine["nodes"]
 
-    # Genuine hears of a connection from the subscriber only.
+    # Genuine rqt_graph learns about a connection from the subscriber only.
     ours = sorted([each.publisher, each.subscriber, each.topic] for each in observation.connections)
     assert [each for each in ours if each[1] not in silent] == genuine["connections"]
     assert [each for each in ours if each[1] not in dead] == sorted(

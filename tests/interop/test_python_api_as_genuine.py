@@ -124,9 +124,9 @@ def dump(python: str, environment: dict[str, str]) -> Described:
 @cache
 def listed(name: str) -> Difference | None:
     """The entry of the table that covers a name, if one does."""
-    for one in DIFFERENCES:
-        if any(fnmatch.fnmatchcase(name, pattern) for pattern in one.names):
-            return one
+    for difference in DIFFERENCES:
+        if any(fnmatch.fnmatchcase(name, pattern) for pattern in difference.names):
+            return difference
     return None
 
 
@@ -174,22 +174,23 @@ def takes(here: list[Parameter] | None, there: list[Parameter] | None) -> bool:
         here = here[1:]  # a method that was made by a decorator there
     for place, (name, kind, has_default, default) in enumerate(there):
         if kind.startswith("VAR_"):
-            if not any(one[1] == kind for one in here):
+            if not any(parameter[1] == kind for parameter in here):
                 return False
             continue
-        found = next((one for one in here if one[0] == name), None)
+        found = next((parameter for parameter in here if parameter[0] == name), None)
         if found is None or (kind != "KEYWORD_ONLY" and here.index(found) != place):
             return False
         if found[1] == "POSITIONAL_ONLY" or (has_default and (not found[2] or found[3] != default)):
             return False
-    names = {one[0] for one in there}
-    return all(one[0] in names or one[2] or one[1].startswith("VAR_") for one in here)
+    names = {parameter[0] for parameter in there}
+    return all(parameter[0] in names or parameter[2] or parameter[1].startswith("VAR_") for parameter in here)
 
 
 def shown(parameters: list[Parameter] | None) -> str:
     if parameters is None:
         return "(?)"
-    return "(" + ", ".join(f"{one[0]}={one[3]!r}" if one[2] else one[0] for one in parameters) + ")"
+    texts = [f"{name}={default!r}" if has_default else name for name, _, has_default, default in parameters]
+    return "(" + ", ".join(texts) + ")"
 
 
 @pytest.mark.timeout(240)
@@ -209,9 +210,9 @@ def test_no_difference_is_listed_that_there_is_not(both: tuple[Described, Descri
     named = [f"{module}.{name}" for module, names in both[0].items() for name in names]
     needless = [
         pattern
-        for one in DIFFERENCES
-        for pattern in one.names
-        if not fnmatch.filter(named if one.kind is Kind.NAMED else different, pattern)
+        for difference in DIFFERENCES
+        for pattern in difference.names
+        if not fnmatch.filter(named if difference.kind is Kind.NAMED else different, pattern)
     ]
     assert not needless
 

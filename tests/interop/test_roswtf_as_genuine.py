@@ -36,8 +36,8 @@ for parent, child, length in (("map", "odom", 1), ("world", "odom", 1), ("a", "b
     message.transforms.append(one)
 while not rospy.is_shutdown():
     now = rospy.Time.now()
-    for one in message.transforms:
-        one.header.stamp = now
+    for transform in message.transforms:
+        transform.header.stamp = now
     message.transforms[0].header.stamp = now - rospy.Duration(50)
     publisher.publish(message)
     rospy.sleep(0.02)

@@ -87,7 +87,7 @@ def test_star_imports_bind_what_they_bind_there(both: tuple[Bound, Bound]) -> No
 def test_no_exception_is_listed_that_is_not_needed(both: tuple[Bound, Bound]) -> None:
     names = list(differences(*both))
     optional = {"genmsg.template_tools.em", "image_geometry.cameramodels.cv2", "rosbag.rosbag_main"}
-    assert [one for one in LACKING.keys() - optional if not fnmatch.filter(names, one)] == []
+    assert [pattern for pattern in LACKING.keys() - optional if not fnmatch.filter(names, pattern)] == []
 
 
 @pytest.mark.timeout(240)

@@ -114,7 +114,7 @@ def test_in_lazy_mode_the_input_is_subscribed_to_for_subscribers(
     started = graph.start(side, *program, "_lazy:=true")
     graph.ros.wait_for_publisher(target)
     publish("2")
-    wait_until(lambda: not graph.ros.subscribers("/in"), 30, "nobody subscribed")
+    wait_until(lambda: not graph.ros.subscribers("/in"), 30, "no subscriber of /in")
 
     listener = graph.listen(target)
     graph.ros.wait_for_subscriber("/in")
@@ -123,7 +123,7 @@ def test_in_lazy_mode_the_input_is_subscribed_to_for_subscribers(
 
     listener.unregister()
     graph.ros.wait_for_subscriber("/in")
-    wait_until(lambda: (publish("3"), not graph.ros.subscribers("/in"))[1], 30, "nobody subscribed")
+    wait_until(lambda: (publish("3"), not graph.ros.subscribers("/in"))[1], 30, "no subscriber of /in")
 
 
 @pytest.mark.parametrize("side", SIDES)
@@ -134,7 +134,7 @@ def test_in_stealth_mode_the_monitored_topic_decides(graph: Graph, side: str) ->
         side, "relay", "/in", "/out", "_stealth:=true", "_monitor_topic:=/watched", "_monitor_rate:=50"
     )
     graph.ros.wait_for_publisher("/out")
-    wait_until(lambda: not graph.ros.subscribers("/in"), 30, "nobody subscribed")
+    wait_until(lambda: not graph.ros.subscribers("/in"), 30, "no subscriber of /in")
 
     if side == "genuine":  # which does not subscribe again, whoever watches
         return
@@ -144,7 +144,7 @@ def test_in_stealth_mode_the_monitored_topic_decides(graph: Graph, side: str) ->
         watcher.subscribe("/watched", RawMessage, lambda _: None)
         graph.ros.wait_for_subscriber("/in")
         wait_until(lambda: graph.got, 30, "a message")
-    wait_until(lambda: not graph.ros.subscribers("/in"), 30, "nobody subscribed")
+    wait_until(lambda: not graph.ros.subscribers("/in"), 30, "no subscriber of /in")
 
 
 @pytest.mark.parametrize("arguments", ["1 3", "0 2", "2 3", "3 2"])

@@ -49,7 +49,7 @@ def test_ten_thousand_questions_have_the_same_answers(seed: int) -> None:
     assert differing(buffer_script, seed, 50) == []
 
 
-def test_what_makes_no_sense_has_the_same_answers() -> None:
+def test_invalid_frames_have_the_same_answers() -> None:
     assert differing(str(PROGRAMS / "examine_bad_frames.py"), 1, 400) == []
 
 

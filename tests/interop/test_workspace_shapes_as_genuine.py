@@ -177,7 +177,7 @@ def test_packages_of_all_shapes_come_out_as_from_genuine_catkin(ros: RosSystem, 
         ),
     ],
 )
-def test_what_genuine_catkin_refuses_is_refused(
+def test_packages_refused_by_genuine_catkin_are_refused(
     ros: RosSystem, tmp_path: Path, cmake: str, complaint: str
 ) -> None:
     files = {"setup.py": SETUP.format(name="refused", folder="src"), "msg/A.msg": "int32 a\n"}

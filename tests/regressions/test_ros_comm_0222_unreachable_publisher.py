@@ -1,6 +1,6 @@
-"""ros_comm#222: a topic is listed, no data comes, and nobody says why.
+"""ros_comm#222: a topic is listed, but no message arrives, and no tool says why.
 
-Asked for in 2013: say when a publisher cannot be reached, because its name means nothing here.
+Requested in 2013: report that a publisher cannot be reached, because its host name is unknown here.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from tests.support.waiting import wait_until
 String: Any = load_message_class("std_msgs/String")
 
 
-def test_a_publisher_whose_name_nobody_knows_is_explained_once(make_node: MakeNode, master: Master) -> None:
+def test_a_publisher_with_an_unknown_host_name_is_explained_once(make_node: MakeNode, master: Master) -> None:
     ghost = MasterClient(master.uri, "/camera")
     ghost.register_publisher("/image", "std_msgs/String", "http://no-such-robot.invalid:1234/")
     log, lines = listening_log()

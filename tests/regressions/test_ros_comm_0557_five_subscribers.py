@@ -73,7 +73,7 @@ def test_five_subscribers_get_every_message_and_it_is_serialised_once(
 
 @pytest.mark.parametrize("queue_size", QUEUE_SIZES)
 @pytest.mark.parametrize("size", [1, 1000, 1449, 5000])
-def test_a_message_is_on_its_way_when_publish_returns(
+def test_a_message_is_sent_when_publish_returns(
     make_node: MakeNode, queue_size: int | None, size: int
 ) -> None:
     talker = make_node("talker")

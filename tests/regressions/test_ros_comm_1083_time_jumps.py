@@ -59,7 +59,7 @@ def test_a_sleeper_is_notified_when_time_is_set_back(make_node: MakeNode, node: 
     assert told[0] < 0
 
 
-def test_a_loop_that_resets_goes_on_after_time_was_set_back(make_node: MakeNode, node: Node) -> None:
+def test_a_loop_with_reset_continues_after_time_was_set_back(make_node: MakeNode, node: Node) -> None:
     simulator, turns = Simulator(make_node, node), []
     simulator.set(1000)
 
@@ -76,7 +76,7 @@ def test_a_loop_that_resets_goes_on_after_time_was_set_back(make_node: MakeNode,
     wait_until(lambda: simulator.set(next(ticks)) or (turns[-1] > 12 and turns[-1] < 1000))
 
 
-def test_a_timer_that_resets_goes_on_after_time_was_set_back(make_node: MakeNode, node: Node) -> None:
+def test_a_timer_with_reset_continues_after_time_was_set_back(make_node: MakeNode, node: Node) -> None:
     simulator, calls = Simulator(make_node, node), []
     simulator.set(1000)
     timer = Timer(node.clock, S, lambda tick: calls.append(tick.current_real_ns / S), reset=True)

@@ -30,7 +30,7 @@ def wait_until_all_is_delivered(master: Master) -> None:
 
 
 @pytest.mark.parametrize("innocent_is_registered", [True, False])
-def test_who_has_the_address_of_a_dead_node_is_left_alone(
+def test_a_node_with_the_address_of_a_dead_node_is_left_alone(
     master: Master, innocent_is_registered: bool
 ) -> None:
     # A Python node tells its name; of a C++ node the master knows by its own registration.

@@ -21,7 +21,7 @@ def cached(node: Any, name: str) -> Any:
         return None
 
 
-def test_a_cached_parameter_follows_what_others_set_and_delete(make_node: MakeNode) -> None:
+def test_a_cached_parameter_follows_changes_by_other_nodes(make_node: MakeNode) -> None:
     reader, writer = make_node("reader"), make_node("writer")
     assert cached(reader, "/gains/p") is None
     writer.params.set("/gains/p", 1)
@@ -35,7 +35,7 @@ def test_a_cached_parameter_follows_what_others_set_and_delete(make_node: MakeNo
     wait_until(lambda: cached(reader, "/gains") == {"d": 3})
 
 
-def test_what_a_node_sets_itself_it_sees_at_once(make_node: MakeNode) -> None:
+def test_a_node_sees_its_own_changes_at_once(make_node: MakeNode) -> None:
     node = make_node("node")
     node.params.set("/gains/p", 1)
     assert (cached(node, "/gains/p"), cached(node, "/gains")) == (1, {"p": 1})
@@ -47,7 +47,7 @@ def test_what_a_node_sets_itself_it_sees_at_once(make_node: MakeNode) -> None:
     assert (cached(node, "/gains/p"), cached(node, "/gains")) == (None, {"d": 4})
 
 
-def test_an_old_notice_does_not_undo_what_the_node_has_set_since(make_node: MakeNode) -> None:
+def test_an_old_notice_does_not_undo_a_later_change_by_the_node(make_node: MakeNode) -> None:
     node = make_node("node")
     node.params.set("/speed", 1)
     assert cached(node, "/speed") == 1

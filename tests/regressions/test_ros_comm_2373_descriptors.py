@@ -19,7 +19,7 @@ String: Any = load_message_class("std_msgs/String")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="counts descriptors in /proc")
-def test_subscribing_and_unsubscribing_leaves_nothing(make_node: MakeNode) -> None:
+def test_subscribing_and_unsubscribing_leaves_no_resources(make_node: MakeNode) -> None:
     talker, listener = make_node("talker"), make_node("listener")
     publisher = talker.advertise("chat", String)
 

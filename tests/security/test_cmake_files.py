@@ -51,7 +51,7 @@ def workspace(tmp_path: Path) -> Workspace:
 
 @pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="needs /dev/zero")
 @pytest.mark.parametrize("cmake", HOSTILE.values(), ids=HOSTILE)
-def test_a_package_that_asks_for_too_much_fails_alone(workspace: Workspace, cmake: str) -> None:
+def test_a_package_beyond_the_limits_fails_alone(workspace: Workspace, cmake: str) -> None:
     folder = workspace.add("bad", cmake)
     os.mkfifo(folder / "pipe")
     workspace.add("good")
@@ -65,7 +65,7 @@ def test_a_package_that_asks_for_too_much_fails_alone(workspace: Workspace, cmak
 
 
 @pytest.mark.parametrize("body", ["set(x ${j})\n", ""])
-def test_loops_in_loops_end(tmp_path: Path, body: str) -> None:
+def test_nested_loops_are_ended(tmp_path: Path, body: str) -> None:
     scope = Scope({}, {}, {}, Limits(cmake_steps=1_000))
     interpreter = Interpreter(
         scope, {}, check=lambda _command: None, on_unsupported=lambda _command, _what: None
@@ -76,7 +76,7 @@ def test_loops_in_loops_end(tmp_path: Path, body: str) -> None:
         interpreter.run_text(text, str(tmp_path / "CMakeLists.txt"))
 
 
-def test_what_a_function_had_is_forgotten_when_sizes_are_added_up() -> None:
+def test_local_variables_of_a_function_do_not_count_after_it_returns() -> None:
     scope = Scope({}, {}, {}, Limits(cmake_characters=1_000))
     interpreter = Interpreter(
         scope, {}, check=lambda _command: None, on_unsupported=lambda _command, _what: None

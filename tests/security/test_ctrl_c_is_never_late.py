@@ -1,4 +1,4 @@
-"""Ctrl-C ends a node at once, whatever it waits for: peers that say nothing, and names that nobody knows."""
+"""Ctrl-C ends a node at once, whatever it waits for: silent peers, and unknown host names."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ asyncio.run(main())
 
 @pytest.fixture
 def mute() -> Iterator[socket.socket]:
-    """A server that accepts nobody: peers connect, and hear nothing."""
+    """A server that never accepts: peers connect, and receive nothing."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         server.settimeout(20)
         yield server
@@ -122,7 +122,7 @@ def offer(master: Master, service: str, uri: str) -> None:
 
 
 @pytest.mark.parametrize("body", [CALL, PERSISTENT_CALL, WAIT, HOOK, ASYNC_CALL])
-def test_with_a_service_that_accepts_and_says_nothing(
+def test_with_a_service_that_accepts_and_never_answers(
     processes: Processes, tmp_path: Path, master: Master, mute: socket.socket, body: str
 ) -> None:
     offer(master, "/mute", f"rosrpc://127.0.0.1:{port_of(mute)}")
@@ -144,7 +144,7 @@ def test_with_a_service_that_does_not_even_accept(
 
 
 @pytest.mark.parametrize("body", [CALL, PERSISTENT_CALL, WAIT, ASYNC_CALL])
-def test_with_a_service_at_a_host_whose_name_nobody_knows(
+def test_with_a_service_at_an_unknown_host(
     processes: Processes, tmp_path: Path, master: Master, body: str
 ) -> None:
     offer(master, "/mute", "rosrpc://host.silent:1234")
@@ -153,9 +153,7 @@ def test_with_a_service_at_a_host_whose_name_nobody_knows(
     assert_ends_at_once(node)
 
 
-def test_with_a_publisher_at_a_host_whose_name_nobody_knows(
-    processes: Processes, tmp_path: Path, master: Master
-) -> None:
+def test_with_a_publisher_at_an_unknown_host(processes: Processes, tmp_path: Path, master: Master) -> None:
     with closing(MasterClient(master.uri, "/mute_node")) as client:
         client.register_publisher("/mute", "std_msgs/String", "http://host.silent:1234/")
     node = start(processes, tmp_path, master.uri, HEAD + SUBSCRIBE)
@@ -163,7 +161,7 @@ def test_with_a_publisher_at_a_host_whose_name_nobody_knows(
     assert_ends_at_once(node)
 
 
-def test_with_a_publisher_that_accepts_and_says_nothing(
+def test_with_a_publisher_that_accepts_and_never_answers(
     processes: Processes, tmp_path: Path, master: Master, mute: socket.socket
 ) -> None:
     with closing(MasterClient(master.uri, "/mute_node")) as client:
@@ -173,13 +171,13 @@ def test_with_a_publisher_that_accepts_and_says_nothing(
         assert_ends_at_once(node)
 
 
-def test_with_a_master_whose_name_nobody_knows(processes: Processes, tmp_path: Path) -> None:
+def test_with_a_master_at_an_unknown_host(processes: Processes, tmp_path: Path) -> None:
     node = start(processes, tmp_path, "http://host.silent:11311", HEAD + "init()")
     node.wait_for("looking up host.silent")
     assert_ends_at_once(node)
 
 
-def test_a_tool_with_a_master_whose_name_nobody_knows(processes: Processes, tmp_path: Path) -> None:
+def test_a_tool_with_a_master_at_an_unknown_host(processes: Processes, tmp_path: Path) -> None:
     code = f"{SILENT_NAMES}\nfrom pipros.cli.rostopic import main\nmain(['list'])"
     tool = start(processes, tmp_path, "http://host.silent:11311", code)
     tool.wait_for("looking up host.silent")
@@ -187,7 +185,7 @@ def test_a_tool_with_a_master_whose_name_nobody_knows(processes: Processes, tmp_
 
 
 @pytest.mark.parametrize("server", ["mute", "full"])
-def test_with_a_master_that_says_nothing(
+def test_with_a_silent_master(
     processes: Processes, tmp_path: Path, server: str, request: pytest.FixtureRequest
 ) -> None:
     port = port_of(request.getfixturevalue(server))
@@ -220,7 +218,7 @@ def test_with_a_subscribe_listener_that_never_returns(
     assert_ends_at_once(node)
 
 
-def test_a_master_that_looks_up_a_name_that_nobody_knows(
+def test_a_master_that_looks_up_an_unknown_host(
     processes: Processes, tmp_path: Path, claimed_port: ClaimedPort
 ) -> None:
     port = claimed_port.number
@@ -260,7 +258,7 @@ def states_of_connections_to(port: int, pid: int) -> list[str]:
 
 
 @needs_network
-def test_where_name_servers_swallow_every_question(processes: Processes, tmp_path: Path) -> None:
+def test_with_name_servers_that_never_answer(processes: Processes, tmp_path: Path) -> None:
     network = LoneNetwork("127.0.0.1 localhost\n", nameserver="192.0.2.1")
     try:
         script = tmp_path / "node.py"

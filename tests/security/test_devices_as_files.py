@@ -78,7 +78,7 @@ def test_a_definition_that_is_not_a_file_is_not_a_message(ros: RosSystem, source
         "<param name='x' binfile='{}'/>",
     ],
 )
-def test_a_launch_file_cannot_have_a_device_read(ros: RosSystem, content: str, kind: str) -> None:
+def test_a_launch_file_cannot_read_a_device(ros: RosSystem, content: str, kind: str) -> None:
     path = plant(ros.home / "planted", kind)
     file = ros.home / "x.launch"
     file.write_text(f"<launch>{content.format(path)}</launch>")

@@ -86,7 +86,7 @@ def test_an_index_of_more_messages_than_the_file_has_room_for_is_refused() -> No
         BagReader(io.BytesIO(data))
 
 
-def test_entries_that_name_one_message_again_and_again_are_refused() -> None:
+def test_repeated_entries_of_one_message_are_refused() -> None:
     content = message_record(0, bytes(10_000))
     entries = index_record(0, ENTRY.pack(10, 0, 0) * 1000)
     data = appended(chunk_of(content), entries, chunks=[0], counts={0: 1000})
@@ -106,7 +106,7 @@ def test_index_records_of_one_connection_are_joined_in_one_pass() -> None:
     assert bag.chunk_index(1) == {0: ENTRY.pack(10, 0, 0) * count}
 
 
-def test_a_chunk_that_decompression_blows_up_is_refused() -> None:
+def test_a_chunk_beyond_the_decompression_limit_is_refused() -> None:
     content = message_record(0, bytes(8 * MIB))
     entries = index_record(0, ENTRY.pack(10, 0, 0))
     data = appended(chunk_of(content, "bz2"), entries, chunks=[0], counts={0: 1})

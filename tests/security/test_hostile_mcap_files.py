@@ -82,7 +82,7 @@ def test_chunks_that_expand_to_too_many_messages_are_refused() -> None:
         read(data, limits)
 
 
-def test_a_chunk_that_decompression_blows_up_is_refused() -> None:
+def test_a_chunk_beyond_the_decompression_limit_is_refused() -> None:
     data = appended(chunk_record(bytes([5]) + (8 * MIB).to_bytes(8, "little") + bytes(8 * MIB)))
     limits = Limits(bag_expanded_bytes=MIB)
 

@@ -67,7 +67,7 @@ class TestReading:
         with pytest.raises(DeserializationError, match="values too many"):
             cls().deserialize(data)
 
-    def test_what_bytes_pay_for_is_not_counted(self) -> None:
+    def test_elements_with_bytes_in_the_message_are_not_counted(self) -> None:
         cls = made(text_of("E[] es", E="bool b\nC c", C=""))
 
         assert len(cls().deserialize((200_000).to_bytes(4, "little") + bytes(200_000)).es) == 200_000
@@ -149,7 +149,7 @@ class TestCompiling:
 
         assert f"nested deeper than {DEPTH_LIMIT}" in words
 
-    def test_the_limits_are_those_that_the_caller_gives(self) -> None:
+    def test_the_caller_sets_the_limits(self) -> None:
         assert "longer than 3 characters" in refusal("int32 x", Limits(definition_bytes=3))
         assert "more than 1 types" in refusal(text_of("int32 x", U=""), Limits(definition_types=1))
         assert "fields together; the limit is 1 (" in refusal("int32 x\nint32 y", Limits(definition_fields=1))

@@ -32,7 +32,7 @@ def homeless(ros: RosSystem) -> Path:
     return temporary / f"pipros-home-{STRANGER}"
 
 
-def test_a_system_runs_and_is_asked_as_ever(ros: RosSystem, homeless: Path) -> None:
+def test_a_system_runs_and_can_be_queried_as_usual(ros: RosSystem, homeless: Path) -> None:
     core = ros.pipros.start(*NOBODY, "roscore", "-p", str(ros.port))
     core.wait_for(r"started core service \[/rosout\]")
     (ros.home / "node.py").write_text(_NODE)

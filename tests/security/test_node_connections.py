@@ -79,7 +79,7 @@ def service_threads() -> int:
 
 
 @pytest.mark.parametrize("fields", [SERVICE, {**SERVICE, "persistent": "1"}], ids=["one call", "persistent"])
-def test_idle_clients_of_a_service_cost_no_thread_and_lock_nobody_out(
+def test_idle_clients_of_a_service_cost_no_thread_and_lock_no_other_out(
     make_node: MakeNode, attacker: Attacker, fields: dict[str, str]
 ) -> None:
     log, lines = listening_log()
@@ -104,7 +104,7 @@ def test_idle_clients_of_a_service_cost_no_thread_and_lock_nobody_out(
     assert len(refusals) == 1
 
 
-def test_a_node_recovers_when_an_attacker_leaves(make_node: MakeNode, attacker: Attacker) -> None:
+def test_a_node_recovers_after_an_attack(make_node: MakeNode, attacker: Attacker) -> None:
     node = make_node("node", limits=FEW)
     node.serve("set", SetBool, answer)
     node.advertise("chat", String)
@@ -117,7 +117,7 @@ def test_a_node_recovers_when_an_attacker_leaves(make_node: MakeNode, attacker: 
     wait_until_connected(subscriber)
 
 
-def test_a_flood_of_topic_links_leaves_the_older_ones_and_lets_new_ones_in(
+def test_a_flood_of_topic_links_keeps_older_ones_and_admits_new_ones(
     make_node: MakeNode, attacker: Attacker
 ) -> None:
     node, inbox, late_inbox = make_node("node", limits=FEW), Inbox(), Inbox()
@@ -182,9 +182,7 @@ def test_a_request_in_many_pieces_is_answered(make_node: MakeNode, attacker: Att
     assert slow.recv(1) == b"\x01"
 
 
-def test_requests_sent_ahead_are_answered_one_after_the_other(
-    make_node: MakeNode, attacker: Attacker
-) -> None:
+def test_pipelined_requests_are_answered_in_order(make_node: MakeNode, attacker: Attacker) -> None:
     node = make_node("node")
     node.serve("set", SetBool, answer)
     hasty = attacker.connect(node, {**SERVICE, "persistent": "1"})
@@ -207,7 +205,7 @@ class LargeAnswers:
         return SetBool._response_class(success=True, message="x" * 20_000_000)
 
 
-def test_a_reply_that_is_not_read_holds_no_thread_and_is_dropped_in_the_end(
+def test_an_unread_reply_holds_no_thread_and_is_dropped_at_its_deadline(
     make_node: MakeNode, attacker: Attacker
 ) -> None:
     node = make_node("node", limits=Limits(request_s=1.0, service_threads=2))
@@ -289,7 +287,7 @@ def test_a_handler_may_fail_with_any_text(make_node: MakeNode, text: str) -> Non
         make_node("client").client("set", SetBool).call(ON, 10)
 
 
-def test_an_error_handler_that_fails_keeps_the_text_from_nobody(make_node: MakeNode) -> None:
+def test_a_failing_error_handler_does_not_hide_the_error(make_node: MakeNode) -> None:
     def fail(_: Any) -> Any:
         raise ValueError("on purpose")
 
@@ -301,7 +299,7 @@ def test_an_error_handler_that_fails_keeps_the_text_from_nobody(make_node: MakeN
     assert lines == ["the error handler of service [/set] failed"]
 
 
-def test_a_subscriber_whose_name_xml_cannot_carry_hides_nobody(
+def test_a_subscriber_with_a_name_invalid_in_xml_hides_no_other(
     make_node: MakeNode, attacker: Attacker
 ) -> None:
     node = make_node("node")

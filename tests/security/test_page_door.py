@@ -276,7 +276,7 @@ def test_a_websocket_without_the_token_is_closed(ros: RosSystem) -> None:
         assert close_code(socket) == 1008  # it said nothing
 
 
-def test_what_arrives_before_the_token_is_bounded(ros: RosSystem) -> None:
+def test_bytes_before_the_token_are_limited(ros: RosSystem) -> None:
     ros.pipros.start_master()
     page = Page(ros)
     with (
@@ -352,7 +352,7 @@ FAILURES: Mapping[str, Callable[[], Any]] = {
 
 
 @pytest.mark.parametrize("kind", FAILURES)
-def test_a_view_that_fails_says_so_and_goes_on(
+def test_a_failing_view_reports_the_error_and_continues(
     serve: Callable[[Services], Access], caplog: pytest.LogCaptureFixture, kind: str
 ) -> None:
     calls = []

@@ -97,7 +97,7 @@ def test_hosts_that_do_not_answer_keep_no_publisher_waiting(make_node: MakeNode,
     assert attempts_under_way(listener) <= 4 + 40
 
 
-def test_publishers_beyond_the_limit_are_left_out_with_a_word(make_node: MakeNode) -> None:
+def test_publishers_beyond_the_limit_are_skipped_and_logged(make_node: MakeNode) -> None:
     log, lines = listening_log()
     listener = make_node("listener", log=log, limits=Limits(publishers_per_topic=5))
     talker = make_node("talker")
@@ -141,7 +141,7 @@ def test_an_invalid_list_of_publishers_ends_no_link(make_node: MakeNode, value: 
     assert loop_failures == []
 
 
-def test_a_failure_that_nobody_thought_of_is_logged(
+def test_an_unexpected_failure_is_logged(
     make_node: MakeNode, master: Master, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     log, lines = listening_log()

@@ -41,7 +41,7 @@ def test_ids_of_noetic_and_of_pipros_name_runs() -> None:
 
 
 @pytest.mark.parametrize("value", ["../../stolen", "x" * 300, "line\nbreak"], ids=repr)
-def test_roslaunch_logs_to_a_folder_of_its_own_when_the_run_id_is_a_trap(
+def test_roslaunch_logs_to_a_new_folder_if_the_run_id_is_unsafe(
     ros: RosSystem, client: MasterClient, value: str
 ) -> None:
     client.set_param("/run_id", value)
@@ -56,7 +56,7 @@ def test_roslaunch_logs_to_a_folder_of_its_own_when_the_run_id_is_a_trap(
     assert list(ros.home.rglob("stolen")) == []
 
 
-def test_roslaunch_logs_does_not_print_a_trap(ros: RosSystem, client: MasterClient) -> None:
+def test_roslaunch_logs_does_not_print_an_unsafe_run_id(ros: RosSystem, client: MasterClient) -> None:
     client.set_param("/run_id", "../\u009b31m")
 
     run = ros.pipros.run("roslaunch-logs")

@@ -53,7 +53,7 @@ def pipe(path: Path, victim: Path) -> None:
     ids=lambda plant: plant.__name__,
 )
 @pytest.mark.parametrize("append", [True, False])
-def test_what_another_user_could_have_planted_is_not_written_to(
+def test_files_that_another_user_could_have_planted_are_not_written_to(
     tmp_path: Path, victim: Path, plant: Callable[[Path, Path], None], append: bool
 ) -> None:
     plant(tmp_path / "x.log", victim)
@@ -132,7 +132,7 @@ def test_devices_may_be_log_files(device: str) -> None:
 
 
 @needs_other_users
-def test_the_pid_file_of_a_core_takes_the_place_of_a_planted_link(ros: RosSystem, victim: Path) -> None:
+def test_the_pid_file_of_a_core_replaces_a_planted_link(ros: RosSystem, victim: Path) -> None:
     home = Path(ros.pipros.environment["ROS_HOME"])
     home.mkdir()
     link_of_another_user(home / f"roscore-{ros.port}.pid", victim)

@@ -89,7 +89,7 @@ GIVEN_AWAY: dict[str, Callable[[Path], object]] = {
 
 
 @pytest.mark.parametrize("plant", PLANTED.values(), ids=PLANTED)
-def test_what_others_could_have_written_is_not_read(
+def test_files_that_others_could_have_written_are_not_read(
     cache: CacheFolder, shared_home: Path, plant: Callable[[Path], object]
 ) -> None:
     plant(shared_home)
@@ -116,7 +116,7 @@ def test_a_file_that_another_process_replaces_just_now_is_read(
 
 @needs_other_users
 @pytest.mark.parametrize("give", GIVEN_AWAY.values(), ids=GIVEN_AWAY)
-def test_what_belongs_to_others_is_not_read(
+def test_files_of_other_users_are_not_read(
     cache: CacheFolder, shared_home: Path, give: Callable[[Path], object]
 ) -> None:
     give(shared_home)
@@ -188,9 +188,7 @@ def test_a_cache_that_is_not_used_is_reported_once(
     assert "set ROS_HOME" in line
 
 
-def test_a_cache_that_is_not_there_is_not_worth_a_word(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_missing_cache_is_not_reported(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert CacheFolder(str(tmp_path / "pipros" / "things")).read("thing") is None
     assert capfd.readouterr().err == ""
 
@@ -258,7 +256,7 @@ def test_parameters_that_a_master_keeps_are_for_its_user_only(tmp_path: Path) ->
     assert stat.S_IMODE((tmp_path / "pipros").stat().st_mode) == 0o700
 
 
-def test_a_store_that_all_could_read_is_so_no_longer(tmp_path: Path) -> None:
+def test_a_world_readable_store_becomes_private(tmp_path: Path) -> None:
     Store(tmp_path / "master.sqlite").close()
     (tmp_path / "master.sqlite").chmod(0o644)
 

@@ -75,7 +75,7 @@ def test_others_get_a_message_while_publish_waits_for_a_slow_one(make_node: Make
     wait_until(lambda: not published.is_alive(), what="publish() after the slow one has left")
 
 
-def test_one_that_stalled_and_caught_up_is_waited_for_again(make_node: MakeNode) -> None:
+def test_a_stalled_subscriber_that_caught_up_is_waited_for_again(make_node: MakeNode) -> None:
     talker = make_node("talker", limits=Limits(stall_s=0.2))
     publisher = talker.advertise("chat", UInt8MultiArray, queue_size=None)
     with raw_subscriber(talker, "/chat") as sock:

@@ -41,7 +41,7 @@ def unknown_master(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("unknown_master")
-def test_a_master_that_calls_from_an_unexpected_address_is_heard_all_the_same(make_node: MakeNode) -> None:
+def test_a_master_that_calls_from_an_unexpected_address_is_obeyed_nevertheless(make_node: MakeNode) -> None:
     log, lines = listening_log()
     inbox = Inbox()
     make_node("listener", log=log).subscribe("chat", String, inbox)
@@ -84,7 +84,7 @@ def test_a_stranger_that_calls_a_thousand_times_costs_the_master_next_to_nothing
     assert len(lines) == 2  # one for each kind of call
 
 
-def test_a_stranger_cannot_change_what_a_node_knows_of_parameters(make_node: MakeNode) -> None:
+def test_a_stranger_cannot_change_the_cached_parameters_of_a_node(make_node: MakeNode) -> None:
     node, other = make_node("node"), make_node("other")
     other.params.set("/speed", {"limit": 1})
     assert node.params.get_cached("/speed/limit") == 1
@@ -119,7 +119,7 @@ def test_a_stranger_cannot_end_a_node_and_gets_the_reason(make_node: MakeNode, m
 
 
 @pytest.mark.usefixtures("unknown_master")
-def test_a_node_that_was_replaced_ends_although_it_does_not_know_who_says_so(make_node: MakeNode) -> None:
+def test_a_replaced_node_shuts_down_even_if_the_caller_is_unknown(make_node: MakeNode) -> None:
     first = make_node("twin")
     first.advertise("chat", String)
     second = make_node("twin")
@@ -162,7 +162,7 @@ JUNK: tuple[Any, ...] = (
 
 
 @pytest.mark.parametrize("junk", JUNK, ids=map(str, JUNK))
-def test_a_master_that_answers_junk_does_not_harm_a_node_and_is_asked_again(junk: Any) -> None:
+def test_a_master_with_invalid_answers_is_harmless_and_is_queried_again(junk: Any) -> None:
     """Once it answers as a master does, the node has what it asked for."""
     lies = True
     calls: list[str] = []

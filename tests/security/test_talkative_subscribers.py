@@ -28,7 +28,7 @@ def test_a_subscriber_that_sends_without_end_is_cut_off(make_node: MakeNode) -> 
     assert r"subscriber [/flood\x1b[31m] of [/chat]" in found[0]
 
 
-def test_one_that_says_a_few_bytes_keeps_its_link(make_node: MakeNode) -> None:
+def test_a_subscriber_that_sends_a_few_bytes_keeps_its_link(make_node: MakeNode) -> None:
     talker = make_node("talker", limits=Limits(subscriber_bytes=100))
     publisher = talker.advertise("chat", String)
     with raw_subscriber(talker, "/chat") as sock:

@@ -1,4 +1,4 @@
-"""A type name that a peer chose never has a Python module imported that is no message package."""
+"""A type name that a peer chose never imports a Python module that is not a message package."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_a_class_that_is_not_a_message_is_not_returned(modules: Path) -> None:
         load_message_class("made_msgs/Foo")
 
 
-def test_tools_do_not_import_what_a_peer_names(ros: RosSystem) -> None:
+def test_tools_do_not_import_modules_named_by_a_peer(ros: RosSystem) -> None:
     """`import this` prints a poem."""
     message_class = message_classes_from_text("this/Foo", "string data")["this/Foo"]
     service_class: Any = type(

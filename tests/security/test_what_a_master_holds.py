@@ -22,7 +22,7 @@ def resident_mb(pid: int) -> float:
     return int(line.split()[1]) / 1024
 
 
-def test_names_that_come_and_go_leave_no_memory_behind(ros: RosSystem) -> None:
+def test_removed_names_leave_no_memory_behind(ros: RosSystem) -> None:
     core = ros.pipros.start_master()
     with RpcClient(ros.master_uri) as client:
         before = 0.0

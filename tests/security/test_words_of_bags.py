@@ -125,7 +125,7 @@ def test_a_topic_that_is_a_path_is_not_exported(
     assert os.listdir("deep/out") == ["b.csv"]
 
 
-def test_each_topic_and_each_image_is_exported_to_a_file_of_its_own(
+def test_each_topic_and_each_image_is_exported_to_its_own_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -71,7 +71,7 @@ def lying_node() -> Iterator[LyingNode]:
 
 
 def assert_plain(text: str) -> None:
-    """Only characters that a terminal shows, and no line that somebody else wrote."""
+    """Only characters that a terminal shows, and no line that a peer wrote."""
     for line in text.split("\n"):
         assert PLAIN.fullmatch(line), repr(line)
         assert not line.startswith("forged")
@@ -160,7 +160,7 @@ def test_a_line_of_rosout_log_cannot_be_forged(ros: RosSystem) -> None:
     core.press_ctrl_c()
 
 
-def test_the_log_of_a_node_shows_what_peers_say_on_one_line(
+def test_the_log_of_a_node_shows_texts_of_peers_on_one_line(
     ros: RosSystem, lying_node: LyingNode, tmp_path: Path
 ) -> None:
     ros.pipros.start_master()
@@ -192,7 +192,7 @@ def test_the_log_of_a_node_shows_what_peers_say_on_one_line(
         assert_plain(file.read_text())
 
 
-def test_what_users_log_themselves_keeps_its_lines(ros: RosSystem) -> None:
+def test_messages_logged_by_users_keep_their_lines(ros: RosSystem) -> None:
     ros.pipros.start_master()
     script = r"import rospy; rospy.init_node('n'); rospy.loginfo('one\ntwo\x1b[1m')"
     ended = ros.pipros.run(sys.executable, "-c", script)

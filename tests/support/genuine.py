@@ -138,7 +138,7 @@ PACKAGES = " ".join(
 INSTALL = f"apt-get install --no-install-recommends {PACKAGES}"
 
 OTHER_PROGRAMS = "fish git iproute2 openssh-client openssh-server zsh"
-"""Debian packages of programs that are no ROS, and that single tests need."""
+"""Debian packages of programs that do not belong to ROS, each of which a few tests need."""
 
 
 def missing_packages() -> list[str]:

@@ -1,4 +1,4 @@
-"""An event loop whose clock jumps: what waits for a time runs at once, in the order of the times."""
+"""An event loop whose clock jumps: timers run at once, in the order of their times."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ class LoneNetwork:
         try:
             _ip("netns", "add", self._name)
             _ip("-n", self._name, "link", "set", "lo", "up")
-            if nameserver:  # packets go nowhere, and nobody says so
+            if nameserver:  # packets are dropped without an error
                 _ip("-n", self._name, "route", "add", "default", "dev", "lo")
             if addresses:
                 _ip("-n", self._name, "link", "add", "lan", "type", "veth", "peer", "name", "wall")
@@ -104,7 +104,7 @@ class FarNetwork:
         return [str(shutil.which("ip")), "netns", "exec", self._name, *argv]
 
     def cut(self) -> None:
-        """From now on nothing arrives on either side, and nobody is told."""
+        """Drop all packets in both directions from now on, without an error on either side."""
         _ip("-n", self._name, "address", "delete", f"{self.far}/30", "dev", "far0")
 
     def mend(self) -> None:

@@ -13,12 +13,12 @@ from pipros.net.rpc_server import RpcServer
 
 
 class FakeSlave:
-    """The API of a node; writes down what the master tells it.
+    """The slave API of a node; records the notices of the master.
 
     Attributes:
         told: method and parameters of each notice, in order.
-        pid: the process id that it tells.
-        asked: how often it was asked for it.
+        pid: the process id that it returns.
+        asked: number of requests for the process id.
     """
 
     def __init__(

@@ -62,7 +62,7 @@ class SshServer:
         wait_until(self._is_listening, what=lambda: f"sshd: {self.log.read_text()}")
 
     def client(self, folder: Path, alias: str) -> None:
-        """Puts an `ssh` into a folder that finds this server under a name that nobody else knows."""
+        """Put an `ssh` into a folder that finds this server under a host name that exists only there."""
         config = self.folder / "ssh_config"
         config.write_text(_CLIENT.format(alias=alias, port=self.port, folder=self.folder))
         ssh = folder / "ssh"

@@ -88,7 +88,7 @@ class Terminal:
 
     @property
     def output(self) -> str:
-        """What came since the last typed line, escape sequences included."""
+        """The output since the last typed line, escape sequences included."""
         return self._screen[self._typed_at :]
 
     @property

@@ -1,4 +1,4 @@
-"""What a person has before they type the first command of the case study."""
+"""Fixtures: the environment of a user before the first command of the case study."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.tutorial.words import CORE_IS_UP
 
 @pytest.fixture
 def ros(ros: RosSystem) -> RosSystem:
-    """The test's own ROS system, in which `roscore` as it is typed takes this system's port.
+    """A private ROS system; `roscore` typed in its terminals uses its port.
 
     By itself it takes 11311, so that two tests could not run side by side.
     """
@@ -25,7 +25,7 @@ def ros(ros: RosSystem) -> RosSystem:
 
 @pytest.fixture
 def own_copy(ros: RosSystem, tmp_path: Path) -> Path:
-    """The package in a workspace of the test's own, to change things in it."""
+    """A private workspace with a copy of the package, which a test may change."""
     source = tmp_path / "catkin_ws" / "src"
     shutil.copytree(EXAMPLES / "composiv_tryouts", source / "composiv_tryouts")
     ros.pipros.environment["ROS_PACKAGE_PATH"] = str(source)

@@ -1,4 +1,4 @@
-"""The whole document in a shell, from an empty folder, without CMake, compiler and genuine ROS."""
+"""Run the whole document in a shell, from an empty folder, without CMake, a compiler or genuine ROS."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from tests.tutorial.words import CORE_IS_UP, HEARD, LAUNCH, LISTENER, ROSTEST, S
 
 @pytest.fixture
 def ros(ros: RosSystem) -> RosSystem:
-    """Nothing but an environment with pipros in it: no package is known yet."""
+    """A ROS system with only pipros installed, in which no package is known yet."""
     del ros.pipros.environment["ROS_PACKAGE_PATH"]
     return ros
 
 
 def open_sourced_terminal(ros: RosSystem) -> Terminal:
-    """Another terminal; its ~/.bashrc has the line that 4.1 adds to it."""
+    """Open another terminal, whose ~/.bashrc contains the line added in section 4.1."""
     terminal = ros.pipros.open_terminal()
     assert terminal.run(SOURCE)[0] == 0
     return terminal

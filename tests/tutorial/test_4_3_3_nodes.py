@@ -1,4 +1,4 @@
-"""Section 4.3.3 of the case study: three terminals, one for roscore, one for each node."""
+"""Section 4.3.3 of the case study: roscore and two nodes, each in its own terminal."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def test_the_outputs_show_that_both_nodes_work_fine(ros: RosSystem, core: Termin
         assert "Traceback" not in terminal.output
 
 
-def test_roscore_says_what_it_does(ros: RosSystem, core: Terminal) -> None:
+def test_roscore_prints_its_log_file_and_summary(ros: RosSystem, core: Terminal) -> None:
     core.press_ctrl_c()
     core.wait_for_prompt()
 
@@ -56,7 +56,7 @@ def test_roscore_says_what_it_does(ros: RosSystem, core: Terminal) -> None:
     )
 
 
-def test_the_talker_is_warned_about_its_missing_queue_size_at_its_own_line(
+def test_the_warning_about_a_missing_queue_size_names_the_line_of_the_talker(
     ros: RosSystem, core: Terminal
 ) -> None:
     talker = ros.pipros.open_terminal()
@@ -93,7 +93,7 @@ def test_a_fourth_terminal_shows_the_graph_of_figure_1(ros: RosSystem, core: Ter
     assert re.fullmatch(r"/rosdistro\n/roslaunch/uris/host_\w+\n/rosversion\n/run_id\n", params), params
 
 
-def test_a_second_talker_takes_the_place_of_the_first(ros: RosSystem, core: Terminal) -> None:
+def test_a_second_talker_replaces_the_first(ros: RosSystem, core: Terminal) -> None:
     first, second = ros.pipros.open_terminal(), ros.pipros.open_terminal()
     first.type(TALKER)
     first.wait_for(SAID)
@@ -105,7 +105,7 @@ def test_a_second_talker_takes_the_place_of_the_first(ros: RosSystem, core: Term
     second.wait_for(SAID)
 
 
-def test_nodes_are_what_the_command_line_says(ros: RosSystem, core: Terminal) -> None:
+def test_the_command_line_renames_and_remaps_nodes(ros: RosSystem, core: Terminal) -> None:
     talker = ros.pipros.open_terminal()
 
     talker.type(f"{TALKER} __name:=loud __ns:=/robot battery_topic:=level")

@@ -1,4 +1,4 @@
-"""Section 4.5 of the case study: the launch file, by roslaunch and by rostest."""
+"""Section 4.5 of the case study: the launch file, run by roslaunch and by rostest."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_roslaunch_starts_a_master_and_the_two_nodes_and_leaves_the_test_out(ros
     assert "test_talker" not in launch.output
 
 
-def test_what_the_nodes_say_goes_to_their_log_files(ros: RosSystem) -> None:
+def test_node_output_is_written_to_log_files(ros: RosSystem) -> None:
     launch = ros.pipros.open_terminal()
 
     launch.type(LAUNCH)
@@ -71,7 +71,7 @@ def test_what_the_nodes_say_goes_to_their_log_files(ros: RosSystem) -> None:
     assert not re.search(HEARD, launch.output)
 
 
-def test_with_screen_it_is_seen_live(ros: RosSystem) -> None:
+def test_with_screen_the_output_is_shown_live(ros: RosSystem) -> None:
     launch = ros.pipros.open_terminal()
 
     launch.type(f"{LAUNCH} --screen")
@@ -126,9 +126,7 @@ def test_rostest_passes_with_the_talker(ros: RosSystem) -> None:
     ]
 
 
-def test_rostest_fails_with_a_clear_report_when_the_talker_is_taken_out(
-    ros: RosSystem, own_copy: Path
-) -> None:
+def test_rostest_fails_with_a_clear_report_without_the_talker(ros: RosSystem, own_copy: Path) -> None:
     launch_file = own_copy / "launch/composiv_tryout.launch"
     lines = launch_file.read_text().splitlines(keepends=True)
     launch_file.write_text("".join(line for line in lines if "composiv_talker.py" not in line))
@@ -155,7 +153,7 @@ def test_rostest_fails_with_a_clear_report_when_the_talker_is_taken_out(
 
 
 @pytest.mark.parametrize("command", [LAUNCH, ROSTEST])
-def test_a_launch_file_that_is_not_xml_is_reported_with_its_place(
+def test_a_launch_file_that_is_not_xml_is_reported_with_its_line(
     ros: RosSystem, own_copy: Path, command: str
 ) -> None:
     launch_file = own_copy / "launch/composiv_tryout.launch"

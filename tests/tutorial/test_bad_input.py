@@ -1,4 +1,4 @@
-"""What a person sees who did something wrong: what happened, to whom, and no traceback of pipros."""
+"""Errors shown to a user: they name the problem and the file or node, without a traceback of pipros."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def start_talker(ros: RosSystem) -> Process:
     return ros.pipros.start("rosrun", "composiv_tryouts", "composiv_talker.py")
 
 
-def test_without_a_master_a_node_says_so_and_goes_on_when_one_comes(ros: RosSystem) -> None:
+def test_a_node_reports_a_missing_master_and_continues_when_it_starts(ros: RosSystem) -> None:
     talker = start_talker(ros)
 
     talker.wait_for(
@@ -140,7 +140,7 @@ def test_a_script_that_is_not_executable_is_named_by_rosrun(ros: RosSystem, own_
     )
 
 
-def test_a_script_that_is_not_executable_does_not_keep_roslaunch_from_the_others(
+def test_roslaunch_starts_the_other_nodes_if_a_script_is_not_executable(
     ros: RosSystem, own_copy: Path
 ) -> None:
     (own_copy / "scripts/composiv_talker.py").chmod(0o644)
@@ -242,7 +242,7 @@ def test_a_name_that_does_not_exist_is_named(ros: RosSystem, command: str, code:
     assert "Traceback" not in ended.output.replace("The traceback for the exception was written", "")
 
 
-def test_roscore_on_a_port_that_is_taken_says_who_is_there(ros: RosSystem) -> None:
+def test_roscore_names_the_program_that_uses_its_port(ros: RosSystem) -> None:
     ros.pipros.start_master()
 
     second = ros.pipros.run("roscore", "-p", str(ros.port))

@@ -1,4 +1,4 @@
-"""Every example of docs/client.md and docs/api.md runs, and prints what stands below it."""
+"""Every example of docs/client.md and docs/api.md runs, and prints the output shown below it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ TEXT = "".join((REPOSITORY / "docs" / name).read_text() for name in ("client.md"
 EXAMPLES = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", TEXT, re.DOTALL)
 
 
-def test_every_example_says_what_it_prints() -> None:
+def test_every_example_shows_its_output() -> None:
     assert len(EXAMPLES) == TEXT.count("```python") >= 6
 
 

@@ -1,4 +1,4 @@
-"""script/demo: the case study live, with one command."""
+"""script/demo runs the case study live with one command."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_it_shows_both_nodes_and_ends_by_itself(ros: RosSystem) -> None:
     assert "Traceback" not in demo.output
 
 
-def test_one_line_says_what_runs_and_how_to_look_at_it(ros: RosSystem) -> None:
+def test_the_first_line_says_how_to_inspect_the_demo(ros: RosSystem) -> None:
     demo, second = ros.pipros.open_terminal(), ros.pipros.open_terminal()
     demo.type(DEMO)
     demo.wait_for(HEARD)
@@ -87,7 +87,7 @@ def test_a_master_that_runs_already_is_joined_and_left_running(ros: RosSystem) -
 def test_a_port_that_another_program_uses_is_named_with_a_way_out(ros: RosSystem, answer: bytes) -> None:
     with socket.create_server(("127.0.0.1", ros.port)) as other:
         demo = ros.pipros.start(DEMO)
-        for _ in range(2):  # one connection to see that somebody listens, one to ask who
+        for _ in range(2):  # one connection to see that the port is open, one to ask which program it is
             with other.accept()[0] as connection:
                 connection.sendall(answer)
         assert demo.wait() == 1

@@ -1,8 +1,8 @@
-"""Every command and Python block of docs/ is run: those of most pages here, the others where OTHERS says.
+"""Run every command and Python block of docs/: most pages here, the others in the tests in OTHERS.
 
-A `console` block is a terminal. What stands below a command must appear in its output in that order; `...`
-stands for any text, or on a line of its own for any lines. A last command that has not ended stays until the
-end of the page. A block with a title is a file.
+A `console` block is a terminal. The lines below a command must appear in its output in that order; `...`
+matches any text, or any lines if it is a whole line. A last command that does not end runs until the end of
+the page. A block with a title is a file.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ OUTPUT = {"text"}
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_what_the_page_shows_happens(ros: RosSystem, page: str) -> None:
+def test_the_commands_of_a_page_print_the_output_shown(ros: RosSystem, page: str) -> None:
     text = (DOCS / page).read_text()
     for language, title, content in BLOCK.findall(text):
         if title:

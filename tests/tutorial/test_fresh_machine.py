@@ -1,4 +1,4 @@
-"""script/venv on machines that lack something: it says what, and what to type."""
+"""script/venv on machines with missing programs: it names each one and the command that installs it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ APT_FAILS = "exit 100"
 
 
 class Machine:
-    """A copy of the project's set-up script, on a machine with the programs that a test gives it."""
+    """A machine with a copy of the set-up script and only the programs that a test adds."""
 
     def __init__(self, folder: Path, processes: Processes) -> None:
         self.folder = folder / "pipros"
@@ -51,7 +51,7 @@ def machine(tmp_path: Path, processes: Processes) -> Machine:
     return made
 
 
-def test_without_python_it_says_which_one_is_needed(machine: Machine) -> None:
+def test_without_python_the_required_version_is_named(machine: Machine) -> None:
     ended = machine.run()
 
     assert ended.returncode == 1
@@ -77,7 +77,7 @@ def test_debians_python_without_venv_leads_to_the_package_to_install(machine: Ma
     assert "On Debian and Ubuntu run: sudo apt-get install python3-venv" in ended.stderr[-1]
 
 
-def test_root_installs_that_package_or_hears_that_it_did_not_work(machine: Machine) -> None:
+def test_root_installs_that_package_or_is_told_that_it_failed(machine: Machine) -> None:
     machine.add("python3", WITHOUT_VENV)
     machine.add("id", "echo 0")
     machine.add("apt-get", APT_FAILS)
@@ -91,7 +91,7 @@ def test_root_installs_that_package_or_hears_that_it_did_not_work(machine: Machi
     ]
 
 
-def test_what_is_installed_is_left_alone_until_the_project_changes(machine: Machine) -> None:
+def test_an_installation_is_unchanged_until_the_project_changes(machine: Machine) -> None:
     machine.add("python3", COMPLETE)
 
     first = machine.run("dev")

@@ -1,4 +1,4 @@
-"""The wheel in a fresh virtual environment, as `pip install` leaves it, without the source tree."""
+"""The installed wheel in a fresh virtual environment, without the source tree."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ MANIFEST = """<package format="2"><name>mine</name><version>0.0.0</version><desc
 
 
 def requirements(name: str) -> Iterator[str]:
-    """The distributions that one needs, without those of its extras."""
+    """Return the distributions that a distribution requires, without its extras."""
     for line in importlib.metadata.requires(name) or ():
         if "extra ==" not in line and (found := re.match(r"[\w.-]+", line)):
             yield found[0]
 
 
 def link(name: str, folder: Path) -> None:
-    """Puts an installed distribution and all that it needs into another environment."""
+    """Link an installed distribution and its requirements into another environment."""
     try:
         files = importlib.metadata.files(name)
     except importlib.metadata.PackageNotFoundError:
@@ -64,7 +64,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of the programs of an environment with the wheel in it."""
+    """The folder of programs of an environment with the wheel installed."""
     folder = tmp_path_factory.mktemp("installed")
     venv.create(folder, with_pip=False, symlinks=True)
     programs = folder / "bin"
@@ -79,7 +79,7 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def shell(installed: Path, tmp_path: Path) -> Iterator[Processes]:
-    """Programs of that environment, with nothing but the user's workspace on the package path."""
+    """A shell in that environment, with only the user's workspace on the package path."""
     workspace = tmp_path / "src"
     (workspace / "mine").mkdir(parents=True)
     (workspace / "mine" / "package.xml").write_text(MANIFEST)

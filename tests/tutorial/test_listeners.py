@@ -1,4 +1,4 @@
-"""Talkers and listeners that come, go, and are killed, in any order."""
+"""Talkers and listeners that are started, ended and killed in any order."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def wait_for_new_message(subscriber: Process) -> None:
 
 
 @pytest.mark.usefixtures("core")
-def test_a_listener_started_before_the_talker_hears_it(ros: RosSystem) -> None:
+def test_a_listener_started_before_the_talker_receives_its_messages(ros: RosSystem) -> None:
     subscriber = listener(ros)
     ros.wait_for_subscriber("/battery_topic")
 
@@ -39,7 +39,7 @@ def test_a_listener_started_before_the_talker_hears_it(ros: RosSystem) -> None:
 
 
 @pytest.mark.usefixtures("core")
-def test_a_listener_started_after_the_talker_hears_it(ros: RosSystem) -> None:
+def test_a_listener_started_after_the_talker_receives_its_messages(ros: RosSystem) -> None:
     talker(ros).wait_for(SAID)
 
     subscriber = listener(ros)
@@ -48,7 +48,7 @@ def test_a_listener_started_after_the_talker_hears_it(ros: RosSystem) -> None:
 
 
 @pytest.mark.usefixtures("core")
-def test_a_listener_hears_the_talker_again_after_its_restart(ros: RosSystem) -> None:
+def test_a_listener_receives_messages_again_after_a_restart_of_the_talker(ros: RosSystem) -> None:
     subscriber = listener(ros)
     first = talker(ros)
     subscriber.wait_for(HEARD)
@@ -61,7 +61,7 @@ def test_a_listener_hears_the_talker_again_after_its_restart(ros: RosSystem) -> 
 
 
 @pytest.mark.usefixtures("core")
-def test_two_listeners_hear_the_same_talker(ros: RosSystem) -> None:
+def test_two_listeners_receive_from_the_same_talker(ros: RosSystem) -> None:
     one, two = listener(ros), listener(ros, "__name:=second")
 
     talker(ros)
@@ -71,7 +71,7 @@ def test_two_listeners_hear_the_same_talker(ros: RosSystem) -> None:
 
 
 @pytest.mark.usefixtures("core")
-def test_the_end_of_one_listener_is_nothing_to_the_other(ros: RosSystem) -> None:
+def test_the_end_of_one_listener_does_not_affect_the_other(ros: RosSystem) -> None:
     one, two = listener(ros), listener(ros, "__name:=second")
     publisher = talker(ros)
     one.wait_for(HEARD)
@@ -85,7 +85,7 @@ def test_the_end_of_one_listener_is_nothing_to_the_other(ros: RosSystem) -> None
 
 
 @pytest.mark.usefixtures("core")
-def test_a_talker_killed_with_sigkill_leaves_a_listener_that_hears_the_next_one(ros: RosSystem) -> None:
+def test_a_listener_receives_from_the_successor_of_a_talker_killed_with_sigkill(ros: RosSystem) -> None:
     subscriber = listener(ros)
     first = talker(ros)
     subscriber.wait_for(HEARD)
@@ -100,7 +100,7 @@ def test_a_talker_killed_with_sigkill_leaves_a_listener_that_hears_the_next_one(
     assert "Traceback" not in subscriber.output
 
 
-def test_nodes_go_on_when_roscore_is_gone_and_still_end_with_ctrl_c(ros: RosSystem, core: Process) -> None:
+def test_nodes_continue_without_roscore_and_still_end_on_ctrl_c(ros: RosSystem, core: Process) -> None:
     publisher, subscriber = talker(ros), listener(ros)
     subscriber.wait_for(HEARD)
 
@@ -116,7 +116,7 @@ def test_nodes_go_on_when_roscore_is_gone_and_still_end_with_ctrl_c(ros: RosSyst
 
 @pytest.mark.usefixtures("core")
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
-def test_nodes_end_with_0_and_without_a_traceback(ros: RosSystem, how: signal.Signals) -> None:
+def test_nodes_exit_with_0_and_without_a_traceback(ros: RosSystem, how: signal.Signals) -> None:
     publisher, subscriber = talker(ros), listener(ros)
     subscriber.wait_for(HEARD)
 

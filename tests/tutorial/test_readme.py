@@ -1,4 +1,4 @@
-"""Every example of the README runs, and does what its comment says."""
+"""Every example of the README runs, with the effect described in its comment."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ def blocks(language: str) -> list[str]:
 
 
 def commands(block: int = 0) -> dict[str, str]:
-    """The lines of a console example by their first two words, without the comments beside them."""
+    """Return the commands of a console example by their first two words, without comments."""
     lines = [
         line.removeprefix("$ ").partition("  #")[0].strip() for line in blocks("console")[block].splitlines()
     ]
     return {" ".join(line.split()[:2]): line for line in lines}
 
 
-def test_each_command_does_what_it_should_in_a_terminal_of_its_own(ros: RosSystem) -> None:
+def test_each_command_works_in_its_own_terminal(ros: RosSystem) -> None:
     typed = commands()
 
     def open_terminal() -> Terminal:
@@ -84,7 +84,7 @@ def test_the_first_python_example_publishes(ros: RosSystem) -> None:
     assert echoed.stdout == ['battery: "%25"', "---"], node.output
 
 
-def test_the_second_python_example_prints_what_was_said(ros: RosSystem) -> None:
+def test_the_second_python_example_prints_the_message(ros: RosSystem) -> None:
     ended = ros.pipros.run(PYTHON, "-c", blocks("python")[1])
 
     assert (ended.returncode, ended.stdout) == (0, ["hello"]), ended.output

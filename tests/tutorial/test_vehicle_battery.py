@@ -1,4 +1,4 @@
-"""The battery monitor of `examples/`, as its README shows it; its own tests; its bag."""
+"""The battery monitor in `examples/`: the commands of its README, its tests and its bag."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_a_simulated_battery_warns_and_is_acknowledged(ros: RosSystem) -> None:
     assert after.stdout == ["0.25"]  # not above `low`
 
 
-def test_the_driver_says_which_batteries_there_are(ros: RosSystem) -> None:
+def test_the_driver_lists_the_batteries(ros: RosSystem) -> None:
     ros.pipros.start_bare_master()
 
     ended = ros.pipros.run("rosrun", "vehicle_battery", "battery_driver", "_source:=BAT77")
@@ -82,13 +82,13 @@ def test_the_driver_says_which_batteries_there_are(ros: RosSystem) -> None:
 
 
 @pytest.mark.parametrize("words", [(), ("a.bag", "b.bag")])
-def test_record_discharge_says_how_it_is_called(ros: RosSystem, words: tuple[str, ...]) -> None:
+def test_record_discharge_prints_its_usage(ros: RosSystem, words: tuple[str, ...]) -> None:
     ended = ros.pipros.run("rosrun", "vehicle_battery", "record_discharge", *words)
 
     assert (ended.returncode, ended.stderr) == (2, ["usage: record_discharge FILE.bag"])
 
 
-def test_the_bag_is_what_record_discharge_writes(ros: RosSystem) -> None:
+def test_record_discharge_writes_the_bag(ros: RosSystem) -> None:
     ended = ros.pipros.run("rosrun", "vehicle_battery", "record_discharge", "again.bag")
 
     assert ended.stdout == ["again.bag: 120 minutes from full to empty"], ended.output

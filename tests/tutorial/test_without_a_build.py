@@ -1,4 +1,4 @@
-"""`from composiv_tryouts.msg import BatteryLevel` with nothing built, however a script is started."""
+"""`from composiv_tryouts.msg import BatteryLevel` works without a build, however a script is started."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_a_changed_definition_is_seen_at_the_next_start(ros: RosSystem, own_copy
         ("a/b/c d", ":1"),
     ],
 )
-def test_a_definition_with_a_mistake_is_reported_with_its_place(
+def test_a_definition_with_an_error_is_reported_with_its_line(
     ros: RosSystem, own_copy: Path, text: str, named: str
 ) -> None:
     (own_copy / "msg" / "BatteryLevel.msg").write_text(text)
@@ -75,7 +75,7 @@ def test_a_definition_with_a_mistake_is_reported_with_its_place(
     assert named in ended.stderr[-1] + "\n".join(ended.stderr[-4:])
 
 
-def test_a_message_that_a_package_does_not_have_is_an_import_error_with_what_there_is(ros: RosSystem) -> None:
+def test_importing_an_unknown_message_raises_an_import_error_with_the_known_ones(ros: RosSystem) -> None:
     ended = ros.pipros.run("python3", "-c", "from composiv_tryouts.msg import BatteryLevell")
 
     assert ended.returncode == 1

@@ -1,4 +1,4 @@
-"""What is typed in the case study, and what is seen then."""
+"""Commands of the case study, and patterns of their output."""
 
 TALKER = "rosrun composiv_tryouts composiv_talker.py"
 LISTENER = "rosrun composiv_tryouts composiv_listener.py"

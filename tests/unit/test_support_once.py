@@ -58,9 +58,7 @@ def test_a_folder_of_the_machine_is_named_by_all_its_sources(
     assert names[0] == names[3]
 
 
-def test_a_folder_of_the_machine_that_nobody_uses_is_removed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_unused_folder_of_the_machine_is_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     old, new = (make_once(tmp_path / "pipros/tests" / name, lambda: None) for name in ("thing-1", "thing-2"))
     os.utime(old / ".made", (0, 0))

@@ -42,7 +42,7 @@ def test_both_streams_and_the_exit_code_of_a_program_are_seen(processes: Process
     assert (ended.stdout, ended.stderr, ended.returncode) == (["out"], ["err"], 3)
 
 
-def test_a_line_that_never_comes_is_reported_with_what_came_instead(processes: Processes) -> None:
+def test_a_missing_line_is_reported_with_the_output(processes: Processes) -> None:
     program = processes.start(sys.executable, "-c", "print('something else')")
 
     with pytest.raises(AssertionError, match=r"(?s)ended without the line /hello/:\nsomething else"):

@@ -52,7 +52,7 @@ class FrameBuffer:
         self._start = 0  # index of the first byte that is not in a yielded frame
         self._end = 0  # index after the last byte received
         self._rounds = 0  # how often the buffer was filled and emptied while it was large
-        self._largest = 0  # the most bytes that it held meanwhile
+        self._largest = 0  # maximum number of bytes held since the last reset
 
     def space(self) -> memoryview:
         """Return memory to receive into, never empty. Frames yielded before become invalid."""

@@ -27,7 +27,7 @@ def test_frames_of_the_library_are_read(data: bytes, is_linked: bool, checks: bo
 
 
 @given(CONTENTS)
-def test_what_is_compressed_is_read_by_both(data: bytes) -> None:
+def test_compressed_data_is_read_by_both(data: bytes) -> None:
     frame = bytes(compress("lz4", data))
 
     assert decompress_frame(frame, len(data), "x") == data

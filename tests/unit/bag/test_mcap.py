@@ -198,7 +198,7 @@ def test_files_without_chunks_are_read_and_messages_of_ros_2_refused(bag: Path) 
                 contents("bare.mcap")
 
 
-def test_what_is_written_by_now_can_be_read_of_a_recording_under_way(bag: Path) -> None:
+def test_an_unfinished_recording_can_be_read(bag: Path) -> None:
     recording = RecordFiles(FileOptions(name="new.mcap", chunk_bytes=100), lambda _: None)
     recording.open((5, 0))
     header = {"type": "std_msgs/String", "md5sum": String._md5sum, "message_definition": String._full_text}

@@ -120,7 +120,7 @@ def test_rules_reach_the_messages_within_messages(bag: Path) -> None:
         "class R(",
     ],
 )
-def test_what_rules_may_not_do_is_refused_with_its_place(line: str) -> None:
+def test_invalid_rules_are_refused_with_their_line(line: str) -> None:
     with pytest.raises(BagError, match=r"^x\.bmr:\d+: "):
         parse_rules(line, "x.bmr")
 

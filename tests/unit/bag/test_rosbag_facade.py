@@ -55,7 +55,7 @@ def test_messages_are_of_the_installed_classes(tmp_path: Path) -> None:
     assert message == Int32(0)
 
 
-def test_what_is_read_raw_can_be_written_raw(tmp_path: Path) -> None:
+def test_raw_messages_can_be_copied(tmp_path: Path) -> None:
     expected = written(tmp_path / "in.bag")
 
     with rosbag.Bag(str(tmp_path / "in.bag")) as bag, rosbag.Bag(str(tmp_path / "out.bag"), "w") as out:

@@ -42,7 +42,7 @@ def test_messages_can_be_appended() -> None:
     before = BagReader(file)
     writer = BagWriter(file, layout=before.layout, compression="bz2")
 
-    with pytest.raises(NotIndexed):  # and nobody looks for the index that is gone
+    with pytest.raises(NotIndexed):  # the old index is gone
         BagReader(io.BytesIO(file.getvalue()))
     connection = writer.add_connection("/new", header_of(String(), "/new"))
     for _, message, seconds, nanoseconds in rows[10:]:
@@ -86,7 +86,7 @@ class _FullDisk(io.BytesIO):
         return super().write(data)
 
 
-def test_what_is_complete_survives_a_full_disk_and_writing_goes_on_when_there_is_room() -> None:
+def test_complete_chunks_survive_a_full_disk_and_writing_continues_when_there_is_room() -> None:
     file = _FullDisk()
     writer = BagWriter(file, chunk_bytes=200)
     connection = writer.add_connection("/a", header_of(Int32(), "/a"))

@@ -1,4 +1,4 @@
-"""The home folder, and what stands in for it."""
+"""The home folder, and its substitutes."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def file(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("plant", [link, open_folder, file])
-def test_what_another_user_could_have_put_there_is_not_used(
+def test_folders_that_another_user_could_have_made_are_not_used(
     homeless: Path, plant: Callable[[Path], None], capfd: pytest.CaptureFixture[str]
 ) -> None:
     plant(homeless)
@@ -93,7 +93,7 @@ def test_the_folder_of_another_user_is_not_used(homeless: Path) -> None:
     assert home.expanded("~") != str(stand_in(homeless))
 
 
-def test_where_no_folder_can_be_made_a_path_is_known_all_the_same(
+def test_without_a_writable_folder_a_path_is_returned_nevertheless(
     homeless: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(homeless / "missing"))

@@ -10,7 +10,7 @@ from pipros.basics.limits import InvalidLimits, Limits
 from tests.support.environments import REPOSITORY
 
 
-def test_what_is_not_named_keeps_its_default() -> None:
+def test_unnamed_limits_keep_their_defaults() -> None:
     assert Limits.parse("") == Limits()
     assert Limits.parse("handshakes=8") == Limits(handshakes=8)
 

@@ -89,7 +89,7 @@ def test_clean_makes_the_next_build_a_full_one(base: Path, capsys: pytest.Captur
         (["-DCATKIN_ENABLE_TESTING=0", "run_tests"], "No rule to make target 'run_tests'"),
     ],
 )
-def test_what_cannot_be_made_ends_with_1(
+def test_invalid_targets_and_options_exit_with_1(
     base: Path, arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert catkin_make.main(arguments) == 1
@@ -105,7 +105,7 @@ def test_a_custom_target_is_made_when_it_is_named(base: Path, capsys: pytest.Cap
     assert (base / "build" / "one" / "made").exists()
 
 
-def test_a_target_that_nobody_knows_is_named(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_target_is_named(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert catkin_make.main(["nonsense"]) == 1
     assert "make: *** No rule to make target 'nonsense'.  Stop." in capsys.readouterr().err
 

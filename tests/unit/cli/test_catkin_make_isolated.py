@@ -166,7 +166,7 @@ def test_a_package_whose_cmake_fails_ends_the_build(
     assert "plain: Invoking" in capsys.readouterr().err
 
 
-def test_files_are_found_in_workspaces_sources_and_what_comes_with_pipros(
+def test_files_are_found_in_workspaces_sources_and_pipros(
     workspace: Workspace, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert catkin_make_isolated.main(["--merge", "--install"]) == 0

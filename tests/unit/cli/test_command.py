@@ -36,11 +36,11 @@ HEAVY = {
 
 def test_an_error_is_one_line_and_a_code(capsys: pytest.CaptureFixture[str]) -> None:
     def fail() -> int:
-        raise CommandError("there is no such thing")
+        raise CommandError("the thing does not exist")
 
     assert run(fail) == 1
     assert run(fail, error_code=2) == 2
-    assert capsys.readouterr().err == "ERROR: there is no such thing\n" * 2
+    assert capsys.readouterr().err == "ERROR: the thing does not exist\n" * 2
 
 
 def test_a_missing_master_is_reported_with_noetics_text(capsys: pytest.CaptureFixture[str]) -> None:

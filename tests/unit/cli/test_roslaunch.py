@@ -115,7 +115,7 @@ def test_a_broken_file_is_an_error_for_every_inspection(
     assert captured.err.startswith("Invalid roslaunch XML syntax: unclosed token")
 
 
-def test_parameters_of_a_broken_file_are_none_and_no_failure(
+def test_dump_params_prints_nothing_for_a_broken_file(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "bad.launch"

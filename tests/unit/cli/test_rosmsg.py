@@ -27,7 +27,7 @@ def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def test_what_an_action_holds(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_show_prints_the_definition_of_an_action(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert rosaction.main(["show", f"{robot.name}/Count"]) == 0
     assert rosaction.main(["show", "-r", f"{robot.name}/Count"]) == 0
     assert (

@@ -104,7 +104,7 @@ def test_profile_lists_folders_by_their_cost(source: Path, capsys: pytest.Captur
         (["cflags-only-I", "a"], "pkg-config"),
     ],
 )
-def test_what_cannot_be_answered_ends_with_1(
+def test_invalid_queries_exit_with_1(
     words: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert rospack.main(words) == 1

@@ -63,7 +63,7 @@ def test_arguments_are_read_as_cmake_reads_them(text: str, expected: list[str]) 
         ('f("open)', "CMakeLists.txt:1"),
     ],
 )
-def test_what_is_malformed_is_named_with_its_line(text: str, place: str) -> None:
+def test_malformed_text_is_reported_with_its_line(text: str, place: str) -> None:
     with pytest.raises(CMakeError) as error:
         parse(text, "CMakeLists.txt")
     assert str(error.value).startswith(f"CMake Error at {place}")

@@ -20,7 +20,7 @@ def test_variables_hide_cache_entries() -> None:
     assert current.cache["CACHED"] == "c"
 
 
-def test_what_an_inner_scope_sets_ends_with_it_unless_it_is_for_the_parent() -> None:
+def test_variables_of_an_inner_scope_end_with_it_unless_set_in_the_parent() -> None:
     current = scope(A="1", B="2", C="3")
     with current.inner():
         current.values["A"] = "inner"

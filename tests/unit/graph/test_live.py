@@ -54,7 +54,7 @@ def test_connections_are_found_from_both_ends() -> None:
     assert graph.bad_nodes == {}
 
 
-def test_nobody_is_asked_again_before_answers_are_stale() -> None:
+def test_nodes_are_not_asked_again_before_answers_are_stale() -> None:
     clock = Clock()
     graph = graph_of(dict(ROWS), now_s=clock)
     assert graph.update()

@@ -107,7 +107,7 @@ def test_a_dictionary_is_written_leaf_by_leaf() -> None:
     assert master.calls == [("setParam", "/a/b", 1), ("setParam", "/a/c/d", [2])]
 
 
-def test_what_is_not_set_is_named() -> None:
+def test_unset_parameters_are_named() -> None:
     nothing = TableMaster({})
     for action in (read, delete):
         with pytest.raises(GraphError, match=r"\[/a\] is not set"):

@@ -46,7 +46,7 @@ def test_a_parameter_file_runs_nothing(text: str) -> None:
         read_text(text, "file", "/")
 
 
-def test_what_only_looks_like_an_angle_is_text() -> None:
+def test_invalid_angles_are_text() -> None:
     text = "deg(__import__('os').getpid())"
     assert read_text(f"a: {text}", "file", "/") == [({"a": text}, "/")]
 

@@ -24,7 +24,7 @@ def test_topics_and_nodes_are_sorted_and_named_once() -> None:
     assert state.nodes() == ["/listener", "/other", "/server", "/talker"]
 
 
-def test_what_a_node_is_registered_with() -> None:
+def test_topics_of_a_node_are_found() -> None:
     assert of_node("/talker", SystemState.from_state(STATE).publishers) == ["/chatter", "/rosout"]
 
 

@@ -57,5 +57,5 @@ def test_a_deleted_module_has_no_owner(site: Path) -> None:
     assert changed_packages(OURS) == {"rosbag": ""}
 
 
-def test_what_pip_did_not_install_is_not_examined() -> None:
+def test_packages_not_installed_by_pip_are_not_examined() -> None:
     assert changed_packages("not-installed-at-all") == {}

@@ -41,11 +41,13 @@ def context(system: SystemReport | None = None) -> roswtf.context.WtfContext:
         ({"k": 1}, "about None:"),
     ],
 )
-def test_what_a_function_returns_becomes_a_text(result: Any, text: str) -> None:
+def test_results_of_rules_are_formatted_as_text(result: Any, text: str) -> None:
     ctx = context()
     roswtf.rules.error_rule(RULE, result, ctx)
     roswtf.rules.warning_rule(RULE, result, ctx)
-    assert [(one.msg, one.format_msg, one.return_val) for one in ctx.errors] == [(text, RULE[1], result)]
+    assert [(error.msg, error.format_msg, error.return_val) for error in ctx.errors] == [
+        (text, RULE[1], result)
+    ]
     assert isinstance(ctx.warnings[0], roswtf.model.WtfWarning)
 
 
@@ -70,7 +72,7 @@ def test_a_healthy_system_passes_all_rules() -> None:
 def test_a_missing_connection_is_an_error() -> None:
     ctx = context(UNCONNECTED)
     roswtf.graph.wtf_check_graph(ctx)
-    assert [one.msg for one in ctx.errors] == [
+    assert [error.msg for error in ctx.errors] == [
         "The following nodes should be connected but aren't:\n * /talker->/listener (/chatter)\n"
     ]
 
@@ -138,4 +140,4 @@ def test_plugins_see_the_running_system() -> None:
     ctx = context(HEALTHY)
     for check in online:
         check(ctx)
-    assert [one.return_val for one in ctx.errors] == [["/listener", "/talker"]]
+    assert [error.return_val for error in ctx.errors] == [["/listener", "/talker"]]

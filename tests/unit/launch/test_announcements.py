@@ -63,7 +63,7 @@ class Recorder(Console):
         self.lines.append(text)
 
 
-def test_what_was_read_is_announced_in_detail() -> None:
+def test_the_read_configuration_is_announced_in_detail() -> None:
     console = Recorder()
     launch = Launch(
         files=("/a.launch",), params={"/p": 1}, nodes=(Node("pkg", "t", "n", "/g/"),), warnings=("strange",)
@@ -105,7 +105,7 @@ def test_a_launch_from_standard_input_declares_what_it_likes() -> None:
         ("http://robot:11311", "secret", [r"the password of machine \[base\] is ignored"]),
     ],
 )
-def test_what_keeps_nodes_on_other_machines_from_working_is_warned_about(
+def test_obstacles_for_nodes_on_other_machines_are_warned_about(
     master_uri: str, password: str, warnings: list[str]
 ) -> None:
     console = Recorder()

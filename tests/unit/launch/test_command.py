@@ -85,7 +85,7 @@ def test_the_working_folder_is_the_one_wanted(
         (Node("talkers", "talker", "n", launch_prefix="'open"), r"the launch-prefix \['open\]"),
     ],
 )
-def test_what_cannot_be_launched_is_explained(maker: CommandMaker, node: Node, complaint: str) -> None:
+def test_nodes_that_cannot_be_launched_are_explained(maker: CommandMaker, node: Node, complaint: str) -> None:
     with pytest.raises(CannotLaunch, match=complaint):
         maker.make(node, "http://m:1")
 

@@ -33,7 +33,7 @@ def test_a_title_can_be_left_out_and_details_be_shown(capsys: pytest.CaptureFixt
     assert capsys.readouterr().out == "detail\n"
 
 
-def test_a_reader_that_went_away_disturbs_nobody(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_closed_terminal_is_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
     class Closed(io.StringIO):
         def write(self, text: str) -> int:
             raise BrokenPipeError

@@ -93,7 +93,7 @@ def test_what_an_ended_process_left_running_is_ended_and_released() -> None:
     assert shell.is_released
 
 
-def test_a_process_that_survives_sigkill_keeps_nobody_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_survives_sigkill_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(terminate, "_LEFT_BEHIND_TIMEOUT_S", 0.01)
     immortal = FakeProcess("a-1", None)
     end_all(immortal)

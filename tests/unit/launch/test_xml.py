@@ -140,7 +140,7 @@ def test_an_unknown_machine_is_an_error_only_for_those_who_start_something() -> 
         launch.check_machines()
 
 
-def test_output_and_folder_are_none_where_a_file_says_nothing() -> None:
+def test_output_and_folder_default_to_none() -> None:
     text = (
         '<launch><node pkg="p" type="t" name="a"/><node pkg="p" type="t" name="b" cwd="ros_home"/>'
         '<node pkg="p" type="t" name="c" cwd="ROS_HOME" output="log"/></launch>'

@@ -79,7 +79,7 @@ def test_names_are_resolved_beside_the_caller_and_private_ones_below_it(master: 
     assert master.call("registerSubscriber", "/ns/n", "//a//t/", "*", API) == [1, "Subscribed to [/a/t]", []]
 
 
-def test_registering_answers_with_the_other_side_and_tells_it(master: Case) -> None:
+def test_registering_returns_and_notifies_the_other_side(master: Case) -> None:
     master.call("registerSubscriber", "/s", "/t", "x/Y", "http://s:1/")
     assert master.call("registerPublisher", "/p", "/t", "x/Y", API) == [
         1,

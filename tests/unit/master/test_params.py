@@ -1,4 +1,4 @@
-"""The parameter tree: what is set is got, and who has to hear of it."""
+"""The parameter tree: values are read as they were set, and subscribers are notified."""
 
 from __future__ import annotations
 

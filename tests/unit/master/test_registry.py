@@ -34,7 +34,7 @@ def test_a_publisher_that_registers_again_is_announced_again_but_not_twice_in_th
     assert registry.names_of(Role.PUBLISHER, "/t") == ["/p"]
 
 
-def test_a_new_subscriber_tells_nobody() -> None:
+def test_a_new_subscriber_notifies_no_node() -> None:
     registry = Registry()
     registry.register_publisher("/p", "/t", "x/Y", C)
     assert registry.register_subscriber("/s", "/t", "*", A) == []

@@ -45,7 +45,7 @@ def test_what_others_import_is_there(module: str, names: str) -> None:
     assert [name for name in names.split() if not hasattr(found, name)] == []
 
 
-def test_classes_are_found_by_name_and_absent_ones_are_none() -> None:
+def test_classes_are_found_by_name_or_none_is_returned() -> None:
     assert genpy.message.get_message_class("nav_msgs/Path") is PathMessage
     assert genpy.message.get_message_class("Header")._type == "std_msgs/Header"
     assert genpy.message.get_message_class("time") is genpy.Time

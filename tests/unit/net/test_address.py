@@ -1,4 +1,4 @@
-"""What to bind and what to advertise."""
+"""Addresses to bind and to advertise."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MASTER_FAR = "http://robot:11311"
 
 
 def names_mean(monkeypatch: pytest.MonkeyPatch, resolve: Callable[..., Any]) -> None:
-    """Has all names looked up by `resolve`."""
+    """Replace name resolution with `resolve`."""
     monkeypatch.setattr(address, "process_lookups", lambda: Lookups(1, resolve=resolve))
 
 
@@ -84,7 +84,7 @@ def test_ipv6_is_bound_on_demand_with_names_that_genuine_nodes_understand(
         ({"ROS_IPV6": "yes"}, LOOPBACK, LOOPBACK),
     ],
 )
-def test_a_localhost_that_means_no_ipv6_address_is_not_taken_for_one(
+def test_localhost_without_an_ipv6_address_is_not_used_for_ipv6(
     monkeypatch: pytest.MonkeyPatch, variables: dict[str, str], bound: str, advertised: str
 ) -> None:
     def unknown(*_: object, **__: object) -> Any:
@@ -96,14 +96,14 @@ def test_a_localhost_that_means_no_ipv6_address_is_not_taken_for_one(
     assert advertised_host(environment) == advertised
 
 
-def test_with_a_master_elsewhere_this_machine_is_known_by_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_with_a_remote_master_this_machine_advertises_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
     environment = Environment(master_uri=MASTER_FAR)
     assert bind_host(environment) == ANY
     monkeypatch.setattr(socket, "gethostname", lambda: "laptop")
     assert advertised_host(environment) == "laptop"
 
 
-def test_a_machine_without_a_name_is_known_by_its_address_towards_the_master(
+def test_a_machine_without_a_name_advertises_its_address_towards_the_master(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(socket, "gethostname", lambda: "localhost")
@@ -113,7 +113,7 @@ def test_a_machine_without_a_name_is_known_by_its_address_towards_the_master(
 @pytest.mark.parametrize(
     "host", ["localhost", "LOCALHOST", "127.0.0.1", "127.9.9.9", "::1", "[::1]", "a.localhost"]
 )
-def test_loopback_is_known_by_how_it_is_written(host: str) -> None:
+def test_loopback_is_recognised_by_its_spelling(host: str) -> None:
     assert is_loopback(host)
 
 

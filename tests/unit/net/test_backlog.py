@@ -37,7 +37,7 @@ def test_the_oldest_are_dropped_and_never_one_that_is_partly_out() -> None:
     assert contents(backlog) == b"bcjkl"
 
 
-def test_no_more_bytes_wait_than_the_limit_but_the_newest_frame_always_does() -> None:
+def test_queued_bytes_are_limited_but_the_newest_frame_is_always_kept() -> None:
     backlog = backlog_of((b"abc",), (b"def",), (b"ghi",))
 
     assert backlog.drop_oldest(None, 6) == 1
@@ -46,7 +46,7 @@ def test_no_more_bytes_wait_than_the_limit_but_the_newest_frame_always_does() ->
     assert contents(backlog) == b"ghi"
 
 
-def test_room_that_was_made_can_be_used_again() -> None:
+def test_freed_space_is_reused() -> None:
     backlog = backlog_of((b"abc",), (b"def",))
     backlog.remove_sent(6)
     backlog.append((b"ghijkl",), 6)
@@ -55,7 +55,7 @@ def test_room_that_was_made_can_be_used_again() -> None:
     assert contents(backlog) == b"ghijkl"
 
 
-def test_what_is_left_of_a_frame_comes_first() -> None:
+def test_the_rest_of_a_frame_is_sent_first() -> None:
     backlog = Backlog()
     backlog.append_rest((b"abc", b"def"), 4)
     backlog.append((b"g",), 1)

@@ -1,4 +1,4 @@
-"""Looking at a socket for a moment before sleeping in it."""
+"""Polling a socket briefly before a blocking read."""
 
 import socket
 import threading
@@ -22,7 +22,7 @@ ONE_LOOK = -1.0  # a time that is over after the first
 
 
 class SleepySocket:
-    """Has nothing for a poll, and something for a blocking read; records which it was."""
+    """A socket with bytes for blocking reads only, which records the kind of each read."""
 
     def __init__(self) -> None:
         self.waits: list[str] = []
@@ -37,7 +37,7 @@ class SleepySocket:
 
 @pytest.fixture
 def sleepy(monkeypatch: pytest.MonkeyPatch) -> SleepySocket:
-    """On a system that permits busy polling."""
+    """A `SleepySocket` on a system that permits busy polling."""
     monkeypatch.setattr(busy_poll, "_DONTWAIT", 0x40)
     monkeypatch.setattr(busy_poll, "_MAY_POLL", True)
     return SleepySocket()
@@ -47,12 +47,12 @@ def wait_on(one: PollingReceiver, sock: SleepySocket) -> None:
     one.receive_into(sock, memoryview(b""))  # type: ignore[arg-type]
 
 
-def test_the_number_of_looks_can_be_limited(sleepy: SleepySocket) -> None:
+def test_the_number_of_polls_can_be_limited(sleepy: SleepySocket) -> None:
     PollingReceiver(60.0).receive_into(sleepy, memoryview(b""), 3)  # type: ignore[arg-type]
     assert sleepy.waits == ["looked", "looked", "looked", "slept"]
 
 
-def test_what_is_there_is_received(ends: tuple[socket.socket, socket.socket]) -> None:
+def test_available_bytes_are_received(ends: tuple[socket.socket, socket.socket]) -> None:
     ours, theirs = ends
     buffer = bytearray(8)
     theirs.sendall(b"12345")
@@ -62,7 +62,7 @@ def test_what_is_there_is_received(ends: tuple[socket.socket, socket.socket]) ->
     assert PollingReceiver().receive(ours, 3) == b"123"
 
 
-def test_what_comes_later_is_waited_for(ends: tuple[socket.socket, socket.socket]) -> None:
+def test_receive_waits_for_bytes_after_polling(ends: tuple[socket.socket, socket.socket]) -> None:
     ours, theirs = ends
     timer = threading.Timer(20 * busy_poll.STREAM_POLL_S, theirs.sendall, (b"late",))
     timer.start()
@@ -70,7 +70,7 @@ def test_what_comes_later_is_waited_for(ends: tuple[socket.socket, socket.socket
     timer.join()
 
 
-def test_the_end_of_the_stream_is_nothing(ends: tuple[socket.socket, socket.socket]) -> None:
+def test_the_end_of_the_stream_returns_no_bytes(ends: tuple[socket.socket, socket.socket]) -> None:
     ours, theirs = ends
     theirs.close()
     assert PollingReceiver().receive(ours, 100) == b""
@@ -88,7 +88,7 @@ def test_a_deadline_holds_for_a_peer_that_trickles(ends: tuple[socket.socket, so
         PollingReceiver().receive(ends[0], 1, deadline=time.monotonic() - 1)
 
 
-def test_polls_that_do_not_pay_become_rare(monkeypatch: pytest.MonkeyPatch, sleepy: SleepySocket) -> None:
+def test_unsuccessful_polls_become_rare(monkeypatch: pytest.MonkeyPatch, sleepy: SleepySocket) -> None:
     monkeypatch.setattr(busy_poll, "LONGEST_PAUSE", 4)
     one = PollingReceiver(ONE_LOOK)
     polled_waits = []
@@ -101,7 +101,7 @@ def test_polls_that_do_not_pay_become_rare(monkeypatch: pytest.MonkeyPatch, slee
     assert sleepy.waits.count("slept") == 22, "no wait ends without bytes"
 
 
-def test_a_look_that_pays_is_repeated(
+def test_a_successful_poll_is_repeated(
     sleepy: SleepySocket, ends: tuple[socket.socket, socket.socket]
 ) -> None:
     one = PollingReceiver(ONE_LOOK)
@@ -115,7 +115,7 @@ def test_a_look_that_pays_is_repeated(
     assert sleepy.waits == ["looked", "slept", "slept"], "the pause is one again"
 
 
-def test_where_looking_is_of_no_use_it_sleeps(monkeypatch: pytest.MonkeyPatch, sleepy: SleepySocket) -> None:
+def test_without_busy_polling_it_sleeps(monkeypatch: pytest.MonkeyPatch, sleepy: SleepySocket) -> None:
     monkeypatch.setattr(busy_poll, "_MAY_POLL", False)
     wait_on(PollingReceiver(), sleepy)
     assert sleepy.waits == ["slept"]

@@ -33,7 +33,7 @@ def test_it_connects_to_the_first_address_that_answers(server: socket.socket) ->
         assert sock.getblocking()
 
 
-def test_a_refusal_is_what_it_says_and_a_name_without_an_address_too(server: socket.socket) -> None:
+def test_a_refused_connection_and_an_unknown_name_raise_their_errors(server: socket.socket) -> None:
     port = server.getsockname()[1]
     with pytest.raises(ConnectionRefusedError):
         Connector(lookups_to("127.0.0.7")).connect("robot", port)
@@ -43,7 +43,7 @@ def test_a_refusal_is_what_it_says_and_a_name_without_an_address_too(server: soc
 
 @pytest.fixture
 def full(server: socket.socket) -> Iterator[int]:
-    """A port that takes no further connections: they wait for an answer."""
+    """A port with a full backlog: further connections wait for an answer."""
     server.listen(0)
     waiting = []
     for _ in range(8):

@@ -1,4 +1,4 @@
-"""Which connections are closed when there are too many, and what is counted."""
+"""The choice of the connections to close beyond the limits, and the counters."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def table_of(limit: int, per_peer: int = 100) -> ConnectionTable:
     return ConnectionTable(limit=limit, limit_per_peer=per_peer, refusals=Refusals())
 
 
-def test_the_one_idle_longest_is_closed_first() -> None:
+def test_the_connection_idle_longest_is_closed_first() -> None:
     connections = table_of(2)
     first, second, third = Peer("a"), Peer("b"), Peer("c")
     connections.add(first)
@@ -34,7 +34,7 @@ def test_the_one_idle_longest_is_closed_first() -> None:
     assert (len(connections), connections.accepted, connections.evicted) == (2, 3, 1)
 
 
-def test_a_peer_with_too_many_loses_its_own_and_nobody_elses() -> None:
+def test_a_peer_with_too_many_links_loses_only_its_own() -> None:
     connections = table_of(100, per_peer=2)
     other, *greedy = Peer("other"), Peer("greedy"), Peer("greedy"), Peer("greedy")
     for peer in (other, *greedy):
@@ -42,7 +42,7 @@ def test_a_peer_with_too_many_loses_its_own_and_nobody_elses() -> None:
     assert [peer.is_closed for peer in (other, *greedy)] == [False, True, False, False]
 
 
-def test_one_peer_may_be_limited_to_a_single_connection() -> None:
+def test_a_peer_may_be_limited_to_a_single_connection() -> None:
     connections = table_of(100, per_peer=1)
     first, second = Peer("a"), Peer("a")
     connections.add(first)
@@ -128,7 +128,7 @@ def test_a_busy_connection_has_no_deadline() -> None:
     assert not busy.is_closed
 
 
-def test_a_new_link_takes_the_place_of_the_newest_of_the_peer_with_the_most() -> None:
+def test_a_new_link_replaces_the_newest_of_the_peer_with_the_most() -> None:
     connections = table_of(4)  # of which less than one is for calls
     other, *links = Peer("other"), Peer("a"), Peer("a"), Peer("a")
     for link in (*links, other):

@@ -1,4 +1,4 @@
-"""Calls to many peers at a time: their order, their number, their errors, and Ctrl-C."""
+"""Concurrent calls to many peers: order, limit, errors and Ctrl-C."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def test_results_are_in_the_order_of_the_keys() -> None:
     assert in_parallel([], ask, at_once=2) == {}
 
 
-def test_no_more_than_so_many_calls_are_under_way() -> None:
+def test_concurrent_calls_are_limited() -> None:
     under_way, most = [0], [0]
     lock = threading.Lock()
 

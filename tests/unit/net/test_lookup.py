@@ -14,7 +14,7 @@ from tests.support.waiting import wait_until
 
 
 class Resolver:
-    """Names and their addresses; the answers for others never come, until the test ends."""
+    """A resolver with a table of names; lookups of other names block until the test ends."""
 
     def __init__(self, **known: str) -> None:
         self.known = known
@@ -42,7 +42,7 @@ def addresses(found: list[Any]) -> list[Any]:
     return [where for *_, where in found]
 
 
-def test_a_name_is_found_with_the_port_that_was_asked_for(resolver: Resolver) -> None:
+def test_a_name_is_resolved_with_the_requested_port(resolver: Resolver) -> None:
     lookups = Lookups(2, resolve=resolver)
 
     assert addresses(lookups.find("robot", 80)) == [("127.0.0.2", 80)]
@@ -59,7 +59,7 @@ def test_an_address_is_not_looked_up(resolver: Resolver, address: str) -> None:
 
 
 @pytest.mark.parametrize("host", ["unknown", "a" * 70 + ".b", "\udcff"])
-def test_a_name_that_means_nothing_is_an_error(host: str) -> None:
+def test_an_unknown_name_raises(host: str) -> None:
     def resolve(host: str, _port: None, **_wanted: int) -> list[Any]:
         host.encode("idna")
         raise socket.gaierror(socket.EAI_NONAME, "not known")
@@ -68,7 +68,7 @@ def test_a_name_that_means_nothing_is_an_error(host: str) -> None:
         Lookups(2, resolve=resolve).find(host, 80)
 
 
-def test_what_was_found_and_what_was_not_is_remembered_for_a_while(resolver: Resolver) -> None:
+def test_found_and_unknown_names_are_cached_for_a_while(resolver: Resolver) -> None:
     now = [0.0]
     lookups = Lookups(2, resolve=resolver, now=lambda: now[0])
 
@@ -88,7 +88,7 @@ def test_what_was_found_and_what_was_not_is_remembered_for_a_while(resolver: Res
     assert resolver.asked == ["robot", "unknown", "unknown", "robot", "unknown"]
 
 
-def test_the_wait_for_an_answer_that_never_comes_ends_when_it_should(resolver: Resolver) -> None:
+def test_a_lookup_without_an_answer_times_out(resolver: Resolver) -> None:
     lookups = Lookups(1, resolve=resolver)
 
     with pytest.raises(TimeoutError):
@@ -98,7 +98,7 @@ def test_the_wait_for_an_answer_that_never_comes_ends_when_it_should(resolver: R
     assert resolver.asked == ["silent"]  # who asks again joins in
 
 
-def test_no_more_look_ups_than_the_limit_are_under_way_and_the_next_follow(resolver: Resolver) -> None:
+def test_concurrent_lookups_are_limited_and_the_next_follow(resolver: Resolver) -> None:
     lookups = Lookups(2, resolve=resolver)
     answers = [lookups.ask(f"silent{number}") for number in range(5)]
     wait_until(lambda: len(resolver.asked) == 2)
@@ -111,7 +111,7 @@ def test_no_more_look_ups_than_the_limit_are_under_way_and_the_next_follow(resol
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
-def test_a_forked_child_does_not_wait_for_the_look_ups_of_its_parent(resolver: Resolver) -> None:
+def test_a_forked_child_does_not_wait_for_the_lookups_of_its_parent(resolver: Resolver) -> None:
     lookups = Lookups(1, resolve=resolver)
     lookups.ask("late", urgent=True)
     wait_until(lambda: resolver.asked == ["late"])

@@ -14,7 +14,7 @@ from pipros.net.loop import BackgroundLoop, in_daemon_thread
 
 
 class Silence:
-    """A resolver whose answers never come, until the test ends."""
+    """A resolver that blocks until the test ends."""
 
     def __init__(self) -> None:
         self.end = threading.Event()
@@ -34,7 +34,7 @@ def silence() -> Any:
     silence.end.set()
 
 
-def test_a_connection_by_name_is_made_by_way_of_the_look_ups(silence: Silence) -> None:
+def test_a_connection_by_name_uses_the_lookup_threads(silence: Silence) -> None:
     loop = BackgroundLoop("test", Lookups(2, resolve=silence))
     loop.start()
     with socket.create_server(("127.0.0.1", 0)) as server:
@@ -48,7 +48,7 @@ def test_a_connection_by_name_is_made_by_way_of_the_look_ups(silence: Silence) -
     loop.stop()
 
 
-def test_the_end_of_the_loop_waits_for_no_look_up(silence: Silence) -> None:
+def test_closing_the_loop_does_not_wait_for_lookups(silence: Silence) -> None:
     loop = BackgroundLoop("test", Lookups(2, resolve=silence))
     loop.start()
     looking = threading.Event()
@@ -65,7 +65,7 @@ def test_the_end_of_the_loop_waits_for_no_look_up(silence: Silence) -> None:
     assert silence.thread.is_alive()
 
 
-def test_what_blocks_runs_in_daemon_threads_and_its_outcome_comes_back() -> None:
+def test_blocking_calls_run_in_daemon_threads_and_return_their_result() -> None:
     loop = BackgroundLoop("test")
     loop.start()
 
@@ -89,7 +89,7 @@ def test_what_blocks_runs_in_daemon_threads_and_its_outcome_comes_back() -> None
     assert [str(first), str(second)] == ["no", "no"]
 
 
-def test_a_loop_that_cannot_be_made_is_an_error_and_no_endless_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_loop_that_cannot_be_created_raises_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*args: object) -> None:
         raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
 
@@ -118,7 +118,7 @@ def test_a_lack_of_descriptors_is_logged_once_and_without_a_traceback(
     assert caplog.records[0].exc_info is None
 
 
-def test_a_loop_that_is_held_up_can_be_left() -> None:
+def test_a_blocked_loop_can_be_abandoned() -> None:
     loop = BackgroundLoop("test")
     loop.start()
     held, released = threading.Event(), threading.Event()

@@ -1,4 +1,4 @@
-"""The sending end of a link, with a socket in memory: what it writes, keeps, drops and waits for."""
+"""The sending end of a link, with a socket in memory: written, queued and dropped frames, and waits."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Timer:
 
 
 class Loop:
-    """A background loop that the test runs: `call` and the timers and watches of asyncio."""
+    """A background loop driven by the test: `call`, and the timers and watches of asyncio."""
 
     def __init__(self) -> None:
         self.asyncio = self
@@ -97,7 +97,7 @@ class Loop:
             self.soon.pop(0)()
 
     def fire(self, delay_s: float) -> None:
-        """Calls the timers of one kind once."""
+        """Call the timers of one kind once."""
         due = [function for delay, function in self.timers if delay == delay_s]
         self.timers = [timer for timer in self.timers if timer[0] != delay_s]
         for function in due:
@@ -105,7 +105,7 @@ class Loop:
 
 
 class Subscriber:
-    """A link, and the socket and the loop that it has."""
+    """A link with its socket and loop."""
 
     def __init__(self, queue_size: int | None, limits: Limits | None = None) -> None:
         self.sock, self.loop = Socket(), Loop()
@@ -122,21 +122,21 @@ class Subscriber:
             self.link.send((str(number).encode() * SIZE,), SIZE)
 
     def allow(self, space: int) -> None:
-        """The subscriber reads, and the loop finds the socket writable."""
+        """Let the subscriber read, so that the loop finds the socket writable."""
         self.sock.space = space
         if self.loop.writer:
             self.loop.writer()
 
     @property
     def frames(self) -> str:
-        """The digits of the frames that went out, one for each whole frame."""
+        """The digits of the sent frames, one for each complete frame."""
         sent = self.sock.sent.decode()
         return "".join(sent[start] for start in range(0, len(sent) - SIZE + 1, SIZE))
 
 
 @pytest.fixture(autouse=True)
 def drained(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
-    """What the system reports of the sockets; a test may empty the list: not drained yet."""
+    """The reply of the system about drained sockets; a test empties the list to simulate undrained ones."""
     answers = [True]
     monkeypatch.setattr(sockets, "is_nearly_drained", lambda _sock: bool(answers))
     monkeypatch.setattr(sockets, "is_unanswered", lambda _sock, _limit_s: False)
@@ -184,7 +184,7 @@ def test_a_queue_size_of_zero_keeps_every_frame_up_to_the_limit_in_bytes() -> No
     assert subscriber.frames == "678"
 
 
-def test_a_frame_larger_than_the_limit_waits_all_the_same() -> None:
+def test_a_frame_larger_than_the_limit_is_queued_nevertheless() -> None:
     subscriber = Subscriber(0, Limits(queue_bytes=1))
     subscriber.send(1)
     subscriber.sock.space = 100
@@ -202,7 +202,7 @@ def test_without_a_queue_a_link_that_does_not_become_writable_in_time_has_stalle
     assert subscriber.link.statistics.dropped == 2, "as with queue_size=1"
 
 
-def test_one_that_stalled_is_waited_for_again_when_it_has_caught_up(drained: list[bool]) -> None:
+def test_a_stalled_link_is_waited_for_again_when_it_has_caught_up(drained: list[bool]) -> None:
     subscriber = Subscriber(None)
     subscriber.send(1)
     subscriber.link.stop_waiting()
@@ -241,7 +241,7 @@ def test_a_subscriber_that_closes_ends_the_link() -> None:
     assert subscriber.link.end_reason == ""
 
 
-def test_one_that_sends_too_much_loses_the_link_with_a_reason() -> None:
+def test_a_subscriber_that_sends_too_much_loses_the_link_with_a_reason() -> None:
     subscriber = Subscriber(10, Limits(subscriber_bytes=10))
     for data, is_closed in ((b"x" * 10, False), (b"x", True)):
         subscriber.sock.incoming = [data]

@@ -1,4 +1,4 @@
-"""A connection of the RPC server, fed by hand: a transport in memory, a loop whose turns the test takes."""
+"""A connection of the RPC server with a transport in memory and a loop driven by the test."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Handle:
 
 
 class Loop:
-    """As much of an event loop as a connection uses; time passes when the test says so."""
+    """The part of an event loop that a connection uses; the test advances the time."""
 
     def __init__(self) -> None:
         self.now = 0.0
@@ -53,7 +53,7 @@ class Loop:
         return handle
 
     def turn(self) -> int:
-        """Runs what is due; returns how much that was."""
+        """Run the due callbacks; return their number."""
         while self._later and self._later[0][0] <= self.now:
             self._soon.append(heapq.heappop(self._later)[2])
         due, self._soon = [handle for handle in self._soon if not handle.is_cancelled], []
@@ -99,7 +99,7 @@ class Transport(asyncio.Transport):
 
 
 class Server:
-    """Answers every method at once."""
+    """A server that answers every method at once."""
 
     def __init__(self) -> None:
         self.limits = Limits()
@@ -122,7 +122,7 @@ class Server:
 
 
 class Peer:
-    """A connection and what stands around it."""
+    """A connection with its loop, server and transport."""
 
     def __init__(self) -> None:
         self.loop, self.server, self.transport = Loop(), Server(), Transport()
@@ -155,7 +155,7 @@ def test_a_quick_call_is_answered_in_the_callback_that_brings_it(peer: Peer) -> 
     assert peer.loop.turn() == 0
 
 
-def test_each_call_that_was_sent_ahead_has_a_turn_of_its_own(peer: Peer) -> None:
+def test_each_pipelined_call_has_its_own_turn(peer: Peer) -> None:
     peer.send(CALL * 3)
     answered = [peer.transport.answers]
     while peer.loop.turn():
@@ -171,7 +171,7 @@ def test_a_call_in_pieces_is_answered_when_it_is_whole(peer: Peer) -> None:
     assert peer.transport.answers == 1
 
 
-def test_a_peer_that_does_not_read_is_read_no_further_until_it_does(peer: Peer) -> None:
+def test_reading_pauses_while_the_peer_does_not_read(peer: Peer) -> None:
     peer.transport.on_write = peer.connection.pause_writing
     peer.send(CALL * 2)
     peer.loop.run()
@@ -183,7 +183,7 @@ def test_a_peer_that_does_not_read_is_read_no_further_until_it_does(peer: Peer) 
     assert (peer.transport.answers, peer.transport.is_paused) == (3, False)
 
 
-def test_one_that_does_not_read_is_closed_at_the_deadline(peer: Peer) -> None:
+def test_a_peer_that_does_not_read_is_closed_at_the_deadline(peer: Peer) -> None:
     peer.transport.on_write = peer.connection.pause_writing
     peer.send(CALL)
     limit_s = peer.server.limits.request_s
@@ -215,7 +215,7 @@ def test_a_peer_that_ends_without_a_call_is_closed(peer: Peer) -> None:
     assert peer.transport.events == ["close"]
 
 
-def test_a_peer_that_is_refused_may_send_its_request_to_the_end_and_read_why(peer: Peer) -> None:
+def test_a_refused_peer_may_finish_its_request_and_read_the_reason(peer: Peer) -> None:
     peer.send(b"GARBAGE\r\n\r\n")
     assert peer.transport.sent.startswith(b"HTTP/1.1 4")
     assert peer.transport.events == ["eof"]
@@ -227,7 +227,7 @@ def test_a_peer_that_is_refused_may_send_its_request_to_the_end_and_read_why(pee
     assert peer.server.refusals.total == 1
 
 
-def test_but_not_for_ever(peer: Peer) -> None:
+def test_a_refused_peer_is_closed_at_the_deadline(peer: Peer) -> None:
     peer.send(b"GARBAGE\r\n\r\n")
     peer.loop.now = 60
     peer.loop.run()
@@ -242,7 +242,7 @@ def test_a_refusal_that_fills_the_transport_is_drained_too(peer: Peer) -> None:
     assert peer.transport.events == ["eof"]
 
 
-def test_http_1_0_is_closed_behind_its_answer(peer: Peer) -> None:
+def test_http_1_0_is_closed_after_its_answer(peer: Peer) -> None:
     peer.send(CALL.replace(b"HTTP/1.1", b"HTTP/1.0") + CALL)
     peer.loop.run()
     assert (peer.transport.answers, peer.transport.events) == (1, ["close"])

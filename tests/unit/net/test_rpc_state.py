@@ -1,4 +1,4 @@
-"""A connection of the RPC server moves between its states as the table says."""
+"""State transitions of a connection of the RPC server."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_a_final_state_never_leads_back() -> None:
         (Event.WRITING_PAUSED, Event.WRITING_RESUMED, State.STALLED),
     ],
 )
-def test_each_busy_state_is_left_by_its_own_end_only(begin: Event, end: Event, state: State) -> None:
+def test_each_busy_state_is_left_only_by_its_own_end(begin: Event, end: Event, state: State) -> None:
     assert state in BUSY
     assert run(begin) is state
     assert run(begin, end) is State.READING
@@ -47,7 +47,7 @@ def test_each_busy_state_is_left_by_its_own_end_only(begin: Event, end: Event, s
         assert run(begin, other) is state
 
 
-def test_one_that_answers_does_not_close_gracefully_before_the_answer_is_sent() -> None:
+def test_a_graceful_close_waits_for_the_answer() -> None:
     assert run(Event.TASK_BEGAN, Event.CLOSED_GRACEFULLY) is State.ANSWERING
     assert run(Event.TURN_QUEUED, Event.CLOSED_GRACEFULLY) is State.QUEUED
 
@@ -61,7 +61,7 @@ def test_a_refusal_that_fills_the_transport_is_drained_all_the_same() -> None:
 @pytest.mark.parametrize("has_input", [False, True])
 @pytest.mark.parametrize("has_peer_ended", [False, True])
 class TestNextStep:
-    def test_a_large_answer_is_sent_to_its_end_first(self, has_input: bool, has_peer_ended: bool) -> None:
+    def test_a_large_answer_is_sent_completely_first(self, has_input: bool, has_peer_ended: bool) -> None:
         for is_last in (False, True):
             step = next_step(
                 has_unsent=True,
@@ -77,7 +77,7 @@ class TestNextStep:
         )
         assert step is Step.CLOSE
 
-    def test_what_was_sent_ahead_is_answered_also_for_a_peer_that_has_ended(
+    def test_pipelined_calls_of_a_closed_peer_are_answered(
         self, has_input: bool, has_peer_ended: bool
     ) -> None:
         step = next_step(

@@ -1,4 +1,4 @@
-"""Which addresses, names and callers belong to this machine."""
+"""Recognise the addresses, names and callers of this machine."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ for host in sys.argv[1:]:
 def connected(
     listen: str = "127.0.0.1", connect: str = "127.0.0.1"
 ) -> Iterator[tuple[Caller, socket.socket]]:
-    """A caller as a server sees it, and the socket of the caller."""
+    """Yield a caller as seen by a server, and the socket of the caller."""
     family = socket.AF_INET6 if ":" in listen else socket.AF_INET
     with socket.create_server((listen, 0), family=family, dualstack_ipv6=listen == "::") as server:
         client = socket.create_connection((connect, server.getsockname()[1]), 10)
@@ -63,7 +63,7 @@ def test_own_addresses_are_distinguished_from_others() -> None:
         assert not has_address(host)
 
 
-def test_where_every_address_can_be_bound_that_proves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_binding_proves_nothing_if_every_address_can_be_bound(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(this_machine, "_can_bind", lambda *_: True)  # as with net.ipv4.ip_nonlocal_bind=1
     assert not has_address("198.51.100.7")
     assert has_address("127.0.0.1")
@@ -72,7 +72,7 @@ def test_where_every_address_can_be_bound_that_proves_nothing(monkeypatch: pytes
 @pytest.mark.parametrize(
     ("listen", "connect"), [("127.0.0.1", "127.0.0.1"), (ANY, "127.0.1.1"), ("::", "127.0.0.1")]
 )
-def test_callers_on_loopback_are_here_and_the_system_knows_their_user(listen: str, connect: str) -> None:
+def test_callers_on_loopback_are_local_and_their_user_is_known(listen: str, connect: str) -> None:
     with connected(listen, connect) as (caller, _):
         assert caller.is_here
         assert knows_users() == (sys.platform == "linux")
@@ -80,14 +80,14 @@ def test_callers_on_loopback_are_here_and_the_system_knows_their_user(listen: st
             assert caller.user_id() == os.geteuid()
 
 
-def test_callers_by_ipv6_are_here() -> None:
+def test_callers_by_ipv6_are_local() -> None:
     with connected("::1", "::1") as (caller, _):
         assert caller.is_here
         if knows_users():
             assert caller.user_id() == os.geteuid()
 
 
-def test_a_caller_from_elsewhere_is_not_here() -> None:
+def test_a_caller_from_another_machine_is_not_local() -> None:
     caller = Caller("198.51.100.7", 4711, "10.0.0.1", 11311)
     assert not caller.is_here
     assert caller.user_id() is None
@@ -99,14 +99,14 @@ def test_a_connection_that_is_gone_has_no_caller() -> None:
     assert not caller.is_here
 
 
-def test_a_connection_whose_end_is_closed_is_nobodys() -> None:
+def test_a_connection_closed_by_the_caller_has_no_owner() -> None:
     with connected() as (caller, client):
         client.close()  # Linux shows what is left of it as root's
         assert caller.user_id() is None
 
 
 @needs_other_users
-def test_connections_of_another_user_are_known_as_theirs() -> None:
+def test_connections_of_another_user_are_attributed_to_that_user() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
         program = (
@@ -124,7 +124,7 @@ def test_connections_of_another_user_are_known_as_theirs() -> None:
         other.communicate(timeout=10)
 
 
-def test_nobody_listens_at_a_free_port() -> None:
+def test_a_free_port_has_no_listener() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
         if knows_users():
@@ -150,7 +150,7 @@ def test_every_address_of_a_machine_with_several_is_its_own(tmp_path: Path) -> N
     ]
 
 
-def test_names_are_looked_up_where_they_were_configured() -> None:
+def test_names_are_looked_up_as_configured() -> None:
     assert is_this_machine("localhost")
     assert is_this_machine("127.0.0.2")
     assert is_this_machine(socket.gethostname()) == any(map(has_address, addresses_of(socket.gethostname())))
@@ -159,7 +159,7 @@ def test_names_are_looked_up_where_they_were_configured() -> None:
     assert addresses_of("127.0.1.1") == ("127.0.1.1",)
 
 
-def test_a_look_up_that_hangs_is_not_waited_for_and_not_made_again() -> None:
+def test_a_hanging_lookup_is_neither_awaited_nor_repeated() -> None:
     released, threads = threading.Event(), []
 
     def hang(*_: object, **__: object) -> list[object]:

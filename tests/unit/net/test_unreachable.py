@@ -21,6 +21,6 @@ def test_advice_fits_the_address(peer: str, advice: str) -> None:
     assert advice in asyncio.run(explain(peer))
 
 
-def test_a_host_is_found_in_every_form() -> None:
+def test_a_host_is_recognised_in_every_form() -> None:
     peers = ("http://robot:123/", "10.0.0.1:5", "http://[::1]:80/", "rosrpc://a:1")
     assert [host_of(peer) for peer in peers] == ["robot", "10.0.0.1", "::1", "a"]

@@ -1,4 +1,4 @@
-"""Threads that are kept for the next job."""
+"""Threads that are reused for the next job."""
 
 import threading
 
@@ -12,7 +12,7 @@ def threads_named(name: str) -> list[threading.Thread]:
     return [thread for thread in threading.enumerate() if thread.name == name]
 
 
-def test_a_job_that_blocks_delays_no_other() -> None:
+def test_a_blocking_job_does_not_delay_others() -> None:
     workers, gate, done = Workers("blocked"), threading.Event(), threading.Event()
     workers.run(gate.wait)
     workers.run(done.set)
@@ -21,7 +21,7 @@ def test_a_job_that_blocks_delays_no_other() -> None:
     workers.close()
 
 
-def test_none_is_left_when_it_closes_while_jobs_are_under_way() -> None:
+def test_closing_during_jobs_leaves_no_thread() -> None:
     workers, gate = Workers("closed"), threading.Event()
     for _ in range(3):
         workers.run(gate.wait)

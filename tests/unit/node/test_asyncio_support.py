@@ -1,4 +1,4 @@
-"""A stream of messages hands over what other threads put in, the newest when it must choose."""
+"""Message streams deliver messages from other threads, the newest ones if the queue is full."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pipros.node.asyncio_support import MessageStream
 
 
 def fill(stream: MessageStream[int], count: int) -> None:
-    """Puts numbers in from another thread, then ends the stream."""
+    """Add numbers from another thread, then end the stream."""
     thread = threading.Thread(target=lambda: ([stream(number) for number in range(count)], stream.close()))
     thread.start()
     thread.join()
@@ -24,7 +24,7 @@ def test_without_a_queue_size_all_messages_are_kept_in_order() -> None:
     assert asyncio.run(take()) == list(range(100))
 
 
-def test_with_one_the_newest_are_kept_and_the_others_counted() -> None:
+def test_with_a_queue_size_the_newest_are_kept_and_the_others_counted() -> None:
     async def take() -> tuple[list[int], int]:
         stream: MessageStream[int] = MessageStream(2)
         fill(stream, 100)
@@ -33,7 +33,7 @@ def test_with_one_the_newest_are_kept_and_the_others_counted() -> None:
     assert asyncio.run(take()) == ([98, 99], 98)
 
 
-def test_a_message_after_the_loop_has_ended_is_nobodys() -> None:
+def test_a_message_after_the_end_of_the_loop_is_dropped() -> None:
     async def make() -> MessageStream[int]:
         return MessageStream(None)
 

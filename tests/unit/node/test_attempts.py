@@ -10,7 +10,7 @@ from pipros.node.attempts import Attempts
 
 
 class Peers:
-    """Attempts that go on until they are let go."""
+    """Attempts that last until the gate is opened."""
 
     def __init__(self) -> None:
         self.begun: list[str] = []
@@ -30,7 +30,7 @@ async def turns(count: int = 5) -> None:
         await asyncio.sleep(0)
 
 
-def test_attempts_are_bounded_and_the_others_wait_their_turn() -> None:
+def test_concurrent_attempts_are_bounded_and_the_others_wait() -> None:
     async def run() -> None:
         bound, peers = Attempts(2), Peers()
         tasks = [
@@ -45,7 +45,7 @@ def test_attempts_are_bounded_and_the_others_wait_their_turn() -> None:
     asyncio.run(run())
 
 
-def test_who_was_never_tried_comes_before_who_failed() -> None:
+def test_untried_peers_precede_failed_ones() -> None:
     async def run() -> None:
         bound, peers = Attempts(1), Peers()
         tasks = [
@@ -60,7 +60,7 @@ def test_who_was_never_tried_comes_before_who_failed() -> None:
     asyncio.run(run())
 
 
-def test_slow_ones_make_room_up_to_a_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_slow_attempts_make_room_up_to_a_bound(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(attempts, "SLOW_S", 0.01)
     monkeypatch.setattr(attempts, "SLOW_FACTOR", 3)
 
@@ -82,7 +82,7 @@ def test_slow_ones_make_room_up_to_a_bound(monkeypatch: pytest.MonkeyPatch) -> N
     asyncio.run(run())
 
 
-def test_one_that_is_cancelled_passes_its_turn_on() -> None:
+def test_a_cancelled_attempt_passes_its_turn_on() -> None:
     async def run() -> None:
         bound, peers = Attempts(1), Peers()
         busy, waiting, last = (

@@ -1,4 +1,4 @@
-"""Clocks: waits that end when they should, and only then."""
+"""Wall clock and simulated clock: sleeps end at the right time."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ S = 1_000_000_000
 
 
 class Sleeper(threading.Thread):
-    """Sleeps on a clock in a thread, and keeps what came of it."""
+    """Sleep on a clock in a thread, and keep the result."""
 
     def __init__(self, clock: SimulatedClock | WallClock, seconds: float) -> None:
         super().__init__(daemon=True)
@@ -44,7 +44,7 @@ def test_the_exempt_thread_still_sleeps_while_the_node_ends() -> None:
     assert clock.sleep(0.001) is True
 
 
-def test_simulated_time_is_zero_until_somebody_publishes_it() -> None:
+def test_simulated_time_is_zero_until_it_is_published() -> None:
     assert SimulatedClock().now_ns() == 0
 
 
@@ -68,7 +68,7 @@ def test_a_simulated_sleep_ends_with_the_node() -> None:
     assert sleeper.result is False
 
 
-def test_a_sleep_raises_when_time_goes_back() -> None:
+def test_a_sleep_raises_when_time_jumps_back() -> None:
     clock = SimulatedClock()
     clock.set_ns(10 * S)
     sleeper = Sleeper(clock, 2)
@@ -80,7 +80,7 @@ def test_a_sleep_raises_when_time_goes_back() -> None:
 
 
 class ScriptedClock:
-    """A clock that only moves when somebody sleeps on it."""
+    """A clock that moves only during sleeps."""
 
     is_simulated = True
 
@@ -103,7 +103,7 @@ class ScriptedClock:
     def interrupt(self, exempt: int | None = None) -> None: ...
 
 
-def test_a_rate_sleeps_for_what_is_left_of_the_cycle() -> None:
+def test_a_rate_sleeps_for_the_rest_of_the_cycle() -> None:
     clock = ScriptedClock()
     rate = Rate(clock, S)
     clock.ns += S // 4
@@ -122,7 +122,7 @@ def test_a_loop_that_is_far_behind_does_not_hurry() -> None:
     assert clock.slept == [-9.0, 1.0]
 
 
-def test_a_rate_with_reset_starts_again_when_time_goes_back() -> None:
+def test_a_rate_with_reset_restarts_when_time_jumps_back() -> None:
     clock = ScriptedClock()
     strict, lenient = Rate(clock, S), Rate(clock, S, reset=True)
     clock.jump_ns = -50 * S

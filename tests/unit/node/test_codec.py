@@ -1,4 +1,4 @@
-"""Messages are encoded and decoded the fastest way that their class offers."""
+"""Messages are encoded and decoded by the fastest methods of their class."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.node.codec import decoder, encoder
 
 
 class GenuineString:
-    """A class as genuine generators write it: `serialize` to a file, `deserialize` from bytes."""
+    """A class as written by genuine generators: `serialize` to a file, `deserialize` from bytes."""
 
     def __init__(self, data: bytes = b"") -> None:
         self.data = data
@@ -30,7 +30,7 @@ GENUINE: Any = GenuineString
 
 
 @pytest.mark.parametrize("frame_type", [bytes, memoryview])
-def test_a_message_survives_the_way_there_and_back(frame_type: Any) -> None:
+def test_a_message_survives_a_round_trip(frame_type: Any) -> None:
     string: Any = load_message_class("std_msgs/String")
     wire = b"".join(encoder(string)(string(data="hello")))
     assert wire == b"\x05\x00\x00\x00hello"
@@ -38,12 +38,12 @@ def test_a_message_survives_the_way_there_and_back(frame_type: Any) -> None:
 
 
 @pytest.mark.parametrize("frame_type", [bytes, memoryview])
-def test_so_does_a_message_of_a_genuine_class(frame_type: Any) -> None:
+def test_a_message_of_a_genuine_class_survives_a_round_trip(frame_type: Any) -> None:
     assert encoder(GENUINE)(GENUINE(b"hi")) == [b"hi"]
     assert decoder(GENUINE)(frame_type(b"hi")).data == b"hi"
 
 
-def test_each_frame_makes_a_message_of_its_own() -> None:
+def test_each_frame_makes_a_new_message() -> None:
     decode = decoder(GENUINE)
     first, second = decode(b"a"), decode(b"b")
     assert (first.data, second.data) == (b"a", b"b")

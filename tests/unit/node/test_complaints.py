@@ -8,7 +8,7 @@ from pipros.node.complaints import FULL, Complaints
 from tests.support.nodes import listening_log
 
 
-def test_a_few_are_said_and_the_others_counted() -> None:
+def test_the_first_complaints_are_logged_and_the_others_counted() -> None:
     log, lines = listening_log()
     later: list[Callable[[], Any]] = []
     loop: Any = SimpleNamespace(asyncio=SimpleNamespace(call_later=lambda _, report: later.append(report)))

@@ -1,4 +1,4 @@
-"""What a node is called, by its own word, the command line and the environment."""
+"""The name of a node, from its argument, the command line and the environment."""
 
 from __future__ import annotations
 

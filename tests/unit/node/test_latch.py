@@ -1,4 +1,4 @@
-"""A callback that is added to a latched topic gets the last message first, and misses none."""
+"""A callback added to a latched topic receives the last message first, and every later one."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import threading
 from pipros.node.latch import LatchedFirst
 
 
-def test_latched_messages_come_first() -> None:
+def test_latched_messages_are_delivered_first() -> None:
     got: list[int] = []
     first = LatchedFirst([1, 2], got.append)
     first(3)
@@ -36,7 +36,7 @@ def test_a_message_that_arrives_during_the_latched_one_waits_for_it() -> None:
     assert got == [1, 2]
 
 
-def test_a_callback_may_bring_the_next_message_about() -> None:
+def test_a_callback_may_trigger_the_next_message() -> None:
     got: list[int] = []
 
     def call_back(message: int) -> None:

@@ -1,4 +1,4 @@
-"""Log lines: Noetic's format, streams and colours, and the caller's own place."""
+"""Log lines: Noetic's format, streams and colours, and the location of the caller."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def console(line_format: str | None = None, clock: SimulatedClock | None = None)
         (logging.CRITICAL, "stderr", "[FATAL] [1795144503.366333]: hello\n"),
     ],
 )
-def test_each_level_has_its_stream(
+def test_each_level_is_written_to_its_stream(
     level: int, stream: str, line: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     console().emit(record(level))
@@ -56,7 +56,7 @@ def test_a_terminal_gets_noetics_colours(monkeypatch: pytest.MonkeyPatch) -> Non
     assert err.getvalue() == "\033[33mWARN\n\033[0m\033[31mERROR\n\033[0m"
 
 
-def test_every_placeholder(capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_placeholder_is_replaced(capsys: pytest.CaptureFixture[str]) -> None:
     line_format = "${severity}|${message}|${logger}|${file}|${line}|${function}|${node}|${walltime:%Y}|${odd}"
     console(line_format).emit(record(logging.INFO))
     expected = "INFO|hello|rosout|/code/talker.py|7|talk|/talker_node|2026|${odd}\n"
@@ -79,7 +79,7 @@ def test_a_closed_console_does_not_stop_a_node(monkeypatch: pytest.MonkeyPatch) 
     console().emit(record(logging.INFO))
 
 
-def test_wrong_arguments_of_a_log_call_are_the_callers_error() -> None:
+def test_wrong_arguments_of_a_log_call_raise_in_the_caller() -> None:
     wrong = record(logging.INFO, "%d")
     wrong.args = ("x",)
     with pytest.raises(TypeError):

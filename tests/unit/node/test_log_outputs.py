@@ -27,7 +27,7 @@ def root() -> Iterator[logging.Logger]:
 
 
 def node(folder: Path, *argv: str, **variables: str) -> Any:
-    """What of a node its log needs."""
+    """The parts of a node that its log needs."""
     environment = Environment.from_os({"ROS_LOG_DIR": str(folder), **variables})
     identity = Identity.settle("talker", anonymous=False, argv=argv, environment=environment)
     params = SimpleNamespace(get_cached=lambda _: False)
@@ -46,7 +46,7 @@ def opened_file(root: logging.Logger) -> FileHandler:
     return handler
 
 
-def test_the_file_is_named_after_the_node_and_gets_what_all_loggers_say(
+def test_the_file_is_named_after_the_node_and_receives_the_lines_of_all_loggers(
     tmp_path: Path, root: logging.Logger
 ) -> None:
     logger = logging.Logger("rosout")
@@ -68,7 +68,7 @@ def test_a_file_of_the_command_line_wins(tmp_path: Path, root: logging.Logger) -
     assert "low battery" in (tmp_path / "my.log").read_text()
 
 
-def test_a_folder_that_cannot_be_made_costs_the_file_only(
+def test_an_unwritable_folder_disables_only_the_log_file(
     tmp_path: Path, root: logging.Logger, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "log").write_text("a file")
@@ -138,7 +138,7 @@ def test_a_configuration_that_others_may_write_is_not_run(
 
 
 @pytest.mark.parametrize(("is_off", "topics"), [(False, ["/chatter"]), (True, [])])
-def test_lines_on_rosout_name_the_topics_unless_a_parameter_says_no(
+def test_lines_on_rosout_name_the_topics_unless_a_parameter_disables_it(
     tmp_path: Path, is_off: bool, topics: list[str]
 ) -> None:
     talker = node(tmp_path)

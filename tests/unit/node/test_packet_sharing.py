@@ -1,4 +1,4 @@
-"""When messages follow each other closely enough to share packets."""
+"""Dense runs of messages share packets."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CLOSE, FAR = CLOSE_S / 2, CLOSE_S * 2
 
 
 class Messages:
-    """Sends by a clock of its own; keeps the numbers of the messages that changed the pace."""
+    """Send with a simulated clock; record the numbers of the messages that began or ended a dense run."""
 
     def __init__(self) -> None:
         self.pace = BurstDetector()
@@ -53,7 +53,7 @@ def test_separate_messages_do_not_make_a_burst() -> None:
     assert not messages.changes
 
 
-def test_short_bursts_make_none() -> None:
+def test_short_bursts_do_not_make_a_dense_run() -> None:
     messages = Messages()
     for _ in range(100):
         messages.send(LATE - 1, CLOSE)
@@ -87,7 +87,7 @@ def test_silence_ends_a_run_once() -> None:
 
 
 class Link:
-    """Notes whether its packets are shared."""
+    """Record whether packets are shared."""
 
     def __init__(self) -> None:
         self.changes: list[bool] = []
@@ -97,7 +97,7 @@ class Link:
 
 
 class Loop:
-    """Keeps what is to be called later, and after how long."""
+    """Record delayed calls with their delays."""
 
     def __init__(self) -> None:
         self.later: list[tuple[float, Callable[[], None]]] = []
@@ -110,7 +110,7 @@ class Loop:
         self.later.append((delay_s, function))
 
     def turn(self) -> float:
-        """Calls what is due next; the delay that it was called after."""
+        """Run the next delayed call; return its delay."""
         delay_s, function = self.later.pop(0)
         function()
         return delay_s

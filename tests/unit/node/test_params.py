@@ -1,4 +1,4 @@
-"""The parameter cache of a node: when it answers by itself, and when it asks the master."""
+"""The parameter cache of a node: which reads it answers itself, and which are sent to the master."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ JOINING, OVERTAKEN, CURRENT, STALE = CacheState
 
 
 class Master:
-    """A parameter server in memory, which counts what it is asked for."""
+    """A parameter server in memory, which counts the requests."""
 
     def __init__(self, **values: Any) -> None:
         self.values = {f"/{name}": value for name, value in values.items()}
@@ -55,7 +55,7 @@ def parameters(master: Any) -> Parameters:
     return Parameters(master, lambda name: name, lambda: registrations)
 
 
-def test_the_master_is_asked_once_and_then_sends_notices() -> None:
+def test_a_parameter_is_fetched_once_and_then_updated_by_notices() -> None:
     master = Master(speed=1)
     params = parameters(master)
     assert [params.get_cached("/speed") for _ in range(3)] == [1, 1, 1]
@@ -72,7 +72,7 @@ def test_nothing_is_cached_before_the_node_starts() -> None:
     assert not params.update("/speed", 2)
 
 
-def test_a_parameter_that_is_not_set_is_asked_for_at_each_read() -> None:
+def test_an_unset_parameter_is_fetched_at_each_read() -> None:
     master = Master()
     params = parameters(master)
     for _ in range(2):
@@ -90,7 +90,7 @@ def test_a_notice_about_a_parameter_below_changes_the_namespace() -> None:
     assert params.get_cached("/gains") == {"p": 1, "d": {"limit": 5}}
 
 
-def test_a_deletion_below_a_namespace_has_it_fetched_again() -> None:
+def test_a_deletion_below_a_namespace_refetches_it() -> None:
     master = Master(gains={"p": 1, "d": 2})
     params = parameters(master)
     params.get_cached("/gains")
@@ -101,7 +101,7 @@ def test_a_deletion_below_a_namespace_has_it_fetched_again() -> None:
     assert master.asked == ["/gains"]
 
 
-def test_an_old_notice_does_not_undo_a_change_of_the_node_itself() -> None:
+def test_an_old_notice_does_not_undo_a_change_by_this_node() -> None:
     master = Master(speed=1)
     params = parameters(master)
     params.get_cached("/speed")
@@ -111,14 +111,14 @@ def test_an_old_notice_does_not_undo_a_change_of_the_node_itself() -> None:
 
 
 @pytest.mark.parametrize("key", ["/gains", "/gains/p", "/"])
-def test_a_change_of_the_node_itself_concerns_what_is_at_above_and_below_it(key: str) -> None:
+def test_a_change_by_this_node_updates_the_entries_at_above_and_below_it(key: str) -> None:
     params = parameters(Master(gains={"p": 1}))
     params.get_cached("/gains")
     assert params.cached_around(key) == ["/gains"]
     assert params.cached_around("/gain") == params.cached_around("/gains2") == []
 
 
-def test_a_deletion_by_the_node_itself_is_seen_at_once() -> None:
+def test_a_deletion_by_this_node_takes_effect_at_once() -> None:
     params = parameters(Master(speed=1))
     params.get_cached("/speed")
     params.delete("/speed")
@@ -143,7 +143,7 @@ def test_a_notice_that_overtakes_the_first_value_is_not_lost() -> None:
     assert master.asked == ["/speed"]
 
 
-def test_a_notice_that_overtakes_a_refresh_has_it_repeated() -> None:
+def test_a_notice_that_overtakes_a_refresh_repeats_it() -> None:
     master = Master(speed=1)
     params = parameters(master)
     params.get_cached("/speed")
@@ -160,7 +160,7 @@ def test_a_notice_that_overtakes_a_refresh_has_it_repeated() -> None:
     assert master.asked == ["/speed", "/speed"]
 
 
-def test_a_master_that_is_away_leaves_a_stale_namespace_stale() -> None:
+def test_a_namespace_stays_stale_while_the_master_is_unreachable() -> None:
     master = Master(gains={"p": 1, "d": 2})
     params = parameters(master)
     params.get_cached("/gains")
@@ -174,7 +174,7 @@ def test_a_master_that_is_away_leaves_a_stale_namespace_stale() -> None:
     assert params.get_cached("/gains") == {"p": 3, "d": 2}
 
 
-def test_a_parameter_whose_subscription_failed_is_asked_for_at_each_read() -> None:
+def test_a_parameter_whose_subscription_failed_is_fetched_at_each_read() -> None:
     master = Master(speed=1)
     master.is_away = True
     params = parameters(master)

@@ -1,4 +1,4 @@
-"""What a publication puts into the headers of its messages."""
+"""Sequence numbers in the headers of published messages."""
 
 from __future__ import annotations
 

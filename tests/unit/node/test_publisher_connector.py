@@ -20,7 +20,7 @@ A, B, C = "http://a:1/", "http://b:1/", "http://c:1/"
 
 
 class Publishers:
-    """Connects at once, unless set otherwise; notes when it was asked to whom.
+    """Connect at once, unless set otherwise; record the time and the publisher of each attempt.
 
     Attributes:
         moments: the times of the attempts, by URI.
@@ -109,7 +109,7 @@ def test_an_attempt_ends_when_its_publisher_leaves_the_list() -> None:
     run_instantly(run())
 
 
-def test_a_publisher_out_of_reach_is_tried_ever_less_often_and_explained_once(
+def test_an_unreachable_publisher_is_retried_with_growing_delays_and_logged_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     async def explain(_: str) -> str:
@@ -135,7 +135,7 @@ def test_a_publisher_out_of_reach_is_tried_ever_less_often_and_explained_once(
     run_instantly(run())
 
 
-def test_a_publisher_that_refuses_is_asked_again_rarely_and_at_once_when_it_is_listed_again() -> None:
+def test_a_refusing_publisher_is_retried_rarely_and_at_once_when_it_is_listed_again() -> None:
     async def run() -> None:
         publishers = Publishers()
         publishers.errors[A] = Refused(A, 0, "wrong md5sum")
@@ -157,7 +157,7 @@ def test_a_publisher_that_refuses_is_asked_again_rarely_and_at_once_when_it_is_l
     run_instantly(run())
 
 
-def test_what_broke_a_link_is_logged() -> None:
+def test_the_reason_of_a_broken_link_is_logged() -> None:
     async def run() -> None:
         publishers = Publishers()
         topic, lines = following(publishers)
@@ -171,7 +171,7 @@ def test_what_broke_a_link_is_logged() -> None:
     run_instantly(run())
 
 
-def test_a_list_beyond_the_limit_keeps_the_links_there_are() -> None:
+def test_a_list_beyond_the_limit_keeps_the_existing_links() -> None:
     async def run() -> None:
         publishers = Publishers()
         topic, lines = following(publishers, publishers_per_topic=2)

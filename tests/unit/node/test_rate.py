@@ -12,10 +12,10 @@ S = 1e-9
 
 
 class FakeClock:
-    """Time passes only while somebody sleeps.
+    """A clock that moves only during sleeps.
 
     Attributes:
-        slept: how long each sleep was asked to take, in nanoseconds.
+        slept: requested duration of each sleep, in nanoseconds.
         is_over: the node has shut down.
         jump_ns: the next sleep ends with a jump of that size.
     """
@@ -44,7 +44,7 @@ class FakeClock:
         raise NotImplementedError
 
 
-def test_a_cycle_is_as_long_as_the_period_however_long_the_work_takes() -> None:
+def test_a_cycle_is_as_long_as_the_period_whatever_the_work_takes() -> None:
     clock = FakeClock()
     rate = Rate(clock, PERIOD_NS)
     for work_ns in (0, 30, 99):
@@ -85,13 +85,13 @@ def test_a_jump_back_during_a_sleep_raises_without_reset() -> None:
     assert rate.last_ns == clock.time_ns
 
 
-def test_a_sleep_that_the_end_of_the_node_cuts_short_returns_false() -> None:
+def test_a_sleep_during_shutdown_returns_false() -> None:
     clock = FakeClock()
     clock.is_over = True
     assert not Rate(clock, PERIOD_NS).sleep()
 
 
-def test_a_timer_says_when_it_should_have_called_and_when_it_did() -> None:
+def test_a_timer_event_has_the_expected_and_the_actual_time() -> None:
     clock = FakeClock()
     ticks: list[Tick] = []
 

@@ -1,4 +1,4 @@
-"""Questions to the master because of callers that are not trusted: at once, and then not often."""
+"""Checks with the master caused by untrusted callers: the first at once, the next ones rarely."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def loop() -> Iterator[BackgroundLoop]:
     loop.stop()
 
 
-def test_the_first_question_is_asked_at_once_and_not_in_the_event_loop(loop: BackgroundLoop) -> None:
+def test_the_first_check_runs_at_once_and_not_in_the_event_loop(loop: BackgroundLoop) -> None:
     asked: list[threading.Thread] = []
     recheck = Recheck(interval_s=1000.0)
     loop.call(recheck.ask, "a", lambda: asked.append(threading.current_thread()))
@@ -29,7 +29,7 @@ def test_the_first_question_is_asked_at_once_and_not_in_the_event_loop(loop: Bac
     assert not thread.name.startswith("test")
 
 
-def test_a_flood_of_calls_becomes_two_questions(loop: BackgroundLoop) -> None:
+def test_a_flood_of_calls_makes_two_checks(loop: BackgroundLoop) -> None:
     asked: list[str] = []
     began, answered = threading.Event(), threading.Event()
 
@@ -46,10 +46,10 @@ def test_a_flood_of_calls_becomes_two_questions(loop: BackgroundLoop) -> None:
     loop.call(recheck.ask, "b", lambda: asked.append("b"))
     answered.set()
     wait_until(lambda: asked[-1] == "b")
-    assert asked == ["a", "a", "b"]  # what came after the first may have been news
+    assert asked == ["a", "a", "b"]  # a later call may have been news
 
 
-def test_what_comes_within_the_interval_waits(loop: BackgroundLoop) -> None:
+def test_calls_within_the_interval_wait(loop: BackgroundLoop) -> None:
     asked: list[str] = []
     recheck = Recheck(interval_s=1000.0)
     for about in "abc":
@@ -63,7 +63,7 @@ def test_what_comes_within_the_interval_waits(loop: BackgroundLoop) -> None:
     assert asked == ["a"]
 
 
-def test_a_question_that_fails_does_not_end_the_others(
+def test_a_failing_check_does_not_prevent_the_others(
     loop: BackgroundLoop, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     failures: list[object] = []

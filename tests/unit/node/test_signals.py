@@ -15,7 +15,7 @@ pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGUSR1"), reason="signals 
 
 
 class Reader:
-    """The event loop of a node, as far as signals need it: it reads when the test says so."""
+    """The part of a node's event loop that signals need; it reads when the test calls `turn`."""
 
     def __init__(self) -> None:
         self._read: Callable[[], object]
@@ -28,7 +28,7 @@ class Reader:
         self.shutdown_hook = hook
 
     def turn(self) -> None:
-        """Calls the reader if something has arrived."""
+        """Call the reader if bytes have arrived."""
         try:
             self._sock.recv(1, socket.MSG_PEEK)
         except BlockingIOError:
@@ -37,7 +37,7 @@ class Reader:
 
 
 class Ends:
-    """The ends of a node, and their reasons."""
+    """Record the shutdowns of a node with their reasons."""
 
     def __init__(self) -> None:
         self.reasons: list[str] = []
@@ -54,7 +54,7 @@ class Ends:
 
 @pytest.fixture(autouse=True)
 def handlers() -> Iterator[list[Any]]:
-    """The handlers before the test, which has to leave them."""
+    """The handlers before the test, which must be restored after it."""
     numbers = (signal.SIGINT, signal.SIGTERM)
     before = [signal.getsignal(number) for number in numbers]
     yield before
@@ -76,7 +76,7 @@ def test_a_signal_ends_the_node_once_and_raises_nothing(number: signal.Signals) 
     signals.uninstall()
 
 
-def test_a_signal_that_comes_before_the_node_listens_is_kept() -> None:
+def test_a_signal_before_the_node_listens_is_kept() -> None:
     ends, reader = Ends(), Reader()
     signals = Signals(ends)
     signals.install()
@@ -89,7 +89,7 @@ def test_a_signal_that_comes_before_the_node_listens_is_kept() -> None:
 
 
 @pytest.mark.parametrize(("within_s", "codes"), [(60.0, []), (0.0, [128 + signal.SIGINT])])
-def test_a_second_signal_ends_the_process_unless_it_comes_at_once(
+def test_a_second_signal_ends_the_process_unless_it_follows_at_once(
     monkeypatch: pytest.MonkeyPatch, within_s: float, codes: list[int]
 ) -> None:
     """`timeout` sends its signal twice."""
@@ -122,7 +122,7 @@ def test_after_the_end_a_signal_raises_keyboard_interrupt() -> None:
     signals.uninstall()
 
 
-def test_a_main_thread_that_goes_on_is_interrupted_if_it_is_to_leave() -> None:
+def test_a_running_main_thread_is_interrupted_if_requested() -> None:
     ends, reader = Ends(), Reader()
     signals = Signals(ends, insist=True)
     signals.install()
@@ -140,7 +140,7 @@ def test_a_main_thread_that_goes_on_is_interrupted_if_it_is_to_leave() -> None:
         go_on()
 
 
-def test_a_main_thread_that_goes_on_is_interrupted_after_an_end_by_another_thread() -> None:
+def test_a_running_main_thread_is_interrupted_after_a_shutdown_by_another_thread() -> None:
     ends, reader = Ends(), Reader()
     signals = Signals(ends, insist=True)
     signals.install()
@@ -159,7 +159,7 @@ def test_a_main_thread_that_goes_on_is_interrupted_after_an_end_by_another_threa
         go_on()
 
 
-def test_a_handler_that_replaces_ours_decides() -> None:
+def test_a_handler_that_replaces_ours_is_respected() -> None:
     ends, reader = Ends(), Reader()
     signals = Signals(ends)
     signals.install()

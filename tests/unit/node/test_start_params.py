@@ -1,4 +1,4 @@
-"""What parameters say about how a node starts, from a table of parameters."""
+"""Start options of a node, read from its parameters."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def arrivals(published: Published, count: int, *, stamp_ns: int, step: int) -> N
         )
 
 
-def test_figures_that_are_too_large_are_cut_to_what_the_fields_hold() -> None:
+def test_figures_beyond_the_range_of_their_fields_are_clamped() -> None:
     published = Published()
     arrivals(published, 10, stamp_ns=2**32 * 1_000_000_000, step=2**32 - 2)
     first = published.messages[0]

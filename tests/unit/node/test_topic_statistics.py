@@ -1,4 +1,4 @@
-"""What a window of topic statistics says, and how its length follows the traffic."""
+"""Figures of a topic statistics window, and the adaptation of its length to the traffic."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ S = 1_000_000_000
 
 
 def run(meter: TrafficMeter, seconds: float, rate: int, start_ns: int = S) -> list[Window]:
-    """Feeds a steady stream, each message 10 bytes long and a millisecond old."""
+    """Feed a steady stream of messages of 10 bytes, each a millisecond old."""
     windows = []
     for number in range(int(seconds * rate)):
         now_ns = start_ns + number * S // rate
@@ -38,13 +38,13 @@ def test_gaps_in_the_sequence_are_dropped_messages() -> None:
     assert window.age_max_s == 0
 
 
-def test_a_window_grows_while_it_holds_too_few_and_no_longer_than_allowed() -> None:
+def test_a_window_with_too_few_messages_grows_up_to_the_limit() -> None:
     meter = TrafficMeter(WindowLimits(min_elements=10, max_size_s=8.0))
     run(meter, 60, 1)
     assert meter.window_s == 8.0
 
 
-def test_a_window_shrinks_while_it_holds_too_many() -> None:
+def test_a_window_with_too_many_messages_shrinks() -> None:
     meter = TrafficMeter(WindowLimits(max_elements=100, min_size_s=1.0), window_s=4.0)
     run(meter, 20, 200)
     assert meter.window_s == 1.0

@@ -14,7 +14,7 @@ def add(folder: Path, name: str) -> Path:
     return folder / name
 
 
-def test_the_path_wins_over_what_comes_with_pipros(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_path_wins_over_packages_of_pipros(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     own = add(tmp_path / "src", "std_msgs")
     packages = ImportablePackages()
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)

@@ -113,7 +113,7 @@ def test_files_are_found_where_the_cmake_file_says(
 @pytest.mark.parametrize(
     "cmake", ["", "install(FILES other.cfg)", "# generate_dynamic_reconfigure_options(other.cfg)"]
 )
-def test_other_files_of_that_name_are_no_configurations(
+def test_other_files_of_that_name_are_not_configurations(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cmake: str
 ) -> None:
     (tmp_path / "other.cfg").touch()
@@ -161,7 +161,7 @@ def test_a_file_that_never_ends_is_ended(cfg: Path) -> None:
 
 
 def test_what_it_started_ends_with_it(cfg: Path, tmp_path: Path) -> None:
-    """A process in the background has the file's standard error, and nobody waits for it."""
+    """A background process that inherited the file's standard error is not waited for."""
     child = "import os, threading; print(os.getpid(), flush=True); threading.Event().wait()"
     cfg.write_text(
         "import subprocess, sys\n"

@@ -149,7 +149,7 @@ def test_the_last_failure_counts_when_no_retry_is_left(index: PackageIndex, tmp_
         ([a_test(), a_test(type="b.py")], "Duplicate tests named [a] in rostest suite"),
     ],
 )
-def test_what_cannot_run_is_a_failure_in_words(
+def test_tests_that_cannot_run_are_failures_with_a_reason(
     index: PackageIndex, tmp_path: Path, tests: list[model.Test], report: str
 ) -> None:
     stage = FakeStage()

@@ -62,7 +62,7 @@ def test_an_exception_is_an_error_and_not_a_failure(tmp_path: Path) -> None:
     assert [(case.outcome, case.kind) for case in result.cases] == [(Outcome.ERROR, "KeyError")]
 
 
-def test_what_cases_print_goes_to_the_file_and_not_to_the_console(tmp_path: Path) -> None:
+def test_output_of_cases_is_written_to_the_file_and_not_to_the_console(tmp_path: Path) -> None:
     def test_it(self: unittest.TestCase) -> None:
         print("to out")
         print("to err", file=sys.stderr)

@@ -54,7 +54,7 @@ def test_any_text_gives_a_file_that_xml_readers_accept(name: str, message: str, 
     assert root.attrib["failures"] == "1"
 
 
-def test_what_was_written_is_read_again() -> None:
+def test_written_results_are_read_back() -> None:
     (read,) = parse_suites(format_suite(SUITE).encode(), "a.xml")
 
     assert [(case.name, case.outcome, case.text) for case in read.cases] == [

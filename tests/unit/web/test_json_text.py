@@ -34,11 +34,11 @@ def test_numbers_that_json_lacks_become_null(padding: list[int]) -> None:
     }
 
 
-def test_what_json_does_not_know_becomes_a_text() -> None:
+def test_values_unknown_to_json_become_text() -> None:
     assert text([{1}]) == '["{1}"]'
 
 
-def test_what_counts_as_large() -> None:
+def test_values_beyond_the_limits_are_large() -> None:
     assert not is_large({"a": ["b" * LARGE_CHARACTERS, 1, None]})
     assert not is_large([0] * LARGE_VALUES)
     assert is_large([0] * (LARGE_VALUES + 1))
@@ -61,7 +61,7 @@ def test_large_values_are_encoded_in_another_thread() -> None:
     assert threads[1] is not threading.main_thread()
 
 
-def test_what_contains_itself_is_an_error() -> None:
+def test_a_list_that_contains_itself_raises() -> None:
     value: list[Any] = [INF]
     value.append(value)
     with pytest.raises((RecursionError, ValueError)):

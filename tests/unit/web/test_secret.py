@@ -57,7 +57,7 @@ def test_other_first_messages_are_refused(message: str | bytes) -> None:
         Secret().check_first_message(message)
 
 
-def test_the_token_is_no_code_and_a_code_no_token() -> None:
+def test_tokens_and_codes_are_not_interchangeable() -> None:
     secret = Secret()
     for values in ({"code": secret.token}, {"token": secret.new_code()}):
         with pytest.raises(Denied):
@@ -90,7 +90,7 @@ def test_a_code_expires() -> None:
     assert not secret.redeem(late)
 
 
-def test_codes_that_nobody_redeems_make_room_for_new_ones() -> None:
+def test_unredeemed_codes_make_room_for_new_ones() -> None:
     secret = Secret()
     codes = [secret.new_code() for _ in range(CODES + 1)]
     assert not secret.redeem(codes[0])

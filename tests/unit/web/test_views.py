@@ -69,7 +69,7 @@ def test_numbers_of_messages(text: str, message: Any, number: float | None) -> N
     assert number_in(message, field) == number
 
 
-def test_what_is_not_a_number_is_named() -> None:
+def test_fields_that_are_not_numbers_are_named() -> None:
     field = find_field("/imu/header", TOPICS)
     assert field is not None
     with pytest.raises(ValueError, match=r"/imu/header must be a number, got "):

@@ -121,7 +121,7 @@ def test_an_idle_link_gives_the_memory_back_but_never_a_part_of_a_frame() -> Non
     assert receive(buffer, framed(b"after")) == [b"after"]
 
 
-def test_bytes_that_somebody_else_received_may_be_more_than_the_buffer_has_room_for() -> None:
+def test_bytes_that_were_received_elsewhere_may_exceed_the_buffer() -> None:
     buffer = FrameBuffer(limit_bytes=1000)
     data = framed(*[bytes([number]) * 100 for number in range(200)])
     assert fed(buffer, data[:-1]) == [bytes([n]) * 100 for n in range(199)]

@@ -22,7 +22,7 @@ def test_a_header_on_the_wire() -> None:
 
 
 @given(st.dictionaries(KEYS, VALUES))
-def test_what_was_encoded_is_decoded(fields: dict[str, str]) -> None:
+def test_headers_survive_a_round_trip(fields: dict[str, str]) -> None:
     assert decode_header(encode_header(fields)[4:]) == fields
 
 

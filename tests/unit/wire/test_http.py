@@ -31,7 +31,7 @@ def read(stream: bytes, reader: RequestReader | None = None) -> list[Request]:
     return list(iter(reader.next_request, None))
 
 
-def test_what_is_built_is_what_genuine_parsers_look_for() -> None:
+def test_requests_and_responses_have_the_headers_that_genuine_parsers_expect() -> None:
     assert build_request("h:1", "/", b"hi") == (
         b"POST / HTTP/1.1\r\nHost: h:1\r\nUser-Agent: pipros\r\n"
         b"Content-Type: text/xml\r\nContent-length: 2\r\n\r\nhi"
@@ -148,7 +148,7 @@ def test_a_request_for_another_server_is_refused_with_the_right_status(stream: b
         (b"POST / HTTP/1.1\r\nX: " + b"y" * 500, 431),
     ],
 )
-def test_what_exceeds_a_limit_is_refused_before_its_bytes_come(stream: bytes, status: int) -> None:
+def test_requests_beyond_a_limit_are_refused_before_their_bytes_arrive(stream: bytes, status: int) -> None:
     with pytest.raises(LimitExceeded) as caught:
         read(stream, RequestReader(head_limit=300, body_limit=100))
     assert isinstance(caught.value, HttpError)

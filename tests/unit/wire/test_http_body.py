@@ -66,7 +66,7 @@ def test_chunks_are_limited_in_number() -> None:
     "stream",
     [b"x\r\n", b"-1\r\n", b"3\nabc\r\n", b"3\r\nabcd\r\n", b"123456789\r\n", b";\r\n", b"0" * 300],
 )
-def test_what_is_not_a_chunk_is_refused(stream: bytes) -> None:
+def test_invalid_chunks_are_refused(stream: bytes) -> None:
     with pytest.raises(HttpError) as refused:
         ChunkedBody(limit_bytes=100).feed(bytearray(stream))
     assert refused.value.status == 400

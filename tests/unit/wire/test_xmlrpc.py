@@ -43,7 +43,7 @@ values = st.recursive(
 
 
 @given(st.lists(values))
-def test_what_is_encoded_as_a_call_is_decoded_the_same(params: list[Any]) -> None:
+def test_calls_survive_a_round_trip(params: list[Any]) -> None:
     assert decode_call(encode_call("setParam", params)) == ("setParam", tuple(params))
 
 
@@ -67,7 +67,7 @@ def test_documents_have_the_form_that_the_c_plus_plus_parser_of_roscpp_expects()
     )
 
 
-def test_what_roscpp_sends_is_read() -> None:
+def test_documents_of_roscpp_are_decoded() -> None:
     request = (
         b'<?xml version="1.0"?>\r\n<methodCall><methodName>setParam</methodName>\r\n<params>'
         b"<param><value>/n</value></param><param><value><i4>5</i4></value></param>"
@@ -250,7 +250,7 @@ def test_a_document_larger_than_the_limit_is_refused() -> None:
 
 
 @pytest.mark.parametrize("value", [None, {1, 2}, {1: "a"}, object(), [None], {"a": {"b": None}}])
-def test_what_xml_rpc_cannot_carry_is_a_type_error_before_anything_is_sent(value: Any) -> None:
+def test_values_that_xml_rpc_cannot_carry_raise_type_error_before_sending(value: Any) -> None:
     with pytest.raises(TypeError):
         encode_call("setParam", ("/n", value))
 

@@ -181,7 +181,7 @@ def test_a_failed_package_takes_down_only_those_that_need_it(workspace: Workspac
     assert result.skipped == {"user": "bad"}
 
 
-def test_what_was_built_before_stays_usable_when_a_build_fails(workspace: Workspace) -> None:
+def test_the_previous_build_stays_usable_when_a_build_fails(workspace: Workspace) -> None:
     folder = workspace.add("talkers", MESSAGES, "message_runtime", msg__Level_dot_msg="string level\n")
     workspace.build()
     (folder / "CMakeLists.txt").write_text("nonsense()\n")

@@ -49,7 +49,7 @@ def test_a_loop_without_an_end_is_ended(workspace: Workspace) -> None:
     assert "rounds" in error
 
 
-def test_what_an_installed_file_is_made_of_is_run_without_cmake(workspace: Workspace) -> None:
+def test_commands_that_make_installed_files_run_without_cmake(workspace: Workspace) -> None:
     folder = workspace.add(
         "p", COPY + "install(FILES ${CMAKE_CURRENT_BINARY_DIR}/made/b.txt DESTINATION share/p)", a_dot_txt="a"
     )
@@ -64,7 +64,7 @@ def test_what_an_installed_file_is_made_of_is_run_without_cmake(workspace: Works
     assert (workspace.layout.install / "share/p/b.txt").read_text() == "changed"
 
 
-def test_a_file_that_nobody_needs_is_not_made(workspace: Workspace) -> None:
+def test_an_unneeded_file_is_not_made(workspace: Workspace) -> None:
     workspace.add("p", COPY, a_dot_txt="a")
     workspace.build()
     assert not (workspace.layout.build / "p/made").exists()
@@ -130,7 +130,9 @@ def test_a_missing_file_that_nothing_makes_is_named(workspace: Workspace) -> Non
         ("include(ExternalProject)\nExternalProject_Add(x)", "ExternalProject_Add(), which another package"),
     ],
 )
-def test_what_only_cmake_can_do_is_refused_without_it(workspace: Workspace, line: str, what: str) -> None:
+def test_commands_that_only_cmake_can_run_are_refused_without_it(
+    workspace: Workspace, line: str, what: str
+) -> None:
     folder = workspace.add("p", line)
     (error,) = workspace.build().errors
     number = 3 + line.count("\n")

@@ -60,7 +60,7 @@ def test_a_wrong_content_is_not_kept(url: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", ["{url}/missing", "file:///etc/passwd", "ftp://127.0.0.1/x", "nonsense"])
-def test_what_cannot_be_downloaded_is_a_warning(url: str, tmp_path: Path, path: str) -> None:
+def test_failed_downloads_are_warnings(url: str, tmp_path: Path, path: str) -> None:
     lines: list[str] = []
     fetch(Download(path.format(url=url), str(tmp_path / "x.bag")), lines.append)
     assert "cannot be downloaded" in lines[-1]

@@ -53,7 +53,7 @@ def test_packages_that_genuine_ros_does_not_have_come_from_pipros_with_their_dep
     assert all(package.folder == SHARED_PACKAGES / package.name for package in shipped)
 
 
-def test_what_genuine_ros_or_the_workspace_has_is_left_to_them(tmp_path: Path) -> None:
+def test_packages_of_genuine_ros_and_the_workspace_are_not_replaced(tmp_path: Path) -> None:
     packages = arm(tmp_path / "src")
 
     assert shipped_packages(packages, [prefix_with(tmp_path / "opt", "control_msgs")]) == []
@@ -91,7 +91,7 @@ def programs(folder: Path, *names: str, code: int = 0) -> dict[str, str]:
         (("cmake", "make", "c++"), "apt install catkin ros-core-dev"),
     ],
 )
-def test_what_is_missing_is_named_with_the_packages_to_install(
+def test_missing_tools_are_named_with_the_packages_to_install(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, names: tuple[str, ...], advice: str
 ) -> None:
     monkeypatch.setattr(genuine_catkin, "_PREFIXES", ())
@@ -165,7 +165,7 @@ def test_a_python_package_that_is_installed_is_left_to_cmake(tmp_path: Path) -> 
     assert shipped_packages(packages, [prefix_with(tmp_path / "opt", "xacro")]) == []
 
 
-def test_what_a_cmakelists_finds_without_a_dependency_is_found_too(tmp_path: Path) -> None:
+def test_packages_found_without_a_declared_dependency_are_found_too(tmp_path: Path) -> None:
     folder, layout = programs_and_layout(tmp_path)
     add_manifest(tmp_path / "src", "")
     packages = read_source_space(tmp_path / "src", {}).packages

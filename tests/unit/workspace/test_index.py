@@ -210,7 +210,7 @@ def test_a_cache_that_cannot_be_written_is_done_without(tmp_path: Path) -> None:
     assert len(list(PackageIndex([root], cache_folder=tmp_path / "file" / "below"))) == 50
 
 
-def test_what_changed_a_moment_ago_is_never_trusted_later(tmp_path: Path) -> None:
+def test_a_crawl_of_recently_changed_folders_is_not_current(tmp_path: Path) -> None:
     add_package(tmp_path / "p")
     assert not crawling.crawl(str(tmp_path)).is_current()
     age(tmp_path)

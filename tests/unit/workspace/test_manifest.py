@@ -79,7 +79,7 @@ def test_a_dry_manifest_has_its_own_words(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", ["<package", "<other/>", "", "<!DOCTYPE a []><package/>"])
-def test_what_is_malformed_is_named_with_its_place(tmp_path: Path, content: str) -> None:
+def test_malformed_manifests_are_reported_with_their_line(tmp_path: Path, content: str) -> None:
     with pytest.raises(XmlError, match=r"package\.xml:1:"):
         read_manifest(write(tmp_path, content))
 

@@ -51,7 +51,7 @@ def test_python_setup_may_come_anywhere_before_messages(workspace: Workspace, cm
         ("find_package(catkin REQUIRED QUIET rospy)", 'invalid argument "rospy"'),
     ],
 )
-def test_what_catkin_refuses_is_refused(workspace: Workspace, cmake: str, complaint: str) -> None:
+def test_packages_refused_by_catkin_are_refused(workspace: Workspace, cmake: str, complaint: str) -> None:
     workspace.add("p", cmake, msg__A_dot_msg="int32 a\n", setup_dot_py=SETUP)
     (error,) = workspace.build().errors
     assert complaint in error

@@ -112,7 +112,9 @@ def test_installations(folder: Path, text: str, sources: list[str]) -> None:
         ("find_package(Foreign)\nforeign_command()", "needs foreign_command(), which another package brings"),
     ],
 )
-def test_what_genuine_catkin_has_to_build(folder: Path, text: str, reason: str) -> None:
+def test_targets_that_need_genuine_catkin_are_found_with_their_line(
+    folder: Path, text: str, reason: str
+) -> None:
     project = read(folder, text)
     (target,) = project.needs_cmake
     assert target.what.startswith(reason)
@@ -186,7 +188,7 @@ def test_messages_are_sorted_by_their_modes(folder: Path) -> None:
     assert project.warnings == [f"{folder}/CMakeLists.txt:3: w", f"{folder}/CMakeLists.txt:5: x"]
 
 
-def test_what_was_printed_before_an_error_is_kept(folder: Path) -> None:
+def test_output_before_an_error_is_kept(folder: Path) -> None:
     lines: list[str] = []
     (folder / "CMakeLists.txt").write_text('message(STATUS "so far")\nnonsense()')
     with pytest.raises(CMakeError):

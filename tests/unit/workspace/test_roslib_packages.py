@@ -104,7 +104,7 @@ def test_import_roslib_alone_gives_its_modules() -> None:
     assert (ended.stdout, ended.stderr) == ("False None True\n", "")
 
 
-def test_stacks_are_none_where_packages_are_of_today(package: Path) -> None:
+def test_catkin_packages_have_no_stacks(package: Path) -> None:
     assert roslib.stacks.list_stacks() == []
     assert roslib.stacks.expand_to_packages(["old_robot", "nothing"]) == (["old_robot"], ["nothing"])
     assert roslib.stacks.stack_of("old_robot") is None

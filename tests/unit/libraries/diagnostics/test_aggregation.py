@@ -89,7 +89,7 @@ def test_items_without_news_are_stale() -> None:
     assert one(0.0, name="x", num_items=0)["/A"] == (OK, "OK")
 
 
-def test_what_nobody_takes_may_be_an_error_and_goes_when_stale() -> None:
+def test_unanalyzed_items_may_be_errors_and_disappear_when_stale() -> None:
     aggregation = Aggregation("", {}, other_as_errors=True)
     assert aggregation.report(0.0) == []
     feed(aggregation, 0.0, fan=OK)

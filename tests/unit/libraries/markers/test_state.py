@@ -81,7 +81,7 @@ def test_what_is_not_shown_cannot_be_moved_or_erased(markers: Markers) -> None:
     assert not markers.set_pose("b", pose(1), Header())
 
 
-def test_clear_forgets_what_waits(markers: Markers) -> None:
+def test_clear_drops_pending_updates(markers: Markers) -> None:
     markers.clear()
 
     assert names(markers) == [[], [], ["a"]]

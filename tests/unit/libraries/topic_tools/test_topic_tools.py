@@ -56,7 +56,7 @@ def test_nothing_passes_when_all_are_dropped() -> None:
     assert not any(rule.passes(0, 0) for _ in range(10))
 
 
-def test_a_selection_keeps_its_order_and_refuses_what_makes_no_sense() -> None:
+def test_a_selection_keeps_its_order_and_refuses_invalid_topics() -> None:
     selection = Selection(["/a", "/b", "/a"], "mux")
     assert (selection.topics, selection.selected) == (["/a", "/b"], "/a")
     assert (selection.select("/b"), selection.select(NONE), selection.selected) == ("/a", "/b", "")

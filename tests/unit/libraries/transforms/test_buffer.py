@@ -111,7 +111,7 @@ def test_unanswerable_lookups_are_errors(
         ("map", "x", (0.0, 0.0, 0.0, math.inf, 0.0, 0.0, 1.0), "TF_DENORMALIZED_QUATERNION"),
     ],
 )
-def test_what_makes_no_sense_is_refused(
+def test_invalid_transforms_are_refused(
     buffer: FrameBuffer, parent: str, child: str, pose: Pose, word: str
 ) -> None:
     refused = buffer.insert(parent, child, S, pose, "me")
@@ -137,7 +137,7 @@ def test_old_and_repeated_stamps_are_refused(buffer: FrameBuffer) -> None:
         buffer.lookup("map", "base", 5 * S)
 
 
-def test_what_comes_late_is_put_in_its_place(buffer: FrameBuffer) -> None:
+def test_a_late_transform_is_inserted_by_its_stamp(buffer: FrameBuffer) -> None:
     assert buffer.insert("map", "base", int(2.5 * S), at(20), "me") == []
 
     assert buffer.lookup("map", "base", int(2.25 * S))[1] == pytest.approx(at(11))

@@ -78,6 +78,6 @@ def test_names_of_peers_cannot_forge_lines() -> None:
     assert "\n" not in found
 
 
-def test_a_quaternion_with_nan_is_no_rotation() -> None:
+def test_a_quaternion_with_nan_is_not_a_rotation() -> None:
     (found,) = not_normalized([heard("a", "b", rotation_length=math.nan)])
     assert found.endswith("is not unit length, nan")

@@ -15,7 +15,7 @@ def test_the_first_pose_is_told_and_then_what_is_far_from_the_last() -> None:
     assert [pair.has_moved((x, 0, 0, 0, 0, 0, 1)) for x in places] == [True, False, True, False, True]
 
 
-def test_a_quaternion_of_zeros_is_no_turn() -> None:
+def test_a_quaternion_of_zeros_does_not_rotate() -> None:
     pair = FramePair("hand", "map", 0.1, 0.1)
     assert pair.has_moved((0, 0, 0, 0, 0, 0, 0))
     assert not pair.has_moved((0, 0, 0, 0, 0, 0, 1))

@@ -92,7 +92,7 @@ def test_registered_types_are_transformed_and_converted() -> None:
         buffer.transform(stamped("a", "b", 0, 4), "a")
 
 
-def test_a_pose_whose_rotation_nobody_set_is_not_turned() -> None:
+def test_a_pose_without_a_rotation_is_not_rotated() -> None:
     moved = tf2_geometry_msgs.do_transform_pose(PoseStamped(), stamped("a", "b", 0, 4))
 
     assert (moved.pose.position.x, moved.pose.orientation.w) == (4.0, 1.0)

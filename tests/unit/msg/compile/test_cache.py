@@ -132,7 +132,7 @@ def test_a_full_disk_leaves_nothing_behind(place: Place, monkeypatch: pytest.Mon
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no owner here")
-def test_what_belongs_to_somebody_else_is_not_run(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_of_another_user_are_not_run(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
     place.code()
     stranger = os.getuid() + 1
     monkeypatch.setattr(os, "geteuid", lambda: stranger)

@@ -60,7 +60,7 @@ def test_duplicates_disorder_and_torn_messages_are_reported() -> None:
     ]
 
 
-def test_losses_must_be_counted_by_somebody() -> None:
+def test_losses_must_be_counted_by_a_node() -> None:
     history = history_of(1, 4, 5, 10)
 
     assert history.gaps == [Gap("sink", "talker", 2, 2), Gap("sink", "talker", 6, 4)]

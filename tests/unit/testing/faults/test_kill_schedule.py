@@ -27,6 +27,6 @@ def test_waits_and_signals_are_those_that_were_asked_for() -> None:
     assert {kill.signal for kill in schedule} == {signal.SIGKILL}
 
 
-def test_nobody_to_kill_is_refused() -> None:
+def test_a_schedule_without_victims_is_refused() -> None:
     with pytest.raises(ValueError, match="victims and signals must not be empty"):
         kill_schedule(1, [], 1)

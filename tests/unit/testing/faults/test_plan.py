@@ -104,6 +104,6 @@ def test_faults_can_change_in_the_middle_of_a_stream() -> None:
         ({"stall_every_bytes": 10}, "stall_every_bytes needs stall_s"),
     ],
 )
-def test_faults_that_make_no_sense_are_refused(faults: dict[str, float], text: str) -> None:
+def test_invalid_faults_are_refused(faults: dict[str, float], text: str) -> None:
     with pytest.raises(ValueError, match=text):
         Faults(**faults)  # type: ignore[arg-type]

@@ -47,7 +47,7 @@ def test_all_times_run_from_the_same_moment() -> None:
         watch.check(2.0, graph.find)
 
 
-def test_what_came_once_may_go_again() -> None:
+def test_a_topic_that_appeared_once_may_disappear() -> None:
     graph = Graph(level="std_msgs/String")
     watch = Watch([Expectation("/level", 5.0), Expectation("/other", 5.0)], "topic")
     assert not watch.check(0.0, graph.find)
@@ -57,7 +57,7 @@ def test_what_came_once_may_go_again() -> None:
     assert watch.check(1.0, graph.find)
 
 
-def test_what_must_stay_away_is_watched_for_its_whole_time() -> None:
+def test_a_forbidden_name_is_watched_for_its_whole_time() -> None:
     graph = Graph()
     watch = Watch([Expectation("/gone", 5.0, negative=True)], "service")
 
@@ -66,7 +66,7 @@ def test_what_must_stay_away_is_watched_for_its_whole_time() -> None:
     assert watch.check(5.0, graph.find)
 
 
-def test_what_must_stay_away_and_comes_fails_at_once() -> None:
+def test_a_forbidden_name_that_appears_fails_at_once() -> None:
     watch = Watch([Expectation("/gone", 5.0, negative=True)], "service")
 
     with pytest.raises(AssertionError, match=r"service \[/gone\] exists, but must not"):

@@ -38,12 +38,12 @@ class Remapped:
 
     def __getattr__(self, key):
         if key not in self._inputs:
-            raise AttributeError(f"{key} is no input key")
+            raise AttributeError(f"{key} is not an input key")
         return getattr(self._data, self._names.get(key, key))
 
     def __setattr__(self, key, value):
         if key not in self._outputs:
-            raise AttributeError(f"{key} is no output key")
+            raise AttributeError(f"{key} is not an output key")
         setattr(self._data, self._names.get(key, key), value)
 
 
