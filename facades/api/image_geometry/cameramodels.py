@@ -148,11 +148,11 @@ class PinholeCameraModel:
         return self.P
 
     def fullIntrinsicMatrix(self) -> Any:
-        """Return K of the full resolution."""
+        """Return K at full resolution."""
         return self.full_K
 
     def fullProjectionMatrix(self) -> Any:
-        """Return P of the full resolution."""
+        """Return P at full resolution."""
         return self.full_P
 
     def cx(self) -> float:

@@ -82,10 +82,10 @@ class LoggingIdentical:
 
 
 class LoggingOnce:
-    """Passes one line of each caller.
+    """Filter that lets one line per caller through.
 
     Attributes:
-        called_caller_ids: the callers that have passed.
+        called_caller_ids: IDs of the callers that have already logged a line.
     """
 
     def __init__(self) -> None:

@@ -107,7 +107,10 @@ class TopicManager:
         raise TypeError(f"invalid reg_type: {reg_type}")
 
     def acquire_impl(self, reg_type: str, resolved_name: str, data_class: type[Message]) -> TopicImpl | None:
-        """Publish or subscribe to a topic until `release_impl`; return its side as `get_impl` does."""
+        """Advertise or subscribe to a topic until `release_impl` is called.
+
+        Returns the same object as `get_impl`.
+        """
         if session.node is not None and not session.is_shutdown:
             endpoints = session.node.endpoints
             handle: Any

@@ -96,13 +96,14 @@ class Timer(rate.Timer):
         oneshot: bool = False,
         reset: bool = False,
     ) -> None:
-        """Start the thread. An exception of the callback ends it.
+        """Start the thread. The thread ends if the callback raises an exception.
 
         Args:
-            period: the time from call to call, on the node's clock. A longer call delays the next one.
+            period: interval between calls, on the node's clock. A callback that takes longer than this delays
+                the next call.
             callback: called with a TimerEvent, one call at a time.
-            oneshot: ends after one call.
-            reset: starts over instead of ending if simulated time goes back.
+            oneshot: whether to end after one call.
+            reset: whether to restart instead of ending if simulated time moves backwards.
 
         Raises:
             ROSInitException: before init_node.

@@ -152,13 +152,13 @@ class Publisher(Topic[AnyMessage]):
         session.when_started(advertise)
 
     def publish(self, *args: Any, **kwds: Any) -> None:
-        """Publish a message, given itself or its fields: all in order, or some by name.
+        """Publish a message, given as an object or as field values: all positionally, or some by keyword.
 
         Without a `queue_size` it blocks for at most `pipros.Limits.stall_s` (2 s), for all subscribers
         together; with one it does not wait for slow subscribers.
 
-        Without subscribers, nothing is serialised, and so no error is found. Does nothing after the node has
-        shut down.
+        Without subscribers the message is not serialised, so invalid values are not detected. Does nothing
+        after the node has shut down.
 
         Raises:
             ROSException: before init_node, or after `unregister`.

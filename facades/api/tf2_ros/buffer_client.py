@@ -45,7 +45,10 @@ class BufferClient(BufferInterface):
             rospy.logwarn("check_frequency of BufferClient is deprecated and ignored: remove it.")
 
     def wait_for_server(self, timeout: Any = _NO_TIME) -> bool:
-        """Wait until the server is connected, without limit if `timeout` is zero. Return whether it is."""
+        """Wait until the server is connected, without limit if `timeout` is zero.
+
+        Return whether the server is connected.
+        """
         return self.client.wait_for_server(timeout)
 
     def lookup_transform(

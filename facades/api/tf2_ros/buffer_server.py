@@ -49,7 +49,7 @@ class BufferServer:
             self.start()
 
     def start(self) -> None:
-        """Start to accept goals."""
+        """Start accepting goals."""
         self._server.start()
 
     def stop(self) -> None:

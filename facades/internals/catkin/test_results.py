@@ -19,7 +19,7 @@ Four = tuple[int, int, int, int]
 
 
 def read_junit(filename: str) -> Three:
-    """Return `(tests, errors, failures)` of a result file. Raises like `read_junit2`."""
+    """Return `(tests, errors, failures)` of a result file. Raises the same errors as `read_junit2`."""
     return read_junit2(filename)[:3]
 
 

@@ -1,4 +1,4 @@
-"""`genmsg.msgs`: message definitions as objects of genmsg."""
+"""`genmsg.msgs`: message definitions as genmsg objects."""
 
 from __future__ import annotations
 

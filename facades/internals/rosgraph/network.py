@@ -170,7 +170,7 @@ def _text(part: object) -> str:
 
 
 def decode_ros_handshake_header(header_str: bytes) -> dict[str, str]:
-    """Return the fields of a connection header that starts with its length.
+    """Return the fields of a length-prefixed connection header.
 
     Raises:
         ROSHandshakeException: the header is incomplete or invalid.

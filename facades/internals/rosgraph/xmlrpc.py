@@ -47,7 +47,7 @@ class XmlRpcHandler:
 
 
 class XmlRpcNode:
-    """XML-RPC server of a handler. `uri` is its address once it has started.
+    """XML-RPC server that dispatches calls to a handler. `uri` is its address once it has started.
 
     Methods run one at a time in the server's thread, so they must not wait for each other.
     """

@@ -161,7 +161,7 @@ class Machine:
         self.timeout = timeout or _REGISTER_TIMEOUT_S
 
     def config_key(self) -> str:
-        """Return a text that is equal for machines that only differ in their names."""
+        """Return a string that is equal for machines that differ only in name."""
         return (
             f"Machine(address[{self.address}] env_loader[{self.env_loader}] ssh_port[{self.ssh_port}] "
             f"user[{self.user or ''}] password[{self.password or ''}] timeout[{self.timeout}])"
@@ -172,7 +172,7 @@ class Machine:
         return isinstance(m2, Machine) and self.config_key() == m2.config_key()
 
     def to_model(self) -> model.Machine:
-        """Return the machine as a value of pipros."""
+        """Return the corresponding pipros object."""
         return model.Machine(
             name=self.name,
             address=self.address,
@@ -185,7 +185,7 @@ class Machine:
 
     @classmethod
     def from_model(cls, machine: model.Machine) -> Machine:
-        """Create a machine from a value of pipros."""
+        """Create a Machine from the corresponding pipros object."""
         return cls(
             machine.name,
             machine.address,
@@ -451,7 +451,7 @@ class Test(Node):
 
     @classmethod
     def from_test(cls, test: model.Test) -> Test:
-        """Create a test from a value of pipros."""
+        """Create a Test from the corresponding pipros object."""
         node = test.node
         return cls(
             test.test_name,

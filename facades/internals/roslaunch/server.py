@@ -104,7 +104,7 @@ class ROSLaunchBaseHandler(XmlRpcHandler):
 
 
 class ROSLaunchParentHandler(ROSLaunchBaseHandler):
-    """XML-RPC methods of a parent, for tools and for its children."""
+    """XML-RPC methods of the parent process, called by tools and by child launchers."""
 
     def __init__(
         self,

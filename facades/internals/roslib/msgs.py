@@ -251,7 +251,10 @@ def load_from_string(
 
 
 def read(text: str, full_name: str) -> MessageSpec:
-    """Return the definition in pipros' form. Raises like `load_from_string`. (Not in Noetic.)"""
+    """Return the definition in pipros' form.
+
+    Raises the same errors as `load_from_string`. (Not in Noetic.)
+    """
     named = full_name if full_name.count(SEP) == 1 and all(full_name.split(SEP)) else "text/Text"
     try:
         return parse_message(text, named)

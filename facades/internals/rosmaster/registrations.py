@@ -57,7 +57,7 @@ class NodeRef:
             names.append(key)
 
     def remove(self, type_: int, key: str) -> None:
-        """Remove a name. Raises like `add`, and ValueError if the name is not registered."""
+        """Remove a name. Raises the same errors as `add`, and ValueError if the name is not registered."""
         self._names(type_).remove(key)
 
     def clear(self) -> None:

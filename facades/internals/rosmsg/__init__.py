@@ -159,7 +159,7 @@ def rosmsg_md5(mode: str, type_: str) -> str:
 
 
 def rosmsg_debug(rospack: object, mode: str, type_: str, raw: bool = False) -> None:  # noqa: ARG001
-    """Print the definition of a type. Raises like `get_msg_text`."""
+    """Print the definition of a type. Raises the same errors as `get_msg_text`."""
     print(_text(_KINDS[mode], type_, raw))
 
 

@@ -55,7 +55,7 @@ class BagReader:
         rebuild_index: scan the whole file instead of its index, for bags that are truncated, damaged or have
             no index. All complete messages are found; `damage` describes the damage.
         progress: called with the byte position while the index is rebuilt.
-        limits: by default those of the process.
+        limits: defaults to the process-wide limits.
 
     Raises:
         BagError: the file is not a bag, or is encrypted.

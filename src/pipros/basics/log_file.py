@@ -23,7 +23,7 @@ _LINKS_FOLLOWED = 10
 
 
 class Planted(PermissionError):
-    """Another user could have put a file or link at the path of a file to write."""
+    """The output path is unsafe: another user could have placed a file or link there."""
 
 
 def open_to_write(path: str | os.PathLike[str], *, append: bool = True) -> int:

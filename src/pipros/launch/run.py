@@ -180,10 +180,10 @@ class LaunchRun:
             return managed
 
     def wait(self, *, until_all_ended: bool = True) -> None:
-        """Watch the nodes, and restart those with `respawn`, until it is time to stop.
+        """Watch the nodes, and restart those with `respawn`, until the launch stops.
 
-        That is when a stop is requested, a required node ends or, with `until_all_ended`, all nodes have
-        ended.
+        Return when a stop is requested, a required node exits or, if `until_all_ended` is set, all nodes have
+        exited.
         """
         while self._is_running:
             if until_all_ended and not self.has_running:

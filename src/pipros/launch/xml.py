@@ -48,7 +48,7 @@ def load(
         unset_as: value of unset arguments, for tools that only inspect the file; by default they are
             an error.
         arguments_only: read only the `<arg>`s of the files themselves.
-        limits: by default those of the process.
+        limits: defaults to the process-wide limits.
 
     Raises:
         LaunchError: Noetic would reject a file too; the error has file, line and element.

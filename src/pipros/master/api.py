@@ -49,7 +49,7 @@ class MasterApi:
         Args:
             notify: delivers notices.
             shutdown: ends the master, given the reason; returns False if the caller is not allowed to.
-            limits: by default those of the process.
+            limits: defaults to the process-wide limits.
         """
         self.uri = ""
         self.arguments = Arguments((limits or process_limits()).name_characters)

@@ -81,7 +81,7 @@ class Master:
 
     @property
     def port(self) -> int:
-        """The port; if it was set to 0, valid after `start()`."""
+        """The port. If 0 was requested, the actual port is available after `start()`."""
         return self._server.rpc.port
 
     @property

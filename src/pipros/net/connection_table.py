@@ -199,7 +199,8 @@ class ConnectionTable:
             if of_peer is not None and of_peer.count >= self._limit_of(connection.peer):
                 within = of_peer
             elif is_link and self._are_links_full():
-                within = _Group(links=self._all.links)  # an idle connection would not make room for a link
+                # closing an idle connection would not free a slot for a link
+                within = _Group(links=self._all.links)
             elif self._all.count + self._outgoing >= self._limit:
                 within = self._all
             if within is not None and (evicted := self._pick_evicted(within, is_link=is_link)) is not None:

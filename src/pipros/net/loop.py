@@ -35,7 +35,7 @@ class BackgroundLoop:
     """
 
     def __init__(self, name: str, lookups: Lookups | None = None) -> None:
-        """Resolve host names with `lookups`, by default those of the process."""
+        """Resolve host names with `lookups`, which defaults to the process-wide lookups."""
         self._name = name
         self._lookups = lookups or process_lookups()
         self._thread: threading.Thread | None = None

@@ -76,13 +76,13 @@ class Node:
         Args:
             name: the base name; `__name:=` in `argv` takes precedence.
             anonymous: make the name unique.
-            argv: command-line arguments; the remappings among them apply.
-            environment: by default that of the process.
-            log: by default a logger named after the node.
+            argv: command-line arguments, including any remappings.
+            environment: defaults to `os.environ`.
+            log: defaults to a logger named after the node.
             on_shutdown_request: called with the reason when a peer requests the node's shutdown.
             rpc_port: the port of the slave API; 0 selects a free one.
             tcpros_port: the port for topics and services; 0 selects a free one.
-            limits: the limits on the cost of peers; by default those of the process.
+            limits: limits on the resources that peers can use; defaults to the process-wide limits.
 
         Raises:
             InvalidName: the name includes a namespace.
@@ -392,7 +392,10 @@ class Node:
     async def call(
         self, service: str, service_class: ServiceClass, request: Message, timeout_s: float | None = None
     ) -> Any:
-        """Call a service from a coroutine; cancelling it ends the call. Raises as `ServiceClient.call`."""
+        """Call a service from a coroutine; cancelling it ends the call.
+
+        Raises the same errors as `ServiceClient.call`.
+        """
         return await asyncio_support.call(self.client(service, service_class), request, timeout_s)
 
     def statistics(self) -> Mapping[str, Any]:

@@ -193,7 +193,10 @@ class ServiceConnection:
                 self.close()
 
     def _hand_over(self, proceed: Callable[[], None]) -> bool:
-        """Pass the connection to the event loop, which calls `proceed`; return False if it is ending."""
+        """Pass the connection to the event loop, which calls `proceed`.
+
+        Return False if the loop is shutting down.
+        """
         if self._server.is_closed:
             return False
         self._server.loop.call(proceed)

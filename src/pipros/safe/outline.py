@@ -85,7 +85,7 @@ class _Outline:
         """Values and height by anchor; None until the anchored value has ended."""
 
     def count(self, event: Any) -> None:
-        """Count the next event of the text. Raises the errors of `check_outline`."""
+        """Count the next event of the text. Raises the same errors as `check_outline`."""
         match event:
             case yaml.CollectionStartEvent():
                 self._check_depth(1, event.start_mark)

@@ -66,7 +66,7 @@ def has_cmake(package: SourcePackage) -> bool:
 
 
 def write_configuration(package: SourcePackage, prefix: Path) -> None:
-    """Write a configuration file with which `find_package()` finds a package that is not built."""
+    """Write a configuration file that lets `find_package()` find a package that is not built."""
     name, version = package.name, str(package.manifest.version)
     folder = prefix / "share" / name / "cmake"
     write_if_changed(folder / f"{name}Config.cmake", _CONFIGURATION.format(name=name, version=version))

@@ -54,7 +54,10 @@ class Transport:
         return None
 
     def close(self) -> None:
-        """Mark it as closed, and call the cleanup callback with it, once per call."""
+        """Mark the transport as closed and pass it to the cleanup callback.
+
+        Every call invokes the callback again.
+        """
         self.done = True
         if self.cleanup_cb is not None:
             self.cleanup_cb(self)

@@ -108,7 +108,11 @@ class LogPrinter:
         is_verbose: bool,
         write: Callable[[str], object] | None = None,
     ) -> None:
-        """Create a printer; `pattern` is searched in node names, `level` is a number of rosgraph_msgs/Log."""
+        """Create a printer.
+
+        `pattern` is a regular expression to search for in node names; `level` is a severity constant of
+        rosgraph_msgs/Log.
+        """
         self._pattern = pattern
         self._level = level
         self._is_coloured = is_coloured

@@ -162,7 +162,7 @@ class WtfContext:
         self.manifest_file = str(package.path / "package.xml")
 
     def set_system(self, system: SystemReport) -> None:
-        """Set the attributes about the running system."""
+        """Set the attributes that describe the running system."""
         state = system.state
         self.system = system
         self.system_state = [

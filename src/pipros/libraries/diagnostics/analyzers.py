@@ -138,7 +138,9 @@ class Items:
 
 
 def summed_up(levels: Sequence[int]) -> int:
-    """Return the summary of several levels: the highest one, but stale only if all are.
+    """Combine several levels.
+
+    Return STALE if all are stale, otherwise the highest level, capped at ERROR; OK if there are none.
 
     >>> summed_up([0, 1]), summed_up([3, 0]), summed_up([3, 3]), summed_up([])
     (1, 2, 3, 0)

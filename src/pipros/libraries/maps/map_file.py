@@ -82,7 +82,7 @@ def read_description(file: str) -> MapDescription:
         raise BadMapDescription(f"{file} must be a mapping with image, resolution, origin, …, got {values!r}")
     image = _value(file, values, "image")
     if not isinstance(image, str) or not image:
-        raise BadMapDescription(f"{file}: image must be the path of a picture, got {image!r}")
+        raise BadMapDescription(f"{file}: image must be the path to an image file, got {image!r}")
     origin = _value(file, values, "origin")
     if not (isinstance(origin, list) and len(origin) == 3):
         raise BadMapDescription(f"{file}: origin must be a list of x, y and yaw, got {origin!r}")

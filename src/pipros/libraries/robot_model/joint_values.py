@@ -15,7 +15,7 @@ from pipros.libraries.robot_model.urdf import Joint, Robot
 
 
 class MimicCircle(PiprosError, ValueError):
-    """Joints mimic each other in a circle."""
+    """The `mimic` references between joints form a cycle."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -60,7 +60,7 @@ class CompleteSpec:
 
 
 def complete(spec: MessageSpec, lookup: Lookup) -> CompleteSpec:
-    """Looks up all types that `spec` embeds. Raises as `embedded_types`."""
+    """Looks up all types that `spec` embeds. Raises the same errors as `embedded_types`."""
     return CompleteSpec(spec, embedded_types(spec, lookup))
 
 
@@ -102,7 +102,7 @@ class _Search:
 
 
 def md5_text(spec: MessageSpec, lookup: Lookup) -> str:
-    """See `CompleteSpec`; raises as `embedded_types`, like the functions below."""
+    """See `CompleteSpec`. Like the functions below, raises the same errors as `embedded_types`."""
     return complete(spec, lookup).md5_text()
 
 

@@ -48,11 +48,12 @@ def parse_message(text: str, type_name: str, file: str | None = None, *, first_l
     Args:
         text: the definition.
         type_name: its name, `package/Name`.
-        file: the name of the text in errors.
+        file: the file name to use in error messages.
         first_line: the number of the text's first line within the file.
 
     Raises:
-        DefinitionError: for the first mistake, with file, line and column; `others` has the rest.
+        DefinitionError: the definition is invalid. The exception describes the first error, with file, line
+            and column; `others` lists the rest.
     """
     file = file or f"<definition of {type_name}>"
     if not is_full_type_name(type_name):
@@ -83,8 +84,8 @@ def parse_message(text: str, type_name: str, file: str | None = None, *, first_l
 def parse_service(text: str, type_name: str, file: str | None = None) -> ServiceSpec:
     """Reads one service definition; its halves are named `NameRequest` and `NameResponse`.
 
-    As with genmsg, the response is empty without a line `---`, and continues after a second one.
-    Raises as `parse_message`.
+    As with genmsg, the response is empty without a line `---`, and continues after a second one. Raises the
+    same errors as `parse_message`.
     """
     file = file or f"<definition of {type_name}>"
     (asked, _), *others = _sections(text)

@@ -195,7 +195,7 @@ class FaultProxy:
         return uri(*await self._proxy(kind, address), parts.scheme)
 
     async def _proxy(self, kind: Kind, address: Address) -> Address:
-        """Return the proxy's address for an address; opens a port on first use."""
+        """Return the proxy address that forwards to `address`, opening a port on first use."""
         async with self._starting:
             if address in self._own:
                 return address

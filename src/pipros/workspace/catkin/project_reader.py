@@ -56,7 +56,7 @@ def read_project(
         environment: the values of `$ENV{NAME}`; `ROS_DISTRO` and the like default to Noetic's values.
         find_package: finds the packages that the file needs.
         version: the package's version in its manifest.
-        limits: by default those of the process.
+        limits: defaults to the process-wide limits.
         status_lines: receives the output of `message()`, even if an error follows.
 
     Raises:
