@@ -67,8 +67,8 @@ class Bond:
 
     Attributes:
         topic, id: the arguments.
-        instance_id: ID of this side; `sister_instance_id` is that of the other side, None before its first
-            message.
+        instance_id: ID of this side; `sister_instance_id` is the other side's instance id, None before its
+            first message.
         sm: the state machine; `sm.getState().getName()` is the name of the state.
     """
 

@@ -78,7 +78,7 @@ def fixbag(migrator: MessageMigrator, inbag: str, outbag: str) -> bool:
 def fixbag2(migrator: MessageMigrator, inbag: str, outbag: str, force: bool = False) -> list[Change]:
     """Write the migrated bag. If rules are missing, write nothing, and return the changes that lack them.
 
-    With `force`, the affected messages are copied unchanged. Raises the same errors as `checkbag`.
+    If `force` is true, the affected messages are copied unchanged. Raises the same errors as `checkbag`.
     """
     try:
         with open_bag(inbag) as bag:

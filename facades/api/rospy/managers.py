@@ -132,7 +132,7 @@ class TopicManager:
                 return
 
     def check_all(self) -> None:
-        """Do nothing, because links of pipros detect lost peers themselves."""
+        """Do nothing, because pipros links detect lost peers themselves."""
 
     def close_all(self) -> None:
         """Release all that `acquire_impl` acquired; other topics end with the node."""

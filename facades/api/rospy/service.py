@@ -113,7 +113,7 @@ class Service:
         return self._is_shut_down or session.is_shutdown
 
     def handle(self, transport: object, header: object) -> None:
-        """Refuse to handle a connection, which the node of pipros does itself, unlike genuine rospy.
+        """Refuse to handle a connection, which pipros's node does itself, unlike genuine rospy.
 
         Raises:
             NotImplementedError: always.

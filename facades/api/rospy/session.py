@@ -124,7 +124,7 @@ class Session:
         return self._remappings is not None
 
     def read_arguments(self, argv: Sequence[str]) -> None:
-        """Use the remappings of `argv` instead of those of the command line."""
+        """Use the remappings in `argv` instead of those on the command line."""
         self._arguments = names.parse_arguments(argv)
 
     def resolve_remappings_for(self, node_name: str) -> None:
@@ -240,7 +240,7 @@ class Session:
         """Reserve the name of a service that is created before init_node.
 
         Raises:
-            NameInUse: another service has the name. (With a node, the node checks itself.)
+            NameInUse: another service has the name. (If there is a node, it checks this itself.)
         """
         with self._lock:
             if self.node is None:
@@ -315,7 +315,7 @@ class Session:
     def _forget_node(self) -> None:
         """Restore the state before `init_node`. Objects created for the node stay closed.
 
-        A running node is ended first, unless it is that of the parent of this forked process.
+        A running node is ended first, unless it belongs to this forked process's parent.
         """
         if os.getpid() == self._process_id:
             self.end("another node takes its place")

@@ -40,7 +40,9 @@ class Rate:
     """Keeps a loop at a rate in hertz; see `pipros.node.rate.Rate`."""
 
     def __init__(self, hz: float, reset: bool = False) -> None:
-        """Start the first cycle. With `reset`, start over instead of raising if simulated time goes back.
+        """Start the first cycle.
+
+        If `reset` is true, restart instead of raising when simulated time moves backwards.
 
         Raises:
             ROSInitException: before init_node.
@@ -67,7 +69,7 @@ class Rate:
         return Duration(0, self._rate.remaining_ns())
 
     def sleep(self) -> None:
-        """Sleep for the rest of the current cycle; raise as `rospy.sleep`."""
+        """Sleep for the rest of the current cycle. Raises the same errors as `rospy.sleep`."""
         try:
             goes_on = self._rate.sleep()
         except TimeMovedBackwards as error:

@@ -110,7 +110,7 @@ class Publisher(Topic[AnyMessage]):
             name: the topic.
             data_class: the message class.
             subscriber_listener: notified when subscribers connect or disconnect.
-            tcp_nodelay: accepted for compatibility; links of pipros never delay.
+            tcp_nodelay: accepted for compatibility; pipros links never delay.
             latch: later subscribers get the last message.
             headers: further fields for the connection headers.
             queue_size: how many messages are queued for a slow subscriber before the oldest is dropped; 0 for
@@ -188,7 +188,7 @@ class Publisher(Topic[AnyMessage]):
             handle.unregister()
 
     def close(self) -> None:
-        """Make `publish` raise, because the node is no longer that of the process."""
+        """Make `publish` raise, because the node is no longer the process's node."""
         self._publish = self._refuse
         self._is_closed = True
 

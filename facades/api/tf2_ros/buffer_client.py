@@ -75,7 +75,7 @@ class BufferClient(BufferInterface):
         fixed_frame: str,
         timeout: Any = _NO_TIME,
     ) -> Any:
-        """Like `lookup_transform`, with the source at `source_time` and the target at `target_time`.
+        """Like `lookup_transform`, but with the source at `source_time` and the target at `target_time`.
 
         `fixed_frame` must not move between these times.
         """

@@ -209,7 +209,7 @@ class MsgSpec:
         )
 
     def definition(self) -> MessageSpec:
-        """Return the definition as an object of pipros.
+        """Return the corresponding pipros object.
 
         Raises:
             InvalidMsgSpec: the text is invalid.

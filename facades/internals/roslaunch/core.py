@@ -84,7 +84,7 @@ _Result = TypeVar("_Result")
 
 
 class Master:
-    """A master with its URI, by default that of the environment."""
+    """A master with its URI, which defaults to `ROS_MASTER_URI`."""
 
     __slots__ = ("auto", "type", "uri")
 
@@ -335,7 +335,7 @@ class Node:
         return "\n".join([*lines, f"</{tag}>"])
 
     def to_model(self) -> model.Node:
-        """Return the node as a value of pipros; its default name is that of its program."""
+        """Return the corresponding pipros object; its name defaults to its program's name."""
         return model.Node(
             package=self.package,
             type=self.type,
@@ -355,7 +355,7 @@ class Node:
 
     @classmethod
     def from_model(cls, node: model.Node) -> Node:
-        """Create a node from a value of pipros."""
+        """Create a Node from the corresponding pipros object."""
         made = Node(
             node.package,
             node.type,
@@ -446,7 +446,7 @@ class Test(Node):
         return attributes
 
     def to_test(self) -> model.Test:
-        """Return the test as a value of pipros."""
+        """Return the corresponding pipros object."""
         return model.Test(self.to_model(), self.test_name, self.time_limit, self.retry)
 
     @classmethod

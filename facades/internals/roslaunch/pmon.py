@@ -137,7 +137,7 @@ class Process:
         """End the process; append problems to `errors`."""
 
     def get_exit_description(self) -> str:
-        """Return a text that describes how the process ended."""
+        """Return a description of how the process ended."""
         if self.exit_code is None:
             return "process has died"
         return f"process has died [exit code {self.exit_code}]" if self.exit_code else _CLEANLY
@@ -366,7 +366,7 @@ class ProcessMonitor(threading.Thread):
                 process.start()
 
     def _end_all(self) -> None:
-        """End all processes, those of the core last."""
+        """End all processes, the core processes last."""
         self.is_shutdown = True
         with self.plock:
             registered = list(self._registered)

@@ -230,7 +230,9 @@ def msg_file(package: str, type_: str) -> str:
 
 
 def list_msg_types(package: str, include_depends: bool) -> list[str]:
-    """Return the names of a package's messages; with `include_depends`, also those of its dependencies.
+    """Return the names of a package's messages.
+
+    If `include_depends` is true, include the messages of its dependencies.
 
     Raises:
         InvalidROSPkgException: the package does not exist.
@@ -339,7 +341,9 @@ def load_package(package: str) -> None:
 
 
 def load_package_dependencies(package: str, load_recursive: bool = False) -> None:
-    """Register all messages of a package's direct dependencies; with `load_recursive`, of all dependencies.
+    """Register all messages of a package's direct dependencies.
+
+    If `load_recursive` is true, register the messages of all its dependencies.
 
     Raises:
         rospkg.ResourceNotFound: the package does not exist.

@@ -1,7 +1,7 @@
 """Python API of `rosmsg` and `rossrv`: message and service types, and their definitions.
 
-Facade of `pipros.cli.rosmsg`; see http://wiki.ros.org/rosmsg. Arguments `rospack` are ignored: packages are
-those of the environment.
+Facade of `pipros.cli.rosmsg`; see http://wiki.ros.org/rosmsg. `rospack` arguments are ignored; packages are
+found through the environment.
 """
 
 from __future__ import annotations
@@ -247,12 +247,12 @@ def fullusage(mode: str) -> str:
 
 
 def rosmsg_cmd_list(mode: str, full: str, argv: Sequence[str] | None = None) -> None:
-    """Run `rosmsg list` with the arguments `argv`, or those of the process."""
+    """Run `rosmsg list` with the arguments `argv`, which default to `sys.argv[2:]`."""
     _command(mode, full, "list", argv)
 
 
 def rosmsg_cmd_packages(mode: str, full: str, argv: Sequence[str] | None = None) -> None:
-    """Run `rosmsg packages` with the arguments `argv`, or those of the process."""
+    """Run `rosmsg packages` with the arguments `argv`, which default to `sys.argv[2:]`."""
     _command(mode, full, "packages", argv)
 
 

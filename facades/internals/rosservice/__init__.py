@@ -67,7 +67,7 @@ def get_service_list(
 ) -> list[str] | list[list[Any]]:
     """Return the services, optionally of one node or in one namespace.
 
-    With `include_nodes`, return `[[service, [node]], …]`.
+    If `include_nodes` is true, return `[[service, [node]], …]`.
     """
     with _graph() as graph:
         found = {

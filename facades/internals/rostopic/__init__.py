@@ -93,8 +93,8 @@ def get_topic_type(
     """Return the type of a topic, its full name, and a function that extracts the field named in `topic`.
 
     The function is None if `topic` does not contain a field. If the topic does not exist, return (None, None,
-    None); with `blocking`, wait until it exists or the node is shut down. `topic` is not resolved: no topic
-    has a relative name.
+    None); if `blocking` is true, wait until it exists or the node is shut down. `topic` is not resolved: no
+    topic has a relative name.
     """
     with _graph() as graph:
         name = topic
@@ -117,7 +117,7 @@ def _full_name(source: _listening.TopicPart) -> str:
 def get_topic_class(
     topic: str, blocking: bool = False
 ) -> tuple[type[Any], str, MessageEval | None] | tuple[None, None, None]:
-    """Like `get_topic_type`, with the message class instead of the type name.
+    """Like `get_topic_type`, but return the message class instead of the type name.
 
     Raises:
         ROSTopicException: the message class cannot be loaded.

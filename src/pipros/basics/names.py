@@ -1,7 +1,7 @@
 """Graph resource names: legality, resolution, remapping arguments.
 
-The rules are those of http://wiki.ros.org/Names as genuine ROS applies them. The functions are pure,
-except `anonymous`, which uses the process id and the time.
+Implements the rules of http://wiki.ros.org/Names as genuine ROS applies them. The functions are pure, except
+`anonymous`, which uses the process id and the time.
 """
 
 from __future__ import annotations

@@ -164,7 +164,7 @@ class Launch:
         params: values by full name, in the order of setting.
         clear_params: namespaces to delete first, each with a trailing slash.
         arguments: the `<arg>`s of the files themselves, not of includes.
-        warnings: mistakes that do not prevent the launch.
+        warnings: errors that do not prevent the launch.
     """
 
     files: tuple[str, ...] = ()

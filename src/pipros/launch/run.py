@@ -37,7 +37,7 @@ class RunOptions:
 
     Attributes:
         output: destination of the standard output of all nodes; None leaves it to each node.
-        all_required: whether the end of any node ends the launch.
+        all_required: whether to stop the launch when any node exits.
         local_only: whether to skip nodes on other machines.
         has_prefixes: whether lines that nodes print on the terminal are prefixed with their names.
         is_child: whether this is a launch child, whose standard output is not visible.
@@ -313,7 +313,7 @@ class LaunchRun:
             self._restart_those_due()
 
     def _handle_end(self, managed: ManagedNode, process: NodeProcess) -> None:
-        """Report the end of a process and decide what happens next."""
+        """Report that a process has exited, and decide what happens next."""
         is_required = managed.node.required or self._options.all_required
         report_end(process, self._logs.stem(process.name), self._console, is_required=is_required)
         managed.process = None

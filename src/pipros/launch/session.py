@@ -45,7 +45,7 @@ class SessionOptions:
         is_core: whether this is `roscore`, which has no files and requires that no master runs yet.
         port: port of the master; by default taken from the environment.
         master: other settings of a master that the session starts.
-        run_id: id of the run; by default that of the running master, or a new one.
+        run_id: id of the run; defaults to the running master's run id, or to a new one.
         has_summary: whether to print the summary.
         checks_log_folder: whether to check the size of the log folder.
         numbers: numbers for the names of processes; by default counted from 1.
@@ -164,7 +164,7 @@ class LaunchSession:
         self._start_nodes(launch, placement, log)
 
     def wait(self) -> None:
-        """Block until it is time to stop: on request, at the end of a required node, or of all nodes.
+        """Block until a stop is requested, a required node exits, or all nodes have exited.
 
         A session that started the master continues without nodes, because others may use the master.
         """

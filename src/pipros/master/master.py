@@ -52,8 +52,8 @@ class Master:
 
         Args:
             options: all settings as one value.
-            environment: by default that of the process.
-            settings: fields of `MasterOptions`, which override those of `options`.
+            environment: defaults to `os.environ`.
+            settings: fields of `MasterOptions`, which override the fields of `options`.
 
         Raises:
             ValueError: an entry of `allow` is not a network.

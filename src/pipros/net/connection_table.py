@@ -62,11 +62,11 @@ class _Group:
 class ConnectionTable:
     """The open connections of one server, the longest idle first.
 
-    When a new one exceeds a limit, the longest idle one is closed: that of the same peer if that peer has too
-    many, else that of all peers. So new connections always succeed, and a peer that hoards idle ones loses
-    them. Busy connections (a call is being handled) and links are not closed for them. If only those are
-    left, a new link replaces the newest link of the peer with the most links: links that are older than a
-    flood of new ones stay.
+    When a new one exceeds a limit, the connection that has been idle longest is closed: of the same peer if
+    that peer has too many, else of any peer. So new connections always succeed, and a peer that hoards idle
+    ones loses them. Busy connections (a call is being handled) and links are not closed for them. If only
+    those are left, a new link replaces the newest link of the peer with the most links: links that are older
+    than a flood of new ones stay.
 
     Links cannot use up the limit: an eighth is left for calls. The links that this node opens itself leave a
     quarter, so that however many topics it subscribes to, peers have an eighth for links and one for calls.
@@ -82,7 +82,7 @@ class ConnectionTable:
     def __init__(
         self, *, limit: int, limit_per_peer: int, refusals: Refusals, spares_loopback: bool = False
     ) -> None:
-        """With `spares_loopback`, exempt loopback, which all local nodes share, from the limit per peer."""
+        """If `spares_loopback` is true, exempt loopback, which local nodes share, from the limit per peer."""
         self._limit = limit
         self._limit_per_peer = limit_per_peer
         self._links_limit = limit - limit // 8

@@ -156,8 +156,8 @@ class _Loop(asyncio.SelectorEventLoop):
 def in_daemon_thread(function: Callable[..., T], *args: Any) -> asyncio.Future[T]:
     """Call a function in a new thread, for the running event loop.
 
-    Neither the end of that loop nor that of the interpreter waits for the thread. Cancelling the future
-    ends the wait, but not the function.
+    Neither that loop nor the interpreter waits for the thread when it ends. Cancelling the future ends the
+    wait, but not the function.
     """
 
     def run(job: Callable[[], None]) -> None:

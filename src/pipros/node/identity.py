@@ -21,7 +21,7 @@ class Identity:
         name: the full name: `/robot/talker`.
         namespace: the node's namespace with a trailing slash: `/robot/`.
         arguments: the classified command line.
-        remappings: those of the command line, as global names.
+        remappings: the command-line remappings, as global names.
         environment: the variables, as changed by `__master:=` and similar arguments.
     """
 

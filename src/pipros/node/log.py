@@ -1,6 +1,6 @@
 """Log handlers of a node: the console, a file, and the topic `/rosout`.
 
-They are handlers of Python's `logging`, added to the node's logger. The console format is that of
+They are handlers of Python's `logging`, added to the node's logger. The console format is set by
 `ROSCONSOLE_FORMAT`, see http://wiki.ros.org/rosconsole#Console_Output_Formatting
 """
 
@@ -291,7 +291,7 @@ def configure_by_file(config: Path, log_path: Path) -> None:
 
 
 def log_file(log_dir: Path, node_name: str, given: str | None) -> Path:
-    """Return the log file of a node: the one given by `__log:=`, else one named after the node."""
+    """Return the log file of a node: the file given by `__log:=`, else a file named after the node."""
     if given:
         return Path(given)
     return log_dir / (node_name.strip("/").replace("/", "_") + ".log")

@@ -340,8 +340,8 @@ class Node:
     ) -> Subscriber[AnyMessage]:
         """Subscribe to a topic; call `callback` with each message, in the thread of its link.
 
-        With `queue_size` n, a slow callback gets the n newest messages and misses older ones.
-        In an asyncio loop and without a callback, the subscriber is an asynchronous iterator:
+        If `queue_size` is n, a slow callback gets the n newest messages and misses older ones. In an asyncio
+        loop and without a callback, the subscriber is an asynchronous iterator:
 
         Examples:
             >>> async for message in node.subscribe("/chatter", String):  # doctest: +SKIP

@@ -30,7 +30,7 @@ class RunningNode:
 
     Attributes:
         uri: the URI of the slave API.
-        registrations: those of the node at the master.
+        registrations: the node's registrations at the master.
         endpoints: its topics and services.
     """
 

@@ -315,7 +315,7 @@ class ServiceLink:
     def _exchange_headers(
         self, header: Mapping[str, str], deadline: float | None
     ) -> tuple[Mapping[str, str], bytes]:
-        """Send a connection header; return that of the server, and the bytes received after it."""
+        """Send a connection header; return the server's header, and the bytes received after it."""
         self.sock.settimeout(_remaining(deadline, self._limits.handshake_s))
         self.sock.sendall(encode_header(header))
         self.sock.settimeout(None)

@@ -19,7 +19,7 @@ _VERSION = re.compile(r"<version>\s*([^\s<]+)\s*</version>")
 
 
 class ShippedDistribution(Distribution):
-    """A ROS package with Python modules. Name and version are those of its manifest."""
+    """A ROS package with Python modules. Name and version are taken from its manifest."""
 
     def __init__(self, name: str) -> None:
         """Represent the package `name` in `SHARE`; its manifest is read later."""

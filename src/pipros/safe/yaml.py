@@ -150,7 +150,10 @@ def load_all(
     angles: bool = True,
     limits: Limits | None = None,
 ) -> list[Any]:
-    """Return all documents in the text, none for an empty text. Arguments and errors are those of `load`."""
+    """Return all documents in the text, none for an empty text.
+
+    Takes the same arguments and raises the same errors as `load`.
+    """
     text = content if isinstance(content, (str, bytes)) else content.read()
     try:
         check_outline(_SafeLoader, text, limits or process_limits())

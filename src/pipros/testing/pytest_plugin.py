@@ -1,7 +1,7 @@
-"""The pytest plugin of pipros: a ROS system for a test, and launch files with tests.
+"""pipros's pytest plugin: a ROS system for a test, and launch files with tests.
 
-Every pytest in the environment loads it (entry point `pipros`, disabled by `-p no:pipros`), so it imports
-nothing else of pipros until a test uses it.
+Every pytest in the environment loads it (entry point `pipros`, disabled by `-p no:pipros`), so it imports no
+other pipros module until a test uses it.
 """
 
 from __future__ import annotations

@@ -110,7 +110,7 @@ def _name(test: unittest.TestCase) -> str:
 
 
 def _frames_of_interest(frames: TracebackType | None) -> traceback.StackSummary:
-    """Return the frames of the test itself, without those of unittest and of the tools."""
+    """Return the frames of the test itself, without frames of unittest and of the tools."""
     while frames is not None and "__unittest" in frames.tb_frame.f_globals:
         frames = frames.tb_next
     kept = []

@@ -47,7 +47,7 @@ def check_interfaces(
         find_folder: finds the folder of a package; None if it does not exist.
 
     Raises:
-        DefinitionError: a file is malformed; with file, line and column.
+        DefinitionError: a file is malformed; the message names the file, line and column.
         UnknownType: a field has a type that does not exist.
         CMakeError: a field has a type of a package that `generate_messages(DEPENDENCIES …)` does not name.
     """

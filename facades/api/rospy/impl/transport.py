@@ -1,7 +1,6 @@
 """`rospy.impl.transport`: genuine rospy's connection classes.
 
-Connections of pipros are `pipros.net` links. These classes describe them, and are base classes for other
-code.
+pipros connections are `pipros.net` links. These classes describe them, and are base classes for other code.
 """
 
 from __future__ import annotations
@@ -75,7 +74,7 @@ class Transport:
         raise Exception("not implemented")  # the type that callers of rospy catch
 
     def get_transport_info(self) -> str:
-        """Return the connection in words. For derived classes."""
+        """Return a description of the connection. For derived classes."""
         raise NotImplementedError
 
 

@@ -111,7 +111,9 @@ class _Publishing:
                 message = make()
 
     def publish_documents(self, messages: Iterator[Message]) -> None:
-        """Publish the messages in order, at a rate; with `once`, or `latch` and no rate, only the first.
+        """Publish the messages in order, at a rate.
+
+        Publish only the first one if `once` is true, or if `latch` is true and there is no rate.
 
         If a file has only one message, it is repeated at the rate.
         """

@@ -80,7 +80,7 @@ class WtfContext:
 
     @staticmethod
     def from_env(env: Mapping[str, str] | None = None) -> WtfContext:
-        """Return a context with only the environment, by default that of this process."""
+        """Return a context with only the environment, which defaults to this process's."""
         ctx = WtfContext()
         values = dict(os.environ if env is None else env)
         ctx.env = values

@@ -160,7 +160,7 @@ class GenericAnalyzer(Items):
         return self._criteria.match(name)
 
     def report(self, now_s: float) -> list[Status]:
-        """As `Items.report`, with an error if a regular expression takes too long."""
+        """Like `Items.report`, but add an error if a regular expression takes too long."""
         header, *reported = super().report(now_s)
         if self._criteria.patterns.slow:
             values = tuple((SLOW_REGEX, pattern) for pattern in self._criteria.patterns.slow)

@@ -16,7 +16,7 @@ TIME_LIMIT_S = 0.1
 
 
 class _TimeIsUp(Exception):
-    """Raised by the signal handler. `re` runs those of the main thread while it matches."""
+    """Raised by the signal handler. `re` runs the main thread's handlers while it matches."""
 
 
 def _end_match(*_: object) -> None:

@@ -1,4 +1,4 @@
-"""The YAML file of a map and the cells of its picture: http://wiki.ros.org/map_server#Map_format.
+"""The YAML file of a map and the cells of its image: http://wiki.ros.org/map_server#Map_format.
 
 Cells are numbers, row by row from the lowest y: 0 is free, 100 occupied, -1 unknown; other values lie between
 free and occupied.
@@ -26,7 +26,7 @@ class MapDescription:
     """The contents of a YAML file.
 
     Attributes:
-        image: path of the picture.
+        image: path of the image file.
         resolution: metres per pixel.
         origin: pose of the lower left corner: x and y in metres, yaw in radians.
         negate: whether white means occupied.
@@ -54,7 +54,7 @@ class Grid:
 
 
 def read_map(file: str) -> Grid:
-    """Read a map from a YAML file and its picture.
+    """Read a map from a YAML file and its image.
 
     Raises:
         MapError: NoMapFile, BadMapDescription or BadMapImage.
@@ -64,7 +64,7 @@ def read_map(file: str) -> Grid:
 
 
 def read_description(file: str) -> MapDescription:
-    """Read a YAML file. A relative path of the picture is resolved against the folder of the file.
+    """Read a YAML file. A relative path of the image is resolved against the folder of the file.
 
     Raises:
         NoMapFile: the file cannot be opened.
@@ -118,7 +118,7 @@ def _number(file: str, key: str, value: Any) -> float:
 
 
 def make_grid(description: MapDescription, picture: Picture) -> Grid:
-    """Convert a picture to the cells of a map.
+    """Convert an image to the cells of a map.
 
     The grey value of a coloured pixel is the mean of its channels, in mode `trinary` including alpha, as in
     Noetic. In mode `scale`, transparent cells that are neither free nor occupied are unknown.
@@ -176,7 +176,7 @@ def grid_pixels(width: int, cells: Any, free: int, occupied: int) -> bytes:
 
 
 def description_text(image: str, resolution: float, origin: tuple[float, float, float]) -> str:
-    """Return the text of the YAML file of a saved map, equal to that of Noetic's map_saver."""
+    """Return the text of the YAML file of a saved map, equal to the output of Noetic's map_saver."""
     x, y, yaw = origin
     return (
         f"image: {image}\nresolution: {resolution:f}\norigin: [{x:f}, {y:f}, {yaw:f}]\nnegate: 0\n"

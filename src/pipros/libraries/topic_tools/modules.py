@@ -47,7 +47,7 @@ class Names:
     """The names of a module that expressions may use.
 
     Attributes:
-        title: name of the module in errors.
+        title: the module name to use in error messages.
         names: permitted values by name.
     """
 

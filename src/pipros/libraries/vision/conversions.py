@@ -19,7 +19,7 @@ class ConversionError(RuntimeError):
 def convert(image: Any, encoding_in: str, encoding_out: str) -> Any:
     """Convert an array of shape (height, width) or (height, width, channels) to another encoding.
 
-    The result is always a copy. Values are equal to those of OpenCV to the last bit; between 8 and 16 bits,
+    The result is always a copy. Values are bit-for-bit equal to the results of OpenCV; between 8 and 16 bits,
     white stays white. An empty `encoding_out` means `encoding_in`.
 
     Raises:

@@ -61,7 +61,7 @@ class Layout:
 
     @property
     def unpaid_values_of_element(self) -> int:
-        """As `unpaid_values`, for a message in an array: the message itself is a value as well."""
+        """Like `unpaid_values`, but for a message in an array: the message itself is a value as well."""
         return _unpaid(self.value_count + 1, self.least_bytes)
 
 

@@ -35,7 +35,7 @@ def embedded_types(spec: MessageSpec, lookup: Lookup) -> dict[str, MessageSpec]:
 
 @dataclass(frozen=True, slots=True)
 class CompleteSpec:
-    """A definition and those of all types that it embeds, in the order of a full text."""
+    """A definition and the definitions of all embedded types, in the order of a full text."""
 
     spec: MessageSpec
     embedded: Mapping[str, MessageSpec]
@@ -52,7 +52,7 @@ class CompleteSpec:
         return _hash(self.md5_text())
 
     def full_text(self) -> str:
-        """The definition followed by those of all types it embeds, each once."""
+        """Return the definition, followed by the definition of each embedded type, each once."""
         parts = [self.spec.text]
         for type_name, inner in self.embedded.items():
             parts.append(f"{SEPARATOR}\nMSG: {type_name}\n{inner.text}")

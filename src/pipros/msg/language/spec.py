@@ -46,7 +46,7 @@ class DefinitionError(PiprosError):
         file: the path of the definition, or what is shown instead.
         line: counted from 1; 0 when the error concerns the whole file.
         column: counted from 1; 0 when the error concerns the whole file.
-        others: further mistakes in the same file.
+        others: further errors in the same file.
     """
 
     def __init__(self, reason: str, *, file: str, line: int = 0, column: int = 0) -> None:
@@ -86,7 +86,7 @@ class FieldType:
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """One line `type name`. `line` and `column` are those of the type."""
+    """One line `type name`. `line` and `column` locate the type."""
 
     type: FieldType
     name: str

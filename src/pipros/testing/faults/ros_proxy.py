@@ -41,8 +41,8 @@ class FaultProxy:
     """A proxy between the nodes that are started with its `uri` and all others. Thread-safe.
 
     Until `inject`, `cut`, `stall` or `refuse` is called, it forwards everything unchanged. Two nodes behind
-    it also communicate through it. It listens on the loopback address and supports nodes of pipros, rospy and
-    roscpp.
+    it also communicate through it. It listens on the loopback address and supports pipros, rospy and roscpp
+    nodes.
 
     Attributes:
         uri: the `ROS_MASTER_URI` for nodes behind the proxy; valid after `start`.
