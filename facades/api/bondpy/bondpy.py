@@ -172,7 +172,7 @@ class Bond:
     # -- life --------------------------------------------------------------------
 
     def start(self) -> None:
-        """Start to publish and to wait for the other side. Does not block; does nothing if repeated."""
+        """Start publishing and waiting for the other side. Does not block; does nothing if repeated."""
         with self._condition:
             if self._started:
                 return

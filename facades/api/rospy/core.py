@@ -91,7 +91,7 @@ def is_shutdown() -> bool:
 
 
 def is_shutdown_requested() -> bool:
-    """Return True as soon as shutdown was requested, also inside shutdown hooks."""
+    """Return True once shutdown has been requested, including inside shutdown hooks."""
     return session.is_ending
 
 

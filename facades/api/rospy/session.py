@@ -207,12 +207,12 @@ class Session:
 
     @property
     def params(self) -> Parameters:
-        """The parameters; available before init_node, too."""
+        """The parameters; also available before init_node."""
         return self.node.params if self.node is not None else self._early()[2]
 
     @property
     def master(self) -> MasterClient:
-        """The master; available before init_node, too."""
+        """The master; also available before init_node."""
         return self.node.master if self.node is not None else self._early()[1]
 
     def resolve(self, name: str) -> str:
@@ -400,7 +400,7 @@ class Session:
         """Use `/clock` if `/use_sim_time` is set.
 
         Raises:
-            ROSInitException: before init_node.
+            ROSInitException: init_node has not been called.
         """
         if self.node is None:
             raise ROSInitException("client code must call rospy.init_node() first")

@@ -45,7 +45,7 @@ class Rate:
         If `reset` is true, restart instead of raising when simulated time moves backwards.
 
         Raises:
-            ROSInitException: before init_node.
+            ROSInitException: init_node has not been called.
             ZeroDivisionError: `hz` is 0.
         """
         self._rate = rate.Rate(clock(), int(NS_PER_S / hz), reset=reset)
@@ -108,7 +108,7 @@ class Timer(rate.Timer):
             reset: whether to restart instead of ending if simulated time moves backwards.
 
         Raises:
-            ROSInitException: before init_node.
+            ROSInitException: init_node has not been called.
         """
 
         def on_tick(tick: rate.Tick) -> None:

@@ -161,7 +161,7 @@ class Publisher(Topic[AnyMessage]):
         after the node has shut down.
 
         Raises:
-            ROSException: before init_node, or after `unregister`.
+            ROSException: init_node has not been called, or the topic was unregistered.
             ROSSerializationException: a value does not fit the type of its field. Nothing was sent.
             TypeError, AttributeError: the arguments do not fit the type.
         """
@@ -256,7 +256,7 @@ class Subscriber(Topic[AnyMessage]):
             callback_args: passed to the callback as its second argument unless it is None.
             queue_size: a slow callback gets this many of the newest messages; None for all.
             buff_size: accepted for compatibility; messages of any size are received.
-            tcp_nodelay: requests that publishers do not delay small messages.
+            tcp_nodelay: whether to request that publishers do not delay small messages.
 
         Raises:
             ValueError: `name` is empty, or `data_class` is not a message class.

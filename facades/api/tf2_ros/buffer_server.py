@@ -33,7 +33,7 @@ class BufferServer:
     """Action server `ns` for lookups in `buffer`.
 
     Args:
-        auto_start: start immediately; otherwise call `start`.
+        auto_start: whether to start immediately; otherwise call `start`.
         check_period: how often pending lookups are tried again; 0.01 s by default.
     """
 

@@ -168,7 +168,7 @@ class Machine:
         )
 
     def config_equals(self, m2: object) -> bool:
-        """Return whether `m2` is a machine that differs at most in its name."""
+        """Return whether `m2` is a machine that differs only in name, if at all."""
         return isinstance(m2, Machine) and self.config_key() == m2.config_key()
 
     def to_model(self) -> model.Machine:

@@ -49,7 +49,7 @@ def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: boo
     """Return the given run id, else the running master's, else a new one.
 
     Args:
-        options_wait_for_master: wait for a master with a run id instead of generating one.
+        options_wait_for_master: whether to wait for a master with a run id instead of generating one.
     """
     if options_runid:
         return options_runid

@@ -206,7 +206,7 @@ def is_registered(msg_type_name: str) -> bool:
 
 
 def get_registered(msg_type_name: str, default_package: str | None = None) -> MsgSpec:
-    """Return the definition with that name, as given or qualified by `default_package`.
+    """Return the definition with the given name, as given or qualified by `default_package`.
 
     Raises:
         KeyError: the definition is not registered.

@@ -226,8 +226,9 @@ def get_yaml_for_msg(
     Args:
         prefix: prefix of each line.
         field_filter: function that lists the fields of a message to include.
-        flow_style_: use flow style (brackets) always or never; None for the parts of larger messages.
-        fill_arrays_: include one element of empty arrays.
+        flow_style_: whether to use flow style (brackets) always or never; None for the parts of larger
+            messages.
+        fill_arrays_: whether to include one element of empty arrays.
     """
     del time_offset, current_time
     shown = msg.__slots__ if field_filter is None else field_filter(msg)

@@ -225,7 +225,7 @@ def _rostopic_list_group_by_host(
 ) -> tuple[_TopicsByHost, _TopicsByHost]:
     """Group publications and subscriptions, as `get_topic_list` returns them, by the hosts of their nodes.
 
-    Other packages call it. It asks the master once for each node, and raises what the master raises.
+    Other packages call it. It asks the master once for each node, and raises the master's errors.
     """
     uris: dict[str, str] = {}
 

@@ -60,9 +60,10 @@ def publish_message(
 
     Args:
         rate: rate in Hz until the node is shut down; None to publish a single message.
-        once: return after publishing a single message; otherwise block until the node is shut down.
-        verbose: print each message.
-        substitute_keywords: set times `now` and headers `auto` to the time of each publication.
+        once: whether to return after publishing a single message; otherwise block until the node is shut
+            down.
+        verbose: whether to print each message.
+        substitute_keywords: whether to set times `now` and headers `auto` to the time of each publication.
 
     Raises:
         ROSTopicException: the values do not match the type.

@@ -199,7 +199,7 @@ class BagReader:
         return stamps
 
     def chunk_header(self, number: int) -> ChunkHeader:
-        """Return the header of the chunk with that number in `chunks`.
+        """Return the header of the chunk with the given index in `chunks`.
 
         Raises:
             BagFormatError: the header is damaged.

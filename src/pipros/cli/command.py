@@ -27,7 +27,7 @@ Subcommand = Callable[[Sequence[str]], int]
 
 
 class CommandError(PiprosError):
-    """The command cannot do what was requested. The text is printed after `ERROR: `."""
+    """The command cannot perform the request. The text is printed after `ERROR: `."""
 
 
 class MasterUnreachable(CommandError):

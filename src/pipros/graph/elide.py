@@ -1,4 +1,4 @@
-"""Replaces arrays or strings in messages by their size, for `--noarr` and `--nostr`."""
+"""Replaces arrays or strings in messages with their sizes, for `--noarr` and `--nostr`."""
 
 from __future__ import annotations
 

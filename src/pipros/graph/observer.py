@@ -127,7 +127,7 @@ class SystemObserver:
         """Call nothing yet.
 
         Args:
-            ask: returns the results of `getBusInfo` and `getBusStats` of the node at a URI.
+            ask: function that returns the results of `getBusInfo` and `getBusStats` of the node at a URI.
             now_s: clock for rates and retries.
         """
         self._master = master

@@ -179,7 +179,7 @@ class Launch:
     includes: tuple[tuple[str, str], ...] = ()
 
     def node(self, full_name: str) -> Node | None:
-        """Return the node or test with that full name, or None."""
+        """Return the node or test with the given full name, or None."""
         return next((node for node in self._nodes_and_tests() if node.full_name == full_name), None)
 
     def check_machines(self) -> None:

@@ -195,7 +195,7 @@ class LaunchRun:
             self._handle(self._next_event(None))
 
     def watch(self, process: NodeProcess, timeout_s: float | None = None) -> bool:
-        """Watch the nodes as `wait` does, but until this process has ended and its end was reported.
+        """Like `wait`, but return once this process has ended and its end was reported.
 
         Return False on timeout, or if it is time to stop.
         """

@@ -1,7 +1,7 @@
 """One `roslaunch` or `roscore` from start to end: log folder, launch files, master, nodes.
 
-The steps print what Noetic's roslaunch prints, in its order. Users wait for the first node to start, so
-everything that can be postponed is done after that.
+The steps print the same output as Noetic's roslaunch, in the same order. Users wait for the first node to
+start, so everything that can be postponed is done after that.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class LaunchSession:
         """Start nothing yet.
 
         Args:
-            load_launch: returns the launch, if it is not simply read from the files.
+            load_launch: function that returns the launch, if it is not simply read from the files.
             on_end: see `LaunchRun`.
         """
         environment = environment or Environment.from_os()

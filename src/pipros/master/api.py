@@ -48,7 +48,8 @@ class MasterApi:
         """
         Args:
             notify: delivers notices.
-            shutdown: ends the master, given the reason; returns False if the caller is not allowed to.
+            shutdown: function that ends the master, given the reason; returns False if the caller is not
+                allowed to.
             limits: defaults to the process-wide limits.
         """
         self.uri = ""

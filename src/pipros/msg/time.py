@@ -147,7 +147,7 @@ class Time(TVal):
     """A point in time; never negative.
 
     Raises:
-        TypeError: the time is negative, also as the result of arithmetic.
+        TypeError: the time is negative, including as the result of arithmetic.
     """
 
     __module__ = "genpy.rostime"

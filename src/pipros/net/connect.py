@@ -34,7 +34,7 @@ class Connector:
         Args:
             host: a name or an address.
             port: the port.
-            deadline: of `time.monotonic`, for the look-up and the connection.
+            deadline: `time.monotonic()` time by which the look-up and the connection must finish.
             limit_s: the time for the connection to one address.
 
         Raises:

@@ -102,11 +102,11 @@ class ConnectionTable:
         return self._all.count
 
     def add(self, connection: TableEntry) -> bool:
-        """Add a new connection, if necessary in place of an idle one; return False if all are in use."""
+        """Add a new connection, if necessary replacing an idle one; return False if all are in use."""
         return self._add(connection, is_link=False)
 
     def add_link(self, connection: TableEntry) -> bool:
-        """Add a connection as `add` does, and mark it as in constant use."""
+        """Like `add`, but mark the connection as in constant use."""
         return self._add(connection, is_link=True)
 
     def remove(self, connection: TableEntry) -> None:

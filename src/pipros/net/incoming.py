@@ -74,8 +74,8 @@ class DeliveryLock:
     single lock, a link with a backlog would acquire it again before a waiting thread wakes up.
 
     Attributes:
-        is_wanted: returns whether another link waits for the lock. An attribute, as `release` is, because it
-            is called for every message.
+        is_wanted: function that returns whether another link waits for the lock. An attribute, as `release`
+            is, because it is called for every message.
         release: releases the lock.
     """
 

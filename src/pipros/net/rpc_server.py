@@ -79,7 +79,7 @@ class RpcServer:
             limits: defaults to the process-wide limits.
             admits: decides from the two ends of a connection whether the peer may connect; by default all
                 may.
-            on_bad_arity: returns the answer to a call with the wrong number of parameters.
+            on_bad_arity: function that returns the response to a call with the wrong number of parameters.
         """
         self._methods = {name: (method, *_arity(method)) for name, method in methods.items()}
         self._methods["system.multicall"] = (self._multicall, 1, 1)

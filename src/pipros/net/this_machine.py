@@ -91,7 +91,7 @@ def knows_users() -> bool:
 def user_listening(host: str, port: int) -> int | None:
     """Return the user id of the process that listens on an address of this machine; None if unknown.
 
-    As slow as `Caller.user_id`, and also for Linux only.
+    As slow as `Caller.user_id`; also requires Linux.
     """
     hosts = (host, _mapped(host), ANY, ANY_IPV6)
     places = {_table_entry(place, port) for place in hosts}
@@ -118,7 +118,7 @@ def has_address(host: str) -> bool:
 
 
 def is_this_machine(host: str) -> bool:
-    """Return True if a configured host name or address means this machine. Blocks as `addresses_of` does."""
+    """Return True if a configured host name or address means this machine. Blocks like `addresses_of`."""
     return is_loopback(host) or any(has_address(found) for found in addresses_of(host))
 
 

@@ -19,7 +19,7 @@ class NodeContext:
 
     Attributes:
         node_name: its full name, the `callerid` of connection headers.
-        loop: runs its control traffic.
+        loop: event loop that runs the node's control traffic.
         log: the node's logger.
         next_link_number: numbers its links, for `getBusInfo`.
         limits: the limits on the resources that peers can use.

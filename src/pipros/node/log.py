@@ -89,7 +89,7 @@ _LOGGING = logging.Logger.findCaller.__code__.co_filename
 
 
 def ros_logger(name: str) -> logging.Logger:
-    """Return the logger of that name: a `RosLogger`, unless the program has set another class."""
+    """Return the logger with the given name: a `RosLogger`, unless the program has set another class."""
     logger = logging.getLogger(name)
     if type(logger) is logging.Logger:
         logger.__class__ = RosLogger
@@ -112,7 +112,7 @@ class ConsoleHandler(logging.Handler):
         stdout: TextIO | None = None,
         stderr: TextIO | None = None,
     ) -> None:
-        """Write to `stdout` and `stderr`, if given, in place of the process's own streams."""
+        """Write to `stdout` and `stderr`, if given, instead of the process's own streams."""
         super().__init__()
         self._streams = stdout, stderr
         self._is_coloured = is_coloured

@@ -75,7 +75,7 @@ class Node:
 
         Args:
             name: the base name; `__name:=` in `argv` takes precedence.
-            anonymous: make the name unique.
+            anonymous: whether to make the name unique.
             argv: command-line arguments, including any remappings.
             environment: defaults to `os.environ`.
             log: defaults to a logger named after the node.
@@ -239,7 +239,7 @@ class Node:
 
     @property
     def is_ending(self) -> bool:
-        """Whether the shutdown has begun; True in the hooks, too."""
+        """Whether the shutdown has begun; Also True in the hooks."""
         return self._ending_thread is not None
 
     def wait_for_shutdown(self, timeout_s: float | None = None) -> bool:

@@ -80,7 +80,7 @@ class Server(Protocol):
     Attributes:
         loop: the event loop in which its connections wait.
         connections: the table of all connections of the node.
-        waiting_threads: limits the threads that wait for a request.
+        waiting_threads: semaphore that limits the threads that wait for a request.
         unread: the bytes of replies that clients have not read.
         request_s, frame_bytes: see `Limits`.
         is_closed: no more calls are answered.

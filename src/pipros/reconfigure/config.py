@@ -178,7 +178,7 @@ def _is_constant(found: Any) -> bool:
 
 
 def converted(described: Any, value: Any) -> Any:
-    """Convert a value to the type of a parameter. For enums, the name of a constant is accepted, too.
+    """Convert a value to the type of a parameter. For enums, the name of a constant is also accepted.
 
     Args:
         described: the parameter, as returned by `decode_description`.

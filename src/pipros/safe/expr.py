@@ -80,7 +80,7 @@ def evaluate(
     limits.
 
     Raises:
-        ExpressionError: for every error, also one raised by a function (which is the cause).
+        ExpressionError: any error occurred, including in a called function (whose exception is the cause).
 
     >>> evaluate("rate * 2 if fast else max(rate, 1)", names={"rate": 5, "fast": True})
     10

@@ -66,7 +66,7 @@ class Plan:
         package: the package of the results.
         file: the launch file.
         launch: the model of that file.
-        results_base: replaces the default folder of test results.
+        results_base: folder for test results, instead of the default.
         text: whether test programs report on the console and write no results.
     """
 

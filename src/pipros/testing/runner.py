@@ -72,7 +72,7 @@ class CaseResult(unittest.TestResult):
             self._break_by(subtest, Outcome.FAILURE if is_failure else Outcome.ERROR, err)
 
     def names(self, outcome: Outcome) -> list[str]:
-        """Return the names of the cases with that outcome, for the summary."""
+        """Return the names of the cases with the given outcome, for the summary."""
         return [case.name for case in self.cases if case.outcome is outcome]
 
     def _pass(self, test: unittest.TestCase) -> None:

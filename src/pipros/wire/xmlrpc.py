@@ -67,7 +67,7 @@ def encode_call(method: str, params: tuple[Any, ...] | list[Any], *, size_limit:
     """Return a `methodCall` document.
 
     Raises:
-        ValueTooLarge: with `size_limit`, as `encode_response`.
+        ValueTooLarge: `size_limit` is exceeded, as in `encode_response`.
         TypeError: XML-RPC has no form for a value (None, a set, a dictionary key that is not a string).
         OverflowError: an integer exceeds 32 bits.
         ValueError: a string has control characters, which XML cannot represent.

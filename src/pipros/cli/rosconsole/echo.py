@@ -120,7 +120,7 @@ class LogPrinter:
         self._write = write or _to_stdout
 
     def show(self, message: Any) -> bool:
-        """Print a message unless it is filtered out; return whether it was printed."""
+        """Print a message unless it is filtered out; return whether the message was printed."""
         if message.level < self._level or not self._pattern.search(message.name):
             return False
         level = _NAMES.get(message.level, str(message.level))

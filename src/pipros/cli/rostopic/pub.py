@@ -39,11 +39,11 @@ class PubOptions:
         words: YAML values from the command line; empty if they come from a file or a pipe.
         file: YAML documents, one per message.
         rate_hz: None if not given.
-        once: end after one message.
-        latch: keep the first message for later subscribers.
-        verbose: print each message.
-        substitute: replace `now` and `auto` by the time of each message.
-        ros_time: take those times from ROS time, which may be simulated.
+        once: whether to end after one message.
+        latch: whether to keep the first message for later subscribers.
+        verbose: whether to print each message.
+        substitute: whether to replace `now` and `auto` with the time of each message.
+        ros_time: whether to take those times from ROS time, which may be simulated.
     """
 
     topic: str

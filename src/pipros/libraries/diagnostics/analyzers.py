@@ -51,10 +51,10 @@ class Analyzer(Protocol):
     path: str
 
     def match(self, name: str) -> bool:
-        """Return whether the analyzer accepts statuses of that name."""
+        """Return whether the analyzer accepts statuses with the given name."""
 
     def analyze(self, status: Status, now_s: float) -> bool:
-        """Process a status that it matches. Return whether it was accepted."""
+        """Process a status that it matches. Return whether the status was accepted."""
 
     def report(self, now_s: float) -> list[Status]:
         """Return its own status, whose name is `path`, and those of its items; may be empty."""

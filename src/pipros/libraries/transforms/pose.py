@@ -98,7 +98,7 @@ def rotation_matrix(pose: Pose) -> Matrix:
 
 
 def normalized(pose: Pose) -> Pose:
-    """Return the pose with a quaternion of norm 1, computed by way of the rotation matrix.
+    """Return the pose with a quaternion of norm 1, computed via the rotation matrix.
 
     This gives the quaternion the same sign as in tf2.
     """

@@ -124,7 +124,7 @@ def convert_for_display(
     A 32SC1 image is displayed in bgr8 as labels with a colour each; negative ones are black.
 
     Raises:
-        ConversionError: as for `convert`, and for scaling images with more than one channel.
+        ConversionError: as for `convert`, or an image with more than one channel is scaled.
     """
     target = _display_encoding(encoding_in, encoding_out)
     kind = _named(encoding_in)

@@ -18,7 +18,7 @@ class Library:
     """Types by name, compiled when they are first needed.
 
     Args:
-        find_package: returns the folder of a package.
+        find_package: function that returns the folder of a package.
         cache_folder: where compiled types are kept between processes; None for nowhere.
     """
 

@@ -25,8 +25,8 @@ def embedded_types(spec: MessageSpec, lookup: Lookup) -> dict[str, MessageSpec]:
     """All types that `spec` embeds, directly or not, in the order of a full text.
 
     Raises:
-        DefinitionError: for an unknown type, a type that embeds itself, and nesting that is too
-            deep, with the place of the field that leads there.
+        DefinitionError: a type is unknown, embeds itself or is nested too deeply; the exception locates the
+            field that leads to it.
     """
     search = _Search(lookup)
     search.height(spec, (spec.type,))
@@ -65,7 +65,7 @@ def complete(spec: MessageSpec, lookup: Lookup) -> CompleteSpec:
 
 
 def check_nesting(specs: Iterable[MessageSpec], lookup: Lookup) -> None:
-    """Raises what `embedded_types` raises for any of `specs`; visits each type once."""
+    """Raises the same errors as `embedded_types`, for any of `specs`; visits each type once."""
     search = _Search(lookup)
     for spec in specs:
         search.height(spec, (spec.type,))

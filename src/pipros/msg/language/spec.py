@@ -43,7 +43,7 @@ class DefinitionError(PiprosError):
     """A definition breaks the rules of the language.
 
     Attributes:
-        file: the path of the definition, or what is shown instead.
+        file: the path of the definition, or the text to show instead.
         line: counted from 1; 0 when the error concerns the whole file.
         column: counted from 1; 0 when the error concerns the whole file.
         others: further errors in the same file.

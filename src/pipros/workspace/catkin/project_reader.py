@@ -60,7 +60,7 @@ def read_project(
         status_lines: receives the output of `message()`, even if an error follows.
 
     Raises:
-        CMakeError: CMake would reject the file, too; with file and line.
+        CMakeError: CMake would also reject the file; with file and line.
     """
     project = Project(name, folder, os.path.join(folder, "CMakeLists.txt"))
     if status_lines is not None:
