@@ -1,4 +1,4 @@
-"""Makes the messages of ROS packages importable, and makes rospkg and pkg_resources find those of pipros.
+"""Makes the messages of ROS packages importable, and makes rospkg and pkg_resources find pipros's packages.
 
 `pipros.pth` imports this module whenever a Python interpreter of the environment starts, unless
 `PIPROS_NO_IMPORT_HOOK` is set. It adds finders to `sys.meta_path` and imports nothing else: the search for
@@ -38,7 +38,7 @@ class _DistributionFinder:
 
 
 class _CompletingFinder:
-    """Finds the modules of rospkg and setuptools that learn about the packages of pipros."""
+    """Finds the modules of rospkg and setuptools that learn about pipros's packages."""
 
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, _target: ModuleType | None = None

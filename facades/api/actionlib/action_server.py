@@ -39,8 +39,8 @@ class ActionServer:
     Args:
         goal_cb: called with the ServerGoalHandle of each new goal.
         cancel_cb: called with the ServerGoalHandle of each goal whose cancellation was requested.
-        auto_start: start immediately, which is deprecated, since callbacks may run before the constructor
-            returns: pass False and call `start`.
+        auto_start: whether to start immediately, which is deprecated, since callbacks may run before the
+            constructor returns: pass False and call `start`.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class ActionServer:
         self.cancel_callback = cancel_cb
 
     def start(self) -> None:
-        """Start to accept goals."""
+        """Start accepting goals."""
         with self.lock:
             self.initialize()
             self.started = True

@@ -34,7 +34,7 @@ class SimpleActionServer:
         ActionSpec: class of the action; its name ends in Action.
         execute_cb: called with each goal message in a dedicated thread. It should return when
             `is_preempt_requested` is true, and must set the final status. If None, call `accept_new_goal`.
-        auto_start: start immediately, which is deprecated: pass False and call `start`.
+        auto_start: whether to start immediately, which is deprecated: pass False and call `start`.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class SimpleActionServer:
             self.start()
 
     def start(self) -> None:
-        """Start to accept goals."""
+        """Start accepting goals."""
         self.action_server.start()
 
     def stop(self) -> None:

@@ -1,4 +1,4 @@
-"""Editing of a text in the user's editor."""
+"""Text editing in the user's editor."""
 
 from __future__ import annotations
 

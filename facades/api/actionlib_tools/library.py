@@ -44,7 +44,7 @@ def yaml_msg_str(type_: Any, yaml_str: str, filename: str | None = None) -> Any:
 
 
 def yaml_msg(type_: Any, filename: str) -> Any:
-    """Like `yaml_msg_str`, from a file."""
+    """Like `yaml_msg_str`, but read the YAML from a file."""
     with open(filename, encoding="utf-8") as file:
         return yaml_msg_str(type_, file.read(), filename)
 
@@ -62,7 +62,7 @@ def yaml_msgs_str(type_: Any, yaml_str: str, filename: str | None = None) -> lis
 
 
 def yaml_msgs(type_: Any, filename: str) -> list[Any]:
-    """Like `yaml_msgs_str`, from a file."""
+    """Like `yaml_msgs_str`, but read the YAML from a file."""
     with open(filename, encoding="utf-8") as file:
         return yaml_msgs_str(type_, file.read(), filename)
 

@@ -10,7 +10,7 @@ from rospy.core import is_shutdown_requested
 class Prompt:
     """Reader of lines from the terminal. Use it in the main thread, with a node that has `disable_signals`.
 
-    With rospy's signal handlers, Ctrl-C would shut down the node but not interrupt the read.
+    If rospy's signal handlers were installed, Ctrl-C would shut down the node but not interrupt the read.
     """
 
     def __init__(self, text: str) -> None:

@@ -67,8 +67,8 @@ class Bond:
 
     Attributes:
         topic, id: the arguments.
-        instance_id: ID of this side; `sister_instance_id` is that of the other side, None before its first
-            message.
+        instance_id: ID of this side; `sister_instance_id` is the other side's instance id, None before its
+            first message.
         sm: the state machine; `sm.getState().getName()` is the name of the state.
     """
 
@@ -172,7 +172,7 @@ class Bond:
     # -- life --------------------------------------------------------------------
 
     def start(self) -> None:
-        """Start to publish and to wait for the other side. Does not block; does nothing if repeated."""
+        """Start publishing and waiting for the other side. Does not block; does nothing if repeated."""
         with self._condition:
             if self._started:
                 return

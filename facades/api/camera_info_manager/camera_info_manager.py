@@ -43,7 +43,7 @@ class CameraInfoManager:
     Args:
         cname: camera name of letters, digits and underscores.
         url: URL of the calibration file; empty for the default.
-        namespace: namespace of the service; empty for that of the node.
+        namespace: namespace of the service; empty for the node's own.
     """
 
     def __init__(self, cname: str = "camera", url: str = "", namespace: str = "") -> None:

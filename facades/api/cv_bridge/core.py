@@ -22,7 +22,8 @@ class CvBridge:
     """Converter between `sensor_msgs` image messages and numpy arrays as used by OpenCV.
 
     Arrays have the shape (height, width), or (height, width, channels) for more than one channel. Only
-    compressed images require OpenCV (`pip install 'pipros[vision]'`). Without state: threads may share it.
+    compressed images require OpenCV (`pip install 'pipros[vision]'`). Stateless, so it can be shared between
+    threads.
 
     >>> bridge = CvBridge()
     >>> gray = bridge.imgmsg_to_cv2(bridge.cv2_to_imgmsg(np.zeros((4, 6, 3), np.uint8), "rgb8"), "mono8")

@@ -119,7 +119,10 @@ class FrequencyStatus(DiagnosticTask):
 
 
 class TimeStampStatusParam:
-    """Parameters of a TimeStampStatus: the accepted age in s; negative for timestamps in the future."""
+    """Parameters of a TimeStampStatus.
+
+    They are the accepted range of ages in seconds; the age of a future timestamp is negative.
+    """
 
     def __init__(self, min_acceptable: float = -1, max_acceptable: float = 5) -> None:
         self.max_acceptable = max_acceptable

@@ -46,7 +46,7 @@ class DiagnosticTaskVector:
             self.addedTaskCallback(task)
 
     def removeByName(self, name: str) -> bool:
-        """Remove the first task with that name. Return whether there was one."""
+        """Remove the first task with the given name. Return whether a task was removed."""
         with self.lock:
             for task in self.tasks:
                 if task.name == name:

@@ -70,7 +70,7 @@ def encode_groups(parent: Any, group: Any) -> list[Any]:  # noqa: ARG001 # part 
 
 
 def encode_config(config: Any, flat: bool = True) -> ConfigMsg:
-    """Return the message of a configuration. A dictionary value is the configuration's tree of groups."""
+    """Encode a configuration as a message. A dictionary value is the configuration's tree of groups."""
     message = ConfigMsg()
     for name, value in config.items():
         if isinstance(value, bool):

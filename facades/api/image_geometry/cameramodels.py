@@ -32,7 +32,7 @@ class PinholeCameraModel:
 
     Attributes:
         K, P: matrices (3x3, 3x4) for the published image, adjusted for binning and region of interest;
-            `full_K` and `full_P` are those of the full resolution.
+            `full_K` and `full_P` are K and P at full resolution.
         D: distortion coefficients as a column; None without distortion.
         stamp: stamp of the message.
     """
@@ -148,11 +148,11 @@ class PinholeCameraModel:
         return self.P
 
     def fullIntrinsicMatrix(self) -> Any:
-        """Return K of the full resolution."""
+        """Return K at full resolution."""
         return self.full_K
 
     def fullProjectionMatrix(self) -> Any:
-        """Return P of the full resolution."""
+        """Return P at full resolution."""
         return self.full_P
 
     def cx(self) -> float:

@@ -1,4 +1,4 @@
-"""`rosrun map_server map_saver`: save the map of the topic `map` as a picture and a YAML file."""
+"""`rosrun map_server map_saver`: save the map of the topic `map` as an image and a YAML file."""
 
 from __future__ import annotations
 

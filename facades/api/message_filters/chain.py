@@ -25,7 +25,10 @@ class PassThrough(SimpleFilter):
 
 
 class Chain(SimpleFilter):
-    """Filters in series, in the order in which they were added. The output is that of the last filter."""
+    """Filters in series, in the order in which they were added.
+
+    The chain's output is the last filter's output.
+    """
 
     def __init__(self, f: SimpleFilter | None = None) -> None:
         super().__init__()

@@ -34,8 +34,8 @@ class RobotStatePublisher:
 
     Args:
         frequency: maximum rate in Hz, and the rate of fixed joints without `use_tf_static`.
-        use_tf_static: publish fixed joints on `/tf_static`.
-        ignore_timestamp: publish for every message, without limiting the rate by stamps.
+        use_tf_static: whether to publish fixed joints on `/tf_static`.
+        ignore_timestamp: whether to publish for every message, without limiting the rate by stamps.
         tf_prefix: prefix of all frame ids, followed by a slash.
     """
 

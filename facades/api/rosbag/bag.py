@@ -63,13 +63,13 @@ class Bag(IndexAccess):
     it is written.
 
     Args:
-        f: a path, or a seekable binary file, which `close` closes, too.
+        f: a path, or a seekable binary file, which `close` also closes.
         mode: `r`, `w` or `a`.
         compression: compression of written chunks: `none`, `bz2` or `lz4`.
         chunk_threshold: uncompressed size of written chunks, in bytes.
-        allow_unindexed: open a bag without an index as an empty one, for `reindex`.
+        allow_unindexed: whether to open a bag without an index as an empty one, for `reindex`.
         options: a dictionary with `compression` and `chunk_threshold`, which override the arguments.
-        skip_index: do not read the indexes of all chunks; frequencies of topics are then unknown.
+        skip_index: whether not to read the indexes of all chunks; frequencies of topics are then unknown.
 
     Raises:
         ValueError: an argument is invalid.

@@ -56,7 +56,7 @@ class ROSBagEncryptException(ROSBagException):
 
 @contextmanager
 def translated() -> Iterator[None]:
-    """Translate errors of pipros into the exceptions that users of rosbag catch."""
+    """Translate pipros errors into the exceptions that users of rosbag catch."""
     try:
         yield
     except NotIndexed as error:

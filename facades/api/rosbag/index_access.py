@@ -1,6 +1,6 @@
 """Private methods of `Bag` that other programs use, such as rqt_bag and bag editors.
 
-Names and meanings are those of genuine rosbag. The index is read on first use.
+Names and meanings are the same as in genuine rosbag. The index is read on first use.
 """
 
 from __future__ import annotations

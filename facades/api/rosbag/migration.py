@@ -68,14 +68,17 @@ def checkbag(migrator: MessageMigrator, inbag: str) -> list[Change]:
 
 
 def fixbag(migrator: MessageMigrator, inbag: str, outbag: str) -> bool:
-    """Write the migrated bag. Return False, and write nothing, if rules are missing. Raises as `checkbag`."""
+    """Write the migrated bag.
+
+    Return False, and write nothing, if rules are missing. Raises the same errors as `checkbag`.
+    """
     return not fixbag2(migrator, inbag, outbag)
 
 
 def fixbag2(migrator: MessageMigrator, inbag: str, outbag: str, force: bool = False) -> list[Change]:
     """Write the migrated bag. If rules are missing, write nothing, and return the changes that lack them.
 
-    With `force`, the affected messages are copied unchanged. Raises as `checkbag`.
+    If `force` is true, the affected messages are copied unchanged. Raises the same errors as `checkbag`.
     """
     try:
         with open_bag(inbag) as bag:

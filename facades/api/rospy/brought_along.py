@@ -1,6 +1,6 @@
 """Modules that scripts use without importing them, because Noetic's `import rospy` imports them.
 
-With Noetic, `import xml, rospy` is enough for `xml.etree.ElementTree`. Here such a module is imported at its
+In Noetic, `import xml, rospy` is enough for `xml.etree.ElementTree`. Here such a module is imported at its
 first use, which keeps start-up fast.
 """
 

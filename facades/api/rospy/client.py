@@ -84,11 +84,11 @@ def init_node(
     Args:
         name: the name without a namespace; `__name:=` on the command line overrides it.
         argv: the arguments with remappings; by default `sys.argv`.
-        anonymous: makes the name unique.
+        anonymous: whether to make the name unique.
         log_level: `rospy.DEBUG`, `INFO`, `WARN`, `ERROR` or `FATAL`; INFO by default.
-        disable_rostime: keeps wall time, whatever `/use_sim_time` says.
-        disable_rosout: does not publish log messages.
-        disable_signals: leaves SIGINT and SIGTERM to the caller.
+        disable_rostime: whether to keep wall time, whatever `/use_sim_time` says.
+        disable_rosout: whether not to publish log messages.
+        disable_signals: whether to leave SIGINT and SIGTERM to the caller.
         xmlrpc_port: the port of the node's slave API; 0 selects a free one.
         tcpros_port: the port of its topics and services; 0 selects a free one.
 
@@ -114,7 +114,7 @@ def spin() -> None:
     """Wait until the node is shut down.
 
     Raises:
-        ROSInitException: before init_node.
+        ROSInitException: init_node has not been called.
     """
     if session.node is None:
         raise ROSInitException("client code must call rospy.init_node() first")
@@ -200,7 +200,7 @@ def get_param(param_name: str, default: Any = _unspecified) -> Any:
 
 @_interruptible
 def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
-    """Return a parameter as `get_param` does, but query the master only once: it announces later changes."""
+    """Like `get_param`, but query the master only once: the master announces later changes."""
     try:
         return session.params.get_cached(param_name)
     except NotFound:

@@ -91,7 +91,7 @@ def is_shutdown() -> bool:
 
 
 def is_shutdown_requested() -> bool:
-    """Return True as soon as shutdown was requested, also inside shutdown hooks."""
+    """Return True once shutdown has been requested, including inside shutdown hooks."""
     return session.is_ending
 
 
@@ -120,13 +120,19 @@ def add_client_shutdown_hook(h: Callable[[], object]) -> None:
 
 
 def add_preshutdown_hook(h: Callable[[str], object]) -> None:
-    """Call `h` with the reason after the client's hooks; raise as `add_client_shutdown_hook`."""
+    """Call `h` with the reason after the client's hooks.
+
+    Raises the same errors as `add_client_shutdown_hook`.
+    """
     check_hook(h)
     session.add_preshutdown_hook(h)
 
 
 def add_shutdown_hook(h: Callable[[str], object]) -> None:
-    """Call `h` with the reason once the node has unregistered; raise as `add_client_shutdown_hook`."""
+    """Call `h` with the reason once the node has unregistered.
+
+    Raises the same errors as `add_client_shutdown_hook`.
+    """
     check_hook(h)
     session.add_shutdown_hook(h)
 

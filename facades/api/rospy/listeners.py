@@ -22,7 +22,7 @@ class RegistrationListener:
         """Handle the registration of a topic with its type, or of a service with its URI."""
 
     def reg_removed(self, resolved_name: str, data_type_or_uri: str, reg_type: str) -> None:
-        """Handle the end of a registration."""
+        """Handle the removal of a registration."""
 
 
 class RegistrationListeners:
@@ -50,7 +50,7 @@ class RegistrationListeners:
                 logerr("error notifying listener of registration: %s", error)
 
     def notify_removed(self, resolved_name: str, data_type_or_uri: str, reg_type: str) -> None:
-        """Notify the listeners of the end of a registration, as `notify_added` does."""
+        """Notify the listeners that a registration was removed, as `notify_added` does."""
         for listener in list(self.listeners):
             try:
                 listener.reg_removed(resolved_name, data_type_or_uri, reg_type)

@@ -82,10 +82,10 @@ class LoggingIdentical:
 
 
 class LoggingOnce:
-    """Passes one line of each caller.
+    """Filter that lets one line per caller through.
 
     Attributes:
-        called_caller_ids: the callers that have passed.
+        called_caller_ids: IDs of the callers that have already logged a line.
     """
 
     def __init__(self) -> None:
@@ -130,7 +130,7 @@ def _family(level: int) -> Family:
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
     def throttle_identical(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None:
-        """Log as `throttle` does, but log a text that differs from this place's last one at once."""
+        """Like `throttle`, but log a text immediately if it differs from this place's last one."""
         logger = _logger(kwargs)
         caller = _caller()
         is_due = _logging_identical_throttle(caller, period)

@@ -107,7 +107,10 @@ class TopicManager:
         raise TypeError(f"invalid reg_type: {reg_type}")
 
     def acquire_impl(self, reg_type: str, resolved_name: str, data_class: type[Message]) -> TopicImpl | None:
-        """Publish or subscribe to a topic until `release_impl`; return its side as `get_impl` does."""
+        """Advertise or subscribe to a topic until `release_impl` is called.
+
+        Returns the same object as `get_impl`.
+        """
         if session.node is not None and not session.is_shutdown:
             endpoints = session.node.endpoints
             handle: Any
@@ -129,7 +132,7 @@ class TopicManager:
                 return
 
     def check_all(self) -> None:
-        """Do nothing, because links of pipros detect lost peers themselves."""
+        """Do nothing, because pipros links detect lost peers themselves."""
 
     def close_all(self) -> None:
         """Release all that `acquire_impl` acquired; other topics end with the node."""

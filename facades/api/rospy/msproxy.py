@@ -41,7 +41,10 @@ class MasterProxy:
         return call
 
     def search_param(self, key: str) -> str | None:
-        """Return the full name of the closest parameter of that name, from the node's namespace upwards."""
+        """Return the full name of the closest parameter with the given name.
+
+        Searches from the node's namespace upwards.
+        """
         return session.params.search(key)
 
     def get_param_cached(self, key: str) -> Any:

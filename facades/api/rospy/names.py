@@ -128,7 +128,10 @@ def get_resolved_mappings() -> dict[str, str]:
 
 
 def reload_mappings(argv: Sequence[str]) -> None:
-    """Replace the remappings by those of another command line, effective at `initialize_mappings`."""
+    """Replace the remappings with those from another command line.
+
+    They take effect when `initialize_mappings` is called.
+    """
     session.read_arguments(argv)
 
 

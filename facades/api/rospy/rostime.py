@@ -20,7 +20,7 @@ def clock() -> Clock:
     """Return the clock of the default node.
 
     Raises:
-        ROSInitException: before init_node, unless `set_rostime_initialized(True)` was called.
+        ROSInitException: init_node has not been called, unless `set_rostime_initialized(True)` was called.
     """
     if not session.has_time:
         raise ROSInitException("time is not initialized. Have you called init_node()?")
@@ -49,7 +49,7 @@ class Time(msg_time.Time):
         """Return the time of the node's clock; zero while a simulated clock has not started.
 
         Raises:
-            ROSInitException: before init_node.
+            ROSInitException: init_node has not been called.
         """
         return get_rostime()
 
@@ -68,7 +68,7 @@ def get_time() -> float:
     """Return the time of the node's clock in seconds.
 
     Raises:
-        ROSInitException: before init_node.
+        ROSInitException: init_node has not been called.
     """
     return clock().now_ns() / NS_PER_S
 

@@ -66,7 +66,7 @@ class Service:
         error in any case. `buff_size` is accepted for compatibility and has no effect.
 
         Raises:
-            ServiceException: this node offers a service of that name already.
+            ServiceException: this node already provides a service with this name.
         """
         self.resolved_name = session.resolve(name)
         self.protocol = ServiceProtocol(self.resolved_name, service_class, buff_size)
@@ -113,7 +113,7 @@ class Service:
         return self._is_shut_down or session.is_shutdown
 
     def handle(self, transport: object, header: object) -> None:
-        """Refuse to handle a connection, which the node of pipros does itself, unlike genuine rospy.
+        """Refuse to handle a connection, which pipros's node does itself, unlike genuine rospy.
 
         Raises:
             NotImplementedError: always.
@@ -135,7 +135,7 @@ class Service:
         """Wait until the node is shut down.
 
         Raises:
-            ROSInitException: before init_node.
+            ROSInitException: init_node has not been called.
         """
         if session.node is None:
             raise ROSInitException("client code must call rospy.init_node() first")
@@ -195,12 +195,12 @@ class ServiceProxy:
         *,
         timeout: float | msg_time.Duration | None = None,
     ) -> None:
-        """Store the settings; the first call connects. Works before init_node, too.
+        """Store the settings; the first call connects. Also works before init_node.
 
         Args:
             name: the service.
             service_class: its class, `std_srvs.srv.Empty` for example.
-            persistent: keeps one connection for all calls.
+            persistent: whether to keep one connection for all calls.
             headers: passed to the handler in `request._connection_header`.
             timeout: the timeout of a call in seconds; None means no limit. (Not in Noetic.)
         """
@@ -223,14 +223,14 @@ class ServiceProxy:
         )
 
     def __call__(self, *args: Any, **kwds: Any) -> Any:
-        """Call the service, as `call` does."""
+        """Call the service, like `call`."""
         return self.call(*args, **kwds)
 
     def call(self, *args: Any, **kwds: Any) -> Any:
         """Call the service and return its response.
 
         The arguments are the request, or its fields: all in order, or some by name. `timeout=` limits this
-        call, unless the request has a field of that name.
+        call, unless the request has a field named `timeout`.
 
         Raises:
             ServiceException: no node offers it, it replied with an error, or the timeout expired.

@@ -124,7 +124,7 @@ class Session:
         return self._remappings is not None
 
     def read_arguments(self, argv: Sequence[str]) -> None:
-        """Use the remappings of `argv` instead of those of the command line."""
+        """Use the remappings in `argv` instead of those on the command line."""
         self._arguments = names.parse_arguments(argv)
 
     def resolve_remappings_for(self, node_name: str) -> None:
@@ -207,12 +207,12 @@ class Session:
 
     @property
     def params(self) -> Parameters:
-        """The parameters; available before init_node, too."""
+        """The parameters; also available before init_node."""
         return self.node.params if self.node is not None else self._early()[2]
 
     @property
     def master(self) -> MasterClient:
-        """The master; available before init_node, too."""
+        """The master; also available before init_node."""
         return self.node.master if self.node is not None else self._early()[1]
 
     def resolve(self, name: str) -> str:
@@ -240,7 +240,7 @@ class Session:
         """Reserve the name of a service that is created before init_node.
 
         Raises:
-            NameInUse: another service has the name. (With a node, the node checks itself.)
+            NameInUse: another service has the name. (If there is a node, it checks this itself.)
         """
         with self._lock:
             if self.node is None:
@@ -315,7 +315,7 @@ class Session:
     def _forget_node(self) -> None:
         """Restore the state before `init_node`. Objects created for the node stay closed.
 
-        A running node is ended first, unless it is that of the parent of this forked process.
+        A running node is ended first, unless it belongs to this forked process's parent.
         """
         if os.getpid() == self._process_id:
             self.end("another node takes its place")
@@ -400,7 +400,7 @@ class Session:
         """Use `/clock` if `/use_sim_time` is set.
 
         Raises:
-            ROSInitException: before init_node.
+            ROSInitException: init_node has not been called.
         """
         if self.node is None:
             raise ROSInitException("client code must call rospy.init_node() first")

@@ -40,10 +40,12 @@ class Rate:
     """Keeps a loop at a rate in hertz; see `pipros.node.rate.Rate`."""
 
     def __init__(self, hz: float, reset: bool = False) -> None:
-        """Start the first cycle. With `reset`, start over instead of raising if simulated time goes back.
+        """Start the first cycle.
+
+        If `reset` is true, restart instead of raising when simulated time moves backwards.
 
         Raises:
-            ROSInitException: before init_node.
+            ROSInitException: init_node has not been called.
             ZeroDivisionError: `hz` is 0.
         """
         self._rate = rate.Rate(clock(), int(NS_PER_S / hz), reset=reset)
@@ -67,7 +69,7 @@ class Rate:
         return Duration(0, self._rate.remaining_ns())
 
     def sleep(self) -> None:
-        """Sleep for the rest of the current cycle; raise as `rospy.sleep`."""
+        """Sleep for the rest of the current cycle. Raises the same errors as `rospy.sleep`."""
         try:
             goes_on = self._rate.sleep()
         except TimeMovedBackwards as error:
@@ -96,16 +98,17 @@ class Timer(rate.Timer):
         oneshot: bool = False,
         reset: bool = False,
     ) -> None:
-        """Start the thread. An exception of the callback ends it.
+        """Start the thread. The thread ends if the callback raises an exception.
 
         Args:
-            period: the time from call to call, on the node's clock. A longer call delays the next one.
+            period: interval between calls, on the node's clock. A callback that takes longer than this delays
+                the next call.
             callback: called with a TimerEvent, one call at a time.
-            oneshot: ends after one call.
-            reset: starts over instead of ending if simulated time goes back.
+            oneshot: whether to end after one call.
+            reset: whether to restart instead of ending if simulated time moves backwards.
 
         Raises:
-            ROSInitException: before init_node.
+            ROSInitException: init_node has not been called.
         """
 
         def on_tick(tick: rate.Tick) -> None:

@@ -110,7 +110,7 @@ class Publisher(Topic[AnyMessage]):
             name: the topic.
             data_class: the message class.
             subscriber_listener: notified when subscribers connect or disconnect.
-            tcp_nodelay: accepted for compatibility; links of pipros never delay.
+            tcp_nodelay: accepted for compatibility; pipros links never delay.
             latch: later subscribers get the last message.
             headers: further fields for the connection headers.
             queue_size: how many messages are queued for a slow subscriber before the oldest is dropped; 0 for
@@ -152,16 +152,16 @@ class Publisher(Topic[AnyMessage]):
         session.when_started(advertise)
 
     def publish(self, *args: Any, **kwds: Any) -> None:
-        """Publish a message, given itself or its fields: all in order, or some by name.
+        """Publish a message, given as an object or as field values: all positionally, or some by keyword.
 
         Without a `queue_size` it blocks for at most `pipros.Limits.stall_s` (2 s), for all subscribers
         together; with one it does not wait for slow subscribers.
 
-        Without subscribers, nothing is serialised, and so no error is found. Does nothing after the node has
-        shut down.
+        Without subscribers the message is not serialised, so invalid values are not detected. Does nothing
+        after the node has shut down.
 
         Raises:
-            ROSException: before init_node, or after `unregister`.
+            ROSException: init_node has not been called, or the topic was unregistered.
             ROSSerializationException: a value does not fit the type of its field. Nothing was sent.
             TypeError, AttributeError: the arguments do not fit the type.
         """
@@ -188,7 +188,7 @@ class Publisher(Topic[AnyMessage]):
             handle.unregister()
 
     def close(self) -> None:
-        """Make `publish` raise, because the node is no longer that of the process."""
+        """Make `publish` raise, because the node is no longer the process's node."""
         self._publish = self._refuse
         self._is_closed = True
 
@@ -256,7 +256,7 @@ class Subscriber(Topic[AnyMessage]):
             callback_args: passed to the callback as its second argument unless it is None.
             queue_size: a slow callback gets this many of the newest messages; None for all.
             buff_size: accepted for compatibility; messages of any size are received.
-            tcp_nodelay: requests that publishers do not delay small messages.
+            tcp_nodelay: whether to request that publishers do not delay small messages.
 
         Raises:
             ValueError: `name` is empty, or `data_class` is not a message class.

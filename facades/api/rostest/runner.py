@@ -77,7 +77,7 @@ def createUnitTest(  # Noetic's name
 
     Args:
         pkg: the package of the results.
-        results_base_dir: replaces the default folder of test results.
+        results_base_dir: folder for test results, instead of the default.
 
     Raises:
         RLException: the file is invalid.

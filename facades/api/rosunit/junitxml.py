@@ -262,7 +262,7 @@ def filter_nonprintable_text(text: str) -> str:
 
 
 def invalid_char_replacer(m: re.Match[str]) -> str:
-    """Return the visible reference for a matched character."""
+    """Return a printable escape for the matched character."""
     return f"&#x{ord(m.group(0)):04X};"
 
 

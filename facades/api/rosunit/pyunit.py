@@ -1,4 +1,4 @@
-"""`unitrun`, which a Python test script calls at its end."""
+"""`unitrun`, which a Python test script calls last."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def unitrun(
 
     Args:
         sysargs: the command line. `--cov` and `--covhtml` measure coverage, if `coverage` is installed.
-        coverage_packages: the packages to report coverage for; by default that of the test.
+        coverage_packages: the packages to report coverage for; defaults to the package of the test.
     """
     argv = sys.argv if sysargs is None else sysargs
     packages = [package] if coverage_packages is None else list(coverage_packages)

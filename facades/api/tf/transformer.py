@@ -128,7 +128,7 @@ class Transformer:
     def lookupTransformFull(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> PositionAndRotation:
-        """Like `lookupTransform`, with the source at `source_time` and the target at `target_time`.
+        """Like `lookupTransform`, but with the source at `source_time` and the target at `target_time`.
 
         `fixed_frame` does not move between these times.
         """

@@ -73,7 +73,7 @@ class BufferCore:
     def lookup_transform_full_core(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> TransformStamped:
-        """Like `lookup_transform_core`, with the source at `source_time` and the target at `target_time`.
+        """Like `lookup_transform_core`, but with the source at `source_time` and the target at `target_time`.
 
         `fixed_frame` must not move between these times.
         """

@@ -87,7 +87,7 @@ class Buffer(BufferCore, BufferInterface):
         fixed_frame: str,
         timeout: Any = rospy.Duration(0.0),  # noqa: B008
     ) -> Any:
-        """Like `lookup_transform`, with the source at `source_time` and the target at `target_time`.
+        """Like `lookup_transform`, but with the source at `source_time` and the target at `target_time`.
 
         `fixed_frame` must not move between these times.
         """
@@ -106,7 +106,7 @@ class Buffer(BufferCore, BufferInterface):
     ) -> Any:
         """Return whether `lookup_transform` would succeed, as 1 or 0, waiting up to `timeout`.
 
-        With `return_debug_tuple`, return a tuple of this number and the reason for a failure.
+        If `return_debug_tuple` is true, return a tuple of this number and the reason for a failure.
         """
         result = self._wait(lambda: self.can_transform_core(target_frame, source_frame, time), timeout)
         return result if return_debug_tuple else result[0]

@@ -45,7 +45,10 @@ class BufferClient(BufferInterface):
             rospy.logwarn("check_frequency of BufferClient is deprecated and ignored: remove it.")
 
     def wait_for_server(self, timeout: Any = _NO_TIME) -> bool:
-        """Wait until the server is connected, without limit if `timeout` is zero. Return whether it is."""
+        """Wait until the server is connected, without limit if `timeout` is zero.
+
+        Return whether the server is connected.
+        """
         return self.client.wait_for_server(timeout)
 
     def lookup_transform(
@@ -72,7 +75,7 @@ class BufferClient(BufferInterface):
         fixed_frame: str,
         timeout: Any = _NO_TIME,
     ) -> Any:
-        """Like `lookup_transform`, with the source at `source_time` and the target at `target_time`.
+        """Like `lookup_transform`, but with the source at `source_time` and the target at `target_time`.
 
         `fixed_frame` must not move between these times.
         """

@@ -83,7 +83,7 @@ class BufferInterface:
         fixed_frame: str,
         timeout: Any = rospy.Duration(0.0),  # noqa: B008
     ) -> Any:
-        """Like `lookup_transform`, with the source at `source_time` and the target at `target_time`."""
+        """Like `lookup_transform`, but with the source at `source_time` and the target at `target_time`."""
         raise NotImplementedException
 
     def can_transform(

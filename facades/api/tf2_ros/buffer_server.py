@@ -33,7 +33,7 @@ class BufferServer:
     """Action server `ns` for lookups in `buffer`.
 
     Args:
-        auto_start: start immediately; otherwise call `start`.
+        auto_start: whether to start immediately; otherwise call `start`.
         check_period: how often pending lookups are tried again; 0.01 s by default.
     """
 
@@ -49,7 +49,7 @@ class BufferServer:
             self.start()
 
     def start(self) -> None:
-        """Start to accept goals."""
+        """Start accepting goals."""
         self._server.start()
 
     def stop(self) -> None:

@@ -1,6 +1,6 @@
 """Drop-in replacement for Noetic's tf_conversions: conversion of poses to and from PyKDL.
 
-The names of PyKDL are available here, too.
+PyKDL's names are also available here.
 """
 
 from typing import Any as _Any

@@ -35,11 +35,11 @@ class LazyTransport(rospy.SubscribeListener):
             )
 
     def subscribe(self) -> None:
-        """Subscribe to the input. Must be defined."""
+        """Subscribe to the input. Subclasses must override this method."""
         raise NotImplementedError("a subclass of LazyTransport must define subscribe()")
 
     def unsubscribe(self) -> None:
-        """Unsubscribe from the input. Must be defined."""
+        """Unsubscribe from the input. Subclasses must override this method."""
         raise NotImplementedError("a subclass of LazyTransport must define unsubscribe()")
 
     def peer_subscribe(self, *args: object, **kwargs: object) -> None:  # noqa: ARG002

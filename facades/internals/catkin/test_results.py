@@ -19,7 +19,7 @@ Four = tuple[int, int, int, int]
 
 
 def read_junit(filename: str) -> Three:
-    """Return `(tests, errors, failures)` of a result file. Raises like `read_junit2`."""
+    """Return `(tests, errors, failures)` of a result file. Raises the same errors as `read_junit2`."""
     return read_junit2(filename)[:3]
 
 
@@ -136,7 +136,7 @@ def remove_junit_result(filename: str) -> None:
 
 
 def ensure_junit_result_exist(filename: str) -> bool:
-    """Tidy a result file that is not XML and return whether it was tidied; write a missing file."""
+    """Tidy a result file that is not XML; return whether the file was changed; write a missing file."""
     if Path(filename).is_file():
         try:
             read_junit2(filename)

@@ -22,7 +22,7 @@ _ILLEGAL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 
 def tidy_xml(filename: str) -> bool:
-    """Replace characters that XML does not allow by question marks. Return True.
+    """Replace characters that XML does not allow with question marks. Return True.
 
     Raises:
         ValueError: the file does not exist.

@@ -43,7 +43,7 @@ compute_md5_v2 = compute_md5
 
 
 def compute_full_text(msg_context: MsgContext, spec: MsgSpec) -> str:
-    """Return the definition followed by those of all embedded types, which must be loaded.
+    """Return the definition, followed by the definitions of all embedded types, which must be loaded.
 
     Raises:
         KeyError: the definition is not registered, or it is a service, which has no full text.

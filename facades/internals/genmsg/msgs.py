@@ -1,4 +1,4 @@
-"""`genmsg.msgs`: message definitions as objects of genmsg."""
+"""`genmsg.msgs`: message definitions as genmsg objects."""
 
 from __future__ import annotations
 
@@ -209,7 +209,7 @@ class MsgSpec:
         )
 
     def definition(self) -> MessageSpec:
-        """Return the definition as an object of pipros.
+        """Return the corresponding pipros object.
 
         Raises:
             InvalidMsgSpec: the text is invalid.

@@ -63,7 +63,7 @@ def compute_constructor(msg_context: MsgContext, package: str, type_: str) -> st
 
 
 def compute_import(msg_context: MsgContext, package: str, type_: str) -> list[str]:
-    """Return the imports for the generated code of a field. Raises like `get_registered_ex`."""
+    """Return the imports for the generated code of a field. Raises the same errors as `get_registered_ex`."""
     return _generated(_parts.imports, msg_context, package, type_)
 
 

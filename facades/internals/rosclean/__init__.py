@@ -53,7 +53,7 @@ def _ask(comment: str) -> bool:
 
 
 def _get_check_dirs() -> list[tuple[str, str]]:
-    """The folders with logs that exist, each with what it is called."""
+    """The existing log folders, each with its description."""
     return [(str(folder), label) for folder, label in _logs.log_folders()]
 
 

@@ -1,7 +1,7 @@
 """The master API as Python methods: `rosgraph.Master("/name").getSystemState()`.
 
-Facade of `pipros.net.master_client.MasterClient`. Exceptions are those of Noetic: `MasterError` for invalid
-calls, `MasterFailure` for failures of the master, `socket.error` if it cannot be reached.
+Facade of `pipros.net.master_client.MasterClient`. Raises the same exceptions as Noetic: `MasterError` for
+invalid calls, `MasterFailure` for failures of the master, `socket.error` if it cannot be reached.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ Failure = MasterFailure
 
 
 def is_online(master_uri: str | None = None) -> bool:
-    """Return whether a master responds at `master_uri`, by default that of the environment."""
+    """Return whether a master responds at `master_uri`, which defaults to `ROS_MASTER_URI`."""
     return Master("rosgraph", master_uri=master_uri).is_online()
 
 

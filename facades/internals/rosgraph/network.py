@@ -130,7 +130,7 @@ def is_local_address(hostname: str) -> bool:
 def get_bind_address(address: str | None = None) -> str:
     """Return the address to bind for a server that clients reach as `address`.
 
-    The default is that of pipros nodes: loopback if master and node are local.
+    The default is the same as for pipros nodes: loopback if master and node are local.
     """
     address = address or get_address_override()
     if not address:
@@ -170,7 +170,7 @@ def _text(part: object) -> str:
 
 
 def decode_ros_handshake_header(header_str: bytes) -> dict[str, str]:
-    """Return the fields of a connection header that starts with its length.
+    """Return the fields of a length-prefixed connection header.
 
     Raises:
         ROSHandshakeException: the header is incomplete or invalid.

@@ -47,7 +47,7 @@ class XmlRpcHandler:
 
 
 class XmlRpcNode:
-    """XML-RPC server of a handler. `uri` is its address once it has started.
+    """XML-RPC server that dispatches calls to a handler. `uri` is its address once it has started.
 
     Methods run one at a time in the server's thread, so they must not wait for each other.
     """
@@ -68,7 +68,7 @@ class XmlRpcNode:
         self._loop = BackgroundLoop("xmlrpc node")
 
     def start(self) -> None:
-        """Start to serve in a background thread. Returns when `uri` is set.
+        """Start serving in a background thread. Returns when `uri` is set.
 
         Raises:
             OSError: the port is in use, and `on_run_error` is not set.
@@ -92,7 +92,7 @@ class XmlRpcNode:
             self.handler._ready(self.uri)
 
     def run(self) -> None:
-        """Start to serve and block until `shutdown`."""
+        """Start serving and block until `shutdown`."""
         self.start()
         while not self.is_shutdown and self.server is not None:
             wait_in_slices(self._ended.wait, None)

@@ -21,7 +21,7 @@ def get_args(roslaunch_files: Sequence[FileAndArguments]) -> dict[str, tuple[str
     """Return the documentation and the default of each argument of the last file.
 
     Raises:
-        RLException: a file is invalid; with file, line and element.
+        RLException: a file is invalid; the message names the file, line and element.
     """
     loader = XmlLoader(resolve_anon=False, args_only=True)
     load_config_default(roslaunch_files, None, loader=loader, assign_machines=False)

@@ -81,7 +81,7 @@ def calculate_env_loader(env: Mapping[str, str] | None = None) -> str:
 class ROSLaunchConfig:
     """Nodes, tests, parameters and machines of launch files; the local machine's name is "".
 
-    `to_launch` converts it to a value of pipros.
+    `to_launch` converts it to the corresponding pipros object.
     """
 
     def __init__(self) -> None:
@@ -108,7 +108,7 @@ class ROSLaunchConfig:
         self.config_errors.append(msg)
 
     def set_master(self, m: Master) -> None:
-        """Set the master, in place of that of the environment."""
+        """Set the master, replacing the one at `ROS_MASTER_URI`."""
         self.master = m
 
     def has_remote_nodes(self) -> bool:
@@ -227,7 +227,7 @@ class ROSLaunchConfig:
             print(f"Added {kind} of type [{node.package}/{node.type}] in namespace [{node.namespace}]")
 
     def to_launch(self) -> model.Launch:
-        """Return the configuration as a value of pipros, without the core's nodes."""
+        """Return the corresponding pipros object, without the core's nodes."""
         return model.Launch(
             files=tuple(self.roslaunch_files),
             params={key: param.value for key, param in self.params.items()},
@@ -264,11 +264,11 @@ def load_config_default(
 
     Args:
         roslaunch_files: paths, or pairs of a path and its command line arguments.
-        port: the port of the master; by default that of the environment.
+        port: the port of the master; defaults to the port in `ROS_MASTER_URI`.
         roslaunch_strs: contents of further launch files.
 
     Raises:
-        RLException: a file is invalid; with file, line and element.
+        RLException: a file is invalid; the message names the file, line and element.
     """
     from roslaunch.xmlloader import XmlLoader
 

@@ -84,7 +84,7 @@ _Result = TypeVar("_Result")
 
 
 class Master:
-    """A master with its URI, by default that of the environment."""
+    """A master with its URI, which defaults to `ROS_MASTER_URI`."""
 
     __slots__ = ("auto", "type", "uri")
 
@@ -161,18 +161,18 @@ class Machine:
         self.timeout = timeout or _REGISTER_TIMEOUT_S
 
     def config_key(self) -> str:
-        """Return a text that is equal for machines that only differ in their names."""
+        """Return a string that is equal for machines that differ only in name."""
         return (
             f"Machine(address[{self.address}] env_loader[{self.env_loader}] ssh_port[{self.ssh_port}] "
             f"user[{self.user or ''}] password[{self.password or ''}] timeout[{self.timeout}])"
         )
 
     def config_equals(self, m2: object) -> bool:
-        """Return whether `m2` is a machine that differs at most in its name."""
+        """Return whether `m2` is a machine that differs only in name, if at all."""
         return isinstance(m2, Machine) and self.config_key() == m2.config_key()
 
     def to_model(self) -> model.Machine:
-        """Return the machine as a value of pipros."""
+        """Return the corresponding pipros object."""
         return model.Machine(
             name=self.name,
             address=self.address,
@@ -185,7 +185,7 @@ class Machine:
 
     @classmethod
     def from_model(cls, machine: model.Machine) -> Machine:
-        """Create a machine from a value of pipros."""
+        """Create a Machine from the corresponding pipros object."""
         return cls(
             machine.name,
             machine.address,
@@ -335,7 +335,7 @@ class Node:
         return "\n".join([*lines, f"</{tag}>"])
 
     def to_model(self) -> model.Node:
-        """Return the node as a value of pipros; its default name is that of its program."""
+        """Return the corresponding pipros object; its name defaults to its program's name."""
         return model.Node(
             package=self.package,
             type=self.type,
@@ -355,7 +355,7 @@ class Node:
 
     @classmethod
     def from_model(cls, node: model.Node) -> Node:
-        """Create a node from a value of pipros."""
+        """Create a Node from the corresponding pipros object."""
         made = Node(
             node.package,
             node.type,
@@ -446,12 +446,12 @@ class Test(Node):
         return attributes
 
     def to_test(self) -> model.Test:
-        """Return the test as a value of pipros."""
+        """Return the corresponding pipros object."""
         return model.Test(self.to_model(), self.test_name, self.time_limit, self.retry)
 
     @classmethod
     def from_test(cls, test: model.Test) -> Test:
-        """Create a test from a value of pipros."""
+        """Create a Test from the corresponding pipros object."""
         node = test.node
         return cls(
             test.test_name,

@@ -137,7 +137,7 @@ class Process:
         """End the process; append problems to `errors`."""
 
     def get_exit_description(self) -> str:
-        """Return a text that describes how the process ended."""
+        """Return a description of how the process ended."""
         if self.exit_code is None:
             return "process has died"
         return f"process has died [exit code {self.exit_code}]" if self.exit_code else _CLEANLY
@@ -236,7 +236,7 @@ class ProcessMonitor(threading.Thread):
         """Add a process that the caller has started or will start.
 
         Raises:
-            RLException: a process with that name is registered, or the monitor was shut down.
+            RLException: a process with the same name is registered, or the monitor was shut down.
         """
         with self.plock:
             if self.has_process(p.name):
@@ -261,11 +261,11 @@ class ProcessMonitor(threading.Thread):
             self._registered.remove(p)
 
     def has_process(self, name: str) -> bool:
-        """Return whether a process with that name is monitored."""
+        """Return whether a process with the given name is monitored."""
         return self.get_process(name) is not None
 
     def get_process(self, name: str) -> Process | None:
-        """Return the monitored process with that name, or None."""
+        """Return the monitored process with the given name, or None."""
         return next((process for process in self.procs if process.name == name), None)
 
     def has_main_thread_jobs(self) -> int:
@@ -276,7 +276,9 @@ class ProcessMonitor(threading.Thread):
         """Do nothing, for compatibility; there are no jobs for the main thread."""
 
     def kill_process(self, name: str) -> bool:
-        """End the process with that name; return False if there is none. It restarts if `respawn` is set.
+        """End the process with the given name; return False if there is none.
+
+        It restarts if `respawn` is set.
 
         Raises:
             RLException: the name is not a string.
@@ -366,7 +368,7 @@ class ProcessMonitor(threading.Thread):
                 process.start()
 
     def _end_all(self) -> None:
-        """End all processes, those of the core last."""
+        """End all processes, the core processes last."""
         self.is_shutdown = True
         with self.plock:
             registered = list(self._registered)

@@ -46,10 +46,10 @@ def resolve_launch_arguments(args: Sequence[str]) -> list[str]:
 
 
 def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: bool) -> str:
-    """Return the given run id, else that of the running master, else a new one.
+    """Return the given run id, else the running master's, else a new one.
 
     Args:
-        options_wait_for_master: wait for a master with a run id instead of generating one.
+        options_wait_for_master: whether to wait for a master with a run id instead of generating one.
     """
     if options_runid:
         return options_runid
@@ -83,7 +83,7 @@ def check_log_disk_usage() -> None:
 
 
 def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: bool = False) -> str | None:
-    """Return the mistakes in a launch file, one per line; None if there are none.
+    """Return the errors in a launch file, one per line; None if there are none.
 
     Args:
         use_test_depends: whether `test_depend` counts as a declared dependency.

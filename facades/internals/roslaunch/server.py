@@ -104,7 +104,7 @@ class ROSLaunchBaseHandler(XmlRpcHandler):
 
 
 class ROSLaunchParentHandler(ROSLaunchBaseHandler):
-    """XML-RPC methods of a parent, for tools and for its children."""
+    """XML-RPC methods of the parent process, called by tools and by child launchers."""
 
     def __init__(
         self,
@@ -136,7 +136,10 @@ class ROSLaunchParentHandler(ROSLaunchBaseHandler):
         return 1, "", 0
 
     def log(self, client: str, level: int, message: str) -> Answer:
-        """Print a child's message. `level` is that of rosgraph_msgs/Log; 8 and above are errors."""
+        """Print a child's message.
+
+        `level` is a severity constant of rosgraph_msgs/Log; 8 and above are errors.
+        """
         (printerrlog if level >= _ERROR else printlog)(f"[{client}]: {message}")
         return 1, "", 1
 

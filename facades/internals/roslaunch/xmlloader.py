@@ -187,11 +187,11 @@ class XmlLoader(Loader):
 
         Args:
             core: whether its nodes belong to the core.
-            argv: `name:=value` words for its arguments; by default those of this process.
+            argv: `name:=value` words for its arguments; defaults to this process's.
             verbose: whether to print each addition.
 
         Raises:
-            XmlParseException: the file is invalid; with file, line and element.
+            XmlParseException: the file is invalid; the message names the file, line and element.
         """
         words = sys.argv if argv is None else argv
         self._read(ros_config, words, filename, lambda reader: reader.load_file(filename), core, verbose)

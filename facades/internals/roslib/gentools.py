@@ -132,7 +132,7 @@ def compute_md5_v1(get_deps_dict: Dependencies) -> NoReturn:
 
 
 def compute_full_text(get_deps_dict: Dependencies) -> str:
-    """Return the definition followed by those of all embedded types."""
+    """Return the definition, followed by the definitions of all embedded types."""
     spec = get_deps_dict["spec"]
     parts = [spec.text, *(f"MSG: {name}\n{_embedded(name).text}" for name in get_deps_dict["uniquedeps"])]
     return f"\n{'=' * 80}\n".join(parts)

@@ -206,7 +206,7 @@ def is_registered(msg_type_name: str) -> bool:
 
 
 def get_registered(msg_type_name: str, default_package: str | None = None) -> MsgSpec:
-    """Return the definition with that name, as given or qualified by `default_package`.
+    """Return the definition with the given name, as given or qualified by `default_package`.
 
     Raises:
         KeyError: the definition is not registered.
@@ -230,7 +230,9 @@ def msg_file(package: str, type_: str) -> str:
 
 
 def list_msg_types(package: str, include_depends: bool) -> list[str]:
-    """Return the names of a package's messages; with `include_depends`, also those of its dependencies.
+    """Return the names of a package's messages.
+
+    If `include_depends` is true, include the messages of its dependencies.
 
     Raises:
         InvalidROSPkgException: the package does not exist.
@@ -251,7 +253,10 @@ def load_from_string(
 
 
 def read(text: str, full_name: str) -> MessageSpec:
-    """Return the definition in pipros' form. Raises like `load_from_string`. (Not in Noetic.)"""
+    """Return the definition in pipros' form.
+
+    Raises the same errors as `load_from_string`. (Not in Noetic.)
+    """
     named = full_name if full_name.count(SEP) == 1 and all(full_name.split(SEP)) else "text/Text"
     try:
         return parse_message(text, named)
@@ -336,7 +341,9 @@ def load_package(package: str) -> None:
 
 
 def load_package_dependencies(package: str, load_recursive: bool = False) -> None:
-    """Register all messages of a package's direct dependencies; with `load_recursive`, of all dependencies.
+    """Register all messages of a package's direct dependencies.
+
+    If `load_recursive` is true, register the messages of all its dependencies.
 
     Raises:
         rospkg.ResourceNotFound: the package does not exist.

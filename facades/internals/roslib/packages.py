@@ -133,7 +133,7 @@ def get_dir_pkg(d: str) -> tuple[str, str] | tuple[None, None]:
 
 
 def find_node(pkg: str, node_type: str, rospack: RosPack | None = None) -> list[str]:
-    """Return the programs with that name in a package, built ones first. `rospack` locates the package.
+    """Return the programs with the given name in a package, built ones first. `rospack` locates the package.
 
     Raises:
         rospkg.ResourceNotFound: the package does not exist.
@@ -147,7 +147,7 @@ def find_resource(
     filter_fn: Callable[[str], bool] | None = None,
     rospack: RosPack | None = None,
 ) -> list[str]:
-    """Return all files with that name in a package and among its built programs.
+    """Return all files with the given name in a package and among its built programs.
 
     Only files for which `filter_fn` returns True are included. `rospack` locates the package.
 
@@ -163,7 +163,9 @@ def find_resource(
 def _find_resource(
     d: str | os.PathLike[str], resource_name: str, filter_fn: Callable[[str], bool] | None = None
 ) -> list[str]:
-    """Return all files of that name below a folder, if `filter_fn` returns True. Other packages call it.
+    """Return all files with the given name below a folder, if `filter_fn` returns True.
+
+    Other packages call it.
 
     Hidden folders, and links that lead back to a folder above, are left out.
     """

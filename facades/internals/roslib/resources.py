@@ -18,8 +18,8 @@ def list_package_resources(
 ) -> list[str]:
     """Return the names of the files in a folder of a package.
 
-    With `include_depends`, also those of its dependencies. `rfilter` is called with the path of each file and
-    returns whether to include it.
+    If `include_depends` is true, include those of its dependencies. `rfilter` is called with the path of each
+    file and returns whether to include it.
 
     Raises:
         InvalidROSPkgException: the package does not exist.

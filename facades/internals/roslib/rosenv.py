@@ -39,7 +39,7 @@ def get_ros_root(required: bool = True, env: Mapping[str, str] | None = None) ->
 
 
 def get_ros_package_path(required: bool = False, env: Mapping[str, str] | None = None) -> str | None:
-    """Return `ROS_PACKAGE_PATH`. Raises like `get_ros_root`."""
+    """Return `ROS_PACKAGE_PATH`. Raises the same errors as `get_ros_root`."""
     return _variable(ROS_PACKAGE_PATH, required, env)
 
 
@@ -49,7 +49,8 @@ def get_master_uri(
     """Return the URI of the master: `__master:=` in `argv`, else `ROS_MASTER_URI`.
 
     Raises:
-        ROSEnvException: the URI is `required`, but neither is set; or `__master:=` has no address, or two.
+        ROSEnvException: `required` is true and neither is set, or the value of `__master:=` is empty or
+            contains `:=`.
     """
     for argument in sys.argv if argv is None else argv:
         if argument.startswith("__master:="):

@@ -83,7 +83,9 @@ def srv_file(package: str, type_: str) -> str:
 
 
 def list_srv_types(package: str, include_depends: bool) -> list[str]:
-    """Return the names of a package's services; with `include_depends`, also those of its dependencies.
+    """Return the names of a package's services.
+
+    If `include_depends` is true, include the services of its dependencies.
 
     Raises:
         InvalidROSPkgException: the package does not exist.

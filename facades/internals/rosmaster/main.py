@@ -34,7 +34,7 @@ def rosmaster_main(
 ) -> None:
     """Run a master until it is shut down. The first argument is the name of the program.
 
-    `stdout` and `env` are ignored: those of the process are used.
+    `stdout` and `env` are ignored; `sys.stdout` and `os.environ` are used.
     """
     del stdout, env
     _main(None if argv is None else argv[1:])

@@ -57,7 +57,7 @@ class NodeRef:
             names.append(key)
 
     def remove(self, type_: int, key: str) -> None:
-        """Remove a name. Raises like `add`, and ValueError if the name is not registered."""
+        """Remove a name. Raises the same errors as `add`, and ValueError if the name is not registered."""
         self._names(type_).remove(key)
 
     def clear(self) -> None:
@@ -202,7 +202,7 @@ class RegistrationManager:
     def __init__(self, thread_pool: ThreadPool | None, registry: Registry | None = None) -> None:
         """Create empty registrations, unless `registry` is given.
 
-        `thread_pool` runs the shutdown of nodes whose name another node takes over; with None, these are not
+        `thread_pool` runs the shutdown of nodes whose name another node takes over; if None, these are not
         shut down.
         """
         self.thread_pool = thread_pool
@@ -221,7 +221,7 @@ class RegistrationManager:
         return self._reference(caller_id) if caller_id in self._registry.nodes else None
 
     def reverse_lookup(self, caller_api: str) -> NodeRef | None:
-        """Return the node with that URI, or None."""
+        """Return the node with the given URI, or None."""
         names = [name for name, node in self._registry.nodes.items() if node.api == caller_api]
         return self._reference(names[0]) if names else None
 

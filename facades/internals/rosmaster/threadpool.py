@@ -1,6 +1,6 @@
 """`rosmaster.threadpool`: a thread pool that runs tasks with the same marker sequentially.
 
-The master of pipros uses an event loop instead; this module is for code that uses the pool directly.
+pipros's master uses an event loop instead; this module is for code that uses the pool directly.
 """
 
 from __future__ import annotations

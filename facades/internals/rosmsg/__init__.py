@@ -1,7 +1,7 @@
 """Python API of `rosmsg` and `rossrv`: message and service types, and their definitions.
 
-Facade of `pipros.cli.rosmsg`; see http://wiki.ros.org/rosmsg. Arguments `rospack` are ignored: packages are
-those of the environment.
+Facade of `pipros.cli.rosmsg`; see http://wiki.ros.org/rosmsg. `rospack` arguments are ignored; packages are
+found through the environment.
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ def rosmsg_md5(mode: str, type_: str) -> str:
 
 
 def rosmsg_debug(rospack: object, mode: str, type_: str, raw: bool = False) -> None:  # noqa: ARG001
-    """Print the definition of a type. Raises like `get_msg_text`."""
+    """Print the definition of a type. Raises the same errors as `get_msg_text`."""
     print(_text(_KINDS[mode], type_, raw))
 
 
@@ -226,8 +226,9 @@ def get_yaml_for_msg(
     Args:
         prefix: prefix of each line.
         field_filter: function that lists the fields of a message to include.
-        flow_style_: use flow style (brackets) always or never; None for the parts of larger messages.
-        fill_arrays_: include one element of empty arrays.
+        flow_style_: whether to use flow style (brackets) always or never; None for the parts of larger
+            messages.
+        fill_arrays_: whether to include one element of empty arrays.
     """
     del time_offset, current_time
     shown = msg.__slots__ if field_filter is None else field_filter(msg)
@@ -247,12 +248,12 @@ def fullusage(mode: str) -> str:
 
 
 def rosmsg_cmd_list(mode: str, full: str, argv: Sequence[str] | None = None) -> None:
-    """Run `rosmsg list` with the arguments `argv`, or those of the process."""
+    """Run `rosmsg list` with the arguments `argv`, which default to `sys.argv[2:]`."""
     _command(mode, full, "list", argv)
 
 
 def rosmsg_cmd_packages(mode: str, full: str, argv: Sequence[str] | None = None) -> None:
-    """Run `rosmsg packages` with the arguments `argv`, or those of the process."""
+    """Run `rosmsg packages` with the arguments `argv`, which default to `sys.argv[2:]`."""
     _command(mode, full, "packages", argv)
 
 

@@ -153,13 +153,13 @@ def rosnode_info(node_name: str, quiet: bool = False) -> None:
 
 
 def get_node_info_description(node_name: str) -> str:
-    """Return a text with the registrations of a node at the master."""
+    """Return a description of a node's registrations at the master."""
     with _graph() as graph:
         return _node_info.describe_registrations(graph.master, node_name)
 
 
 def get_node_connection_info_description(node_api: str, master: object) -> str:  # noqa: ARG001
-    """Return a text with the connections that a node reports. `master` is ignored."""
+    """Return a description of the connections that a node reports. `master` is ignored."""
     with _graph() as graph:
         return _node_info.describe_connections(graph.master, node_api)
 

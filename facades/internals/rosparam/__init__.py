@@ -164,7 +164,7 @@ def load_str(
     default_namespace: str | None = None,
     verbose: bool = False,  # noqa: ARG001
 ) -> list[tuple[Any, str]]:
-    """Like `load_file`, from a string; `filename` is used only in errors."""
+    """Like `load_file`, but read from a string; `filename` is used only in error messages."""
     with _graph() as graph:
         return _documents.read_text(str, filename, default_namespace or graph.resolve(""))
 

@@ -67,7 +67,7 @@ def get_service_list(
 ) -> list[str] | list[list[Any]]:
     """Return the services, optionally of one node or in one namespace.
 
-    With `include_nodes`, return `[[service, [node]], …]`.
+    If `include_nodes` is true, return `[[service, [node]], …]`.
     """
     with _graph() as graph:
         found = {
@@ -135,7 +135,10 @@ def get_service_args(service_name: str) -> str:
 
 
 def has_service_args(service_name: str, service_class: Any = None) -> bool:
-    """Return whether the request of a service has fields. Raises like `get_service_class_by_name`."""
+    """Return whether a service's request has fields.
+
+    Raises the same errors as `get_service_class_by_name`.
+    """
     if service_class is None:
         service_class = get_service_class_by_name(service_name)
     return len(service_class._request_class.__slots__) > 0

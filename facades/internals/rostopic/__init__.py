@@ -93,8 +93,8 @@ def get_topic_type(
     """Return the type of a topic, its full name, and a function that extracts the field named in `topic`.
 
     The function is None if `topic` does not contain a field. If the topic does not exist, return (None, None,
-    None); with `blocking`, wait until it exists or the node is shut down. `topic` is not resolved: no topic
-    has a relative name.
+    None); if `blocking` is true, wait until it exists or the node is shut down. `topic` is not resolved: no
+    topic has a relative name.
     """
     with _graph() as graph:
         name = topic
@@ -117,7 +117,7 @@ def _full_name(source: _listening.TopicPart) -> str:
 def get_topic_class(
     topic: str, blocking: bool = False
 ) -> tuple[type[Any], str, MessageEval | None] | tuple[None, None, None]:
-    """Like `get_topic_type`, with the message class instead of the type name.
+    """Like `get_topic_type`, but return the message class instead of the type name.
 
     Raises:
         ROSTopicException: the message class cannot be loaded.
@@ -225,7 +225,7 @@ def _rostopic_list_group_by_host(
 ) -> tuple[_TopicsByHost, _TopicsByHost]:
     """Group publications and subscriptions, as `get_topic_list` returns them, by the hosts of their nodes.
 
-    Other packages call it. It asks the master once for each node, and raises what the master raises.
+    Other packages call it. It asks the master once for each node, and raises the master's errors.
     """
     uris: dict[str, str] = {}
 

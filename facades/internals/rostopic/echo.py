@@ -25,7 +25,7 @@ def create_field_filter(echo_nostr: bool, echo_noarr: bool) -> FieldFilter:
 
 
 def create_value_transform(echo_nostr: bool, echo_noarr: bool) -> ValueTransform:
-    """Return a function that replaces the strings, or the arrays, of a message by their sizes."""
+    """Return a function that replaces the strings, or the arrays, of a message with their sizes."""
     elision = Elision(no_arrays=echo_noarr, no_texts=echo_nostr)
 
     def value_transform(val: Any, type_information: str | None = None) -> Any:
@@ -60,11 +60,11 @@ class CallbackEcho:
         Args:
             topic: the topic; messages of other topics are ignored.
             msg_eval: function that returns the part of a message to print; None for the whole message.
-            plot: print each message as a line of comma-separated values.
-            filter_fn: print only messages for which this function returns true.
+            plot: whether to print each message as a line of comma-separated values.
+            filter_fn: function that returns whether to print a message.
             echo_clear: clear the screen before each message.
-            echo_all_topics: print the messages of all topics.
-            offset_time: print times as differences from now.
+            echo_all_topics: whether to print the messages of all topics.
+            offset_time: whether to print times as differences from now.
             count: number of messages to print; None for no limit.
             field_filter_fn: function that lists the fields of a message to print.
             fixed_numeric_width: width of numbers.

@@ -60,9 +60,10 @@ def publish_message(
 
     Args:
         rate: rate in Hz until the node is shut down; None to publish a single message.
-        once: return after publishing a single message; otherwise block until the node is shut down.
-        verbose: print each message.
-        substitute_keywords: set times `now` and headers `auto` to the time of each publication.
+        once: whether to return after publishing a single message; otherwise block until the node is shut
+            down.
+        verbose: whether to print each message.
+        substitute_keywords: whether to set times `now` and headers `auto` to the time of each publication.
 
     Raises:
         ROSTopicException: the values do not match the type.
@@ -93,7 +94,7 @@ def argv_publish(
     verbose: bool,
     substitute_keywords: bool = False,
 ) -> None:
-    """Like `publish_message`; with `once`, keep the latched message available for 3 seconds."""
+    """Like `publish_message`; if `once` is true, keep the latched message available for 3 seconds."""
     publish_message(pub, msg_class, pub_args, rate, once, verbose, substitute_keywords)
     if once:
         session.wait(ONCE_S)
@@ -107,10 +108,12 @@ def stdin_publish(
     filename: str | None,
     verbose: bool,
 ) -> None:
-    """Publish a message for each YAML document of a file or of standard input; with `once`, the first only.
+    """Publish a message for each YAML document of a file or of standard input.
 
-    With `rate`, the only document of a file is published repeatedly. Without a rate, the first message is
-    latched until the node is shut down.
+    If `once` is true, publish only the first one.
+
+    If `rate` is set, the only document of a file is published repeatedly. Without a rate, the first message
+    is latched until the node is shut down.
 
     Raises:
         ROSTopicException: the file does not exist, or values do not match the type.

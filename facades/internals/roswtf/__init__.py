@@ -40,7 +40,10 @@ def roswtf_main() -> None:
 
 
 def yaml_results(ctx: WtfContext) -> None:
-    """Prints the errors and warnings of a context as YAML: text of the rule to what its function returned."""
+    """Prints the errors and warnings of a context as YAML.
+
+    Maps each rule's text to the value that its function returned.
+    """
     import yaml
 
     results = {

@@ -22,7 +22,7 @@ class BagFile:
         file: a seekable binary file, readable, and writable unless `mode` is `r`.
         name: the file's name, for error messages.
         mode: `r`, `w` or `a`.
-        allow_unindexed: open a bag without an index as an empty one, for `reindex`.
+        allow_unindexed: whether to open a bag without an index as an empty one, for `reindex`.
 
     Raises:
         BagError: the file is not a bag, or cannot be appended to.

@@ -1,4 +1,4 @@
-"""Compression of chunks: none, bz2 and lz4. For MCAP files, zstd can be read, too.
+"""Compression of chunks: none, bz2 and lz4. For MCAP files, zstd can also be read.
 
 Writing lz4 needs the `lz4` library (`pipros[lz4]`). Without it, `lz4_frame.py` reads lz4, slowly.
 """

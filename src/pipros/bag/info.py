@@ -32,7 +32,7 @@ class Topic:
 
     Attributes:
         type: message type of its first connection.
-        frequency: in Hz, from the median time between messages; None if unknown.
+        frequency: rate in Hz, from the median time between messages; None if unknown.
     """
 
     topic: str

@@ -1,7 +1,7 @@
 """Read the messages of an MCAP file in time order, with few chunks in memory.
 
 While the time range of a chunk overlaps that of the next messages, the times and offsets of its messages are
-kept in memory. Contents are cached and decompressed again as those of bags are (`chunk_data.py`).
+kept in memory. Contents are cached and decompressed again, as for bags (`chunk_data.py`).
 """
 
 from __future__ import annotations

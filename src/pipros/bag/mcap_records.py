@@ -211,10 +211,12 @@ def message_entries(data: bytes, where: str, wanted: Container[int], first: int,
 def all_records(
     source: Source, limits: Limits, progress: Callable[[int], object]
 ) -> Iterator[tuple[int, bytes]]:
-    """Yield kind and content of the schemas, channels and messages of a file. The summary is not needed.
+    """Yield the kind and content of each schema, channel and message record in a file.
+
+    The summary is not needed.
 
     Raises:
-        BagFormatError: at the first damage.
+        BagFormatError: a record is damaged.
     """
     if source.read(0, min(source.size, len(MAGIC))) != MAGIC:
         raise BagFormatError(f"{source.name} is not an MCAP file")

@@ -55,7 +55,7 @@ class BagReader:
         rebuild_index: scan the whole file instead of its index, for bags that are truncated, damaged or have
             no index. All complete messages are found; `damage` describes the damage.
         progress: called with the byte position while the index is rebuilt.
-        limits: by default those of the process.
+        limits: defaults to the process-wide limits.
 
     Raises:
         BagError: the file is not a bag, or is encrypted.
@@ -199,7 +199,7 @@ class BagReader:
         return stamps
 
     def chunk_header(self, number: int) -> ChunkHeader:
-        """Return the header of the chunk with that number in `chunks`.
+        """Return the header of the chunk with the given index in `chunks`.
 
         Raises:
             BagFormatError: the header is damaged.

@@ -26,10 +26,11 @@ class FileOptions:
     Attributes:
         prefix: prefix of the file name; the date is appended.
         name: the file name, without a date.
-        split: begin a new file when `size_bytes` or `duration_s` is reached; otherwise the recording ends.
+        split: whether to begin a new file when `size_bytes` or `duration_s` is reached; otherwise the
+            recording ends.
         max_splits: maximum number of files kept; 0 for no limit.
         size_bytes, duration_s: limits of one file; 0 for no limit.
-        repeat_latched: begin each further file with the latched messages.
+        repeat_latched: whether to begin each further file with the latched messages.
     """
 
     prefix: str = ""
@@ -49,7 +50,7 @@ class RecordFiles:
     Args:
         say: called with a line of text when a file is opened or closed.
         on_open: called with the name of each new file.
-        avoid_existing: append a number to names that already exist.
+        avoid_existing: whether to append a number to names that already exist.
 
     Attributes:
         lost: number of messages discarded to make room for the index on a full disk.

@@ -43,9 +43,9 @@ class RecordOptions:
         limit: maximum number of messages per topic; 0 for no limit.
         buffer_bytes: maximum size of the queue of unwritten messages; 0 for no limit.
         min_space_bytes: pause writing while the disk has less free space.
-        publish: publish the name of each file on `/begin_write`.
-        snapshot: keep messages in memory, and write them when a message on `snapshot_trigger` or a call of
-            the service `~trigger_snapshot` requests it; see `Snapshots`. `buffer_bytes` and the
+        publish: whether to publish the name of each file on `/begin_write`.
+        snapshot: whether to keep messages in memory, and write them when a message on `snapshot_trigger` or a
+            call of the service `~trigger_snapshot` requests it; see `Snapshots`. `buffer_bytes` and the
             `duration_s` of the files limit the messages kept.
     """
 

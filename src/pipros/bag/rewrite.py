@@ -33,7 +33,7 @@ def replaced_file(path: Path) -> Iterator[Any]:
     """Open a new binary file, which atomically replaces `path` at the end of the block.
 
     If the block raises, the new file is removed, and `path` stays unchanged. An OSError without a file name,
-    such as that of a full disk, gets `path` as its file name.
+    such as when the disk is full, gets `path` as its file name.
     """
     unfinished = path.with_name(path.name + ".active")
     try:

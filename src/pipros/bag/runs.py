@@ -69,7 +69,8 @@ def runs_in_time_order(spans: Sequence[Span], load: Callable[[int], Sequence[Ent
     """Yield all messages of the chunks in time order, as runs.
 
     Args:
-        load: returns the sorted entries of a chunk; called once per chunk, when its first message is due.
+        load: function that returns the sorted entries of a chunk; called once per chunk, when its first
+            message is due.
     """
     waiting = sorted(spans, key=lambda span: (span.start, span.number), reverse=True)
     # (seconds, nanoseconds, rank, number) of each active chunk's next message, and its index in the entries

@@ -1,6 +1,6 @@
 """Build the index of a damaged or unindexed bag of format 2.0 by scanning the file.
 
-Every complete message is found, also in a chunk whose writer was killed. After damage, the scan continues at
+Every complete message is found, even in a chunk whose writer was killed. After damage, the scan continues at
 the next chunk.
 """
 

@@ -19,8 +19,8 @@ class Snapshots:
     """Writes the messages of a queue to files, and removes them from the queue. Thread-safe.
 
     Args:
-        options: options of the files. With `repeat_latched`, a file begins with the latched messages that the
-            queue has dropped. Existing files are never replaced: a number is appended to the name.
+        options: options of the files. If `repeat_latched` is true, a file begins with the latched messages
+            that the queue has dropped. Existing files are never replaced: a number is appended to the name.
         say: called with a line of text when a file is opened or closed.
     """
 

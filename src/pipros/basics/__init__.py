@@ -1,1 +1,4 @@
-"""Values in, values out: names, limits, errors, files, and text of peers. No sockets, no threads."""
+"""Names, limits, errors, files, and text received from peers.
+
+Values in, values out. No sockets, no threads.
+"""

@@ -62,7 +62,7 @@ class Environment:
 
     @classmethod
     def from_os(cls, variables: Mapping[str, str] | None = None) -> Environment:
-        """Read `variables`, by default those of this process at the time of the call."""
+        """Read `variables`; defaults to `os.environ` at the time of the call."""
         variables = os.environ if variables is None else variables
         get = variables.get
         home = Path(expanded(get("ROS_HOME") or "~/.ros"))

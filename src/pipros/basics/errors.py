@@ -1,4 +1,4 @@
-"""The common errors of pipros. Each says what happened, to which peer or object, and what to try."""
+"""pipros's common errors. Each says what happened, to which peer or object, and what to try."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _TEXT_LIMIT = 2_000
 
 
 class PiprosError(Exception):
-    """The base class of all errors of pipros."""
+    """Base class of all pipros errors."""
 
 
 class NeedsPosix(PiprosError):

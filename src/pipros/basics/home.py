@@ -14,7 +14,7 @@ from pipros.basics.posix import HAS_OWNERS, user_id
 
 
 def expanded(path: str) -> str:
-    """Return the path with a leading `~` or `~name` replaced by the home folder of that user.
+    """Return the path with a leading `~` or `~name` replaced by that user's home folder.
 
     Never raises, unlike `Path.expanduser`.
     """

@@ -39,7 +39,7 @@ def read_text(path: str | os.PathLike[str], limit_bytes: int | None = None, *, e
         errors: how invalid bytes are handled, as in `bytes.decode`.
 
     Raises:
-        OSError: as `read_file`.
+        OSError: as for `read_file`.
         UnicodeDecodeError: it is not UTF-8, and `errors` is `strict`.
     """
     return read_file(path, limit_bytes).decode("utf-8", errors).replace("\r\n", "\n").replace("\r", "\n")

@@ -1,6 +1,6 @@
 """Log files: opened so that another user cannot redirect them, and tolerant of a full disk.
 
-Log folders may be shared. Another user who can write there could replace a log file by a link; lines, whose
+Log folders may be shared. Another user who can write there could replace a log file with a link; lines, whose
 text peers choose in part, would then be appended to any file of the node's user.
 """
 
@@ -23,7 +23,7 @@ _LINKS_FOLLOWED = 10
 
 
 class Planted(PermissionError):
-    """Another user could have put a file or link at the path of a file to write."""
+    """The output path is unsafe: another user could have placed a file or link there."""
 
 
 def open_to_write(path: str | os.PathLike[str], *, append: bool = True) -> int:
@@ -37,7 +37,7 @@ def open_to_write(path: str | os.PathLike[str], *, append: bool = True) -> int:
         append: whether to keep the content of the file.
 
     Raises:
-        Planted: with the reason.
+        Planted: the path is unsafe; the message states the reason.
         OSError: it cannot be opened.
     """
     place = os.fspath(path)

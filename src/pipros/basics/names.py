@@ -1,7 +1,7 @@
 """Graph resource names: legality, resolution, remapping arguments.
 
-The rules are those of http://wiki.ros.org/Names as genuine ROS applies them. The functions are pure,
-except `anonymous`, which uses the process id and the time.
+Implements the rules of http://wiki.ros.org/Names as genuine ROS applies them. The functions are pure, except
+`anonymous`, which uses the process id and the time.
 """
 
 from __future__ import annotations
@@ -28,7 +28,9 @@ def is_legal(name: str) -> bool:
 
 
 def is_legal_topic(name: str) -> bool:
-    """True for a name that a topic of a bag may have: `a`, `/a/b`; neither private, nor a namespace.
+    """Return True if `name` is a valid topic name in a bag, such as `a` or `/a/b`.
+
+    Private names and namespaces are not valid.
 
     >>> is_legal_topic("/a/b"), is_legal_topic("/"), is_legal_topic("/../a")
     (True, False, False)
@@ -194,7 +196,9 @@ def is_remapping_argument(argument: str) -> bool:
 
 
 def is_legal_remapping(argument: str) -> bool:
-    """Return True for a `key:=...` that programs do not receive: the key is a name or begins with `_`.
+    """Return True if `argument` is a remapping, `key:=...`, whose key is a legal name or begins with `_`.
+
+    Remappings are removed from the program's arguments.
 
     >>> [is_legal_remapping(argument) for argument in ("a:=b", "_rate:=5", "-a:=b", "a b:=c", ":=b")]
     [True, True, False, False, False]

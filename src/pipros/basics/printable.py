@@ -19,7 +19,7 @@ QUOTE_LIMIT = 200
 def printable(value: object, limit: int = QUOTE_LIMIT) -> str:
     """Return `value` as one line without control characters: they become escapes such as `\\x1b` and `\\n`.
 
-    A text longer than `limit` characters is cut, and ends in `...`. Other values are shown as `str` does.
+    A text longer than `limit` characters is cut, and ends in `...`. Other values are shown as by `str`.
 
     >>> printable("a\\x1b[31mb\\nc"), printable("abcdef", limit=5)
     ('a\\\\x1b[31mb\\\\nc', 'ab...')

@@ -27,7 +27,7 @@ Subcommand = Callable[[Sequence[str]], int]
 
 
 class CommandError(PiprosError):
-    """The command cannot do what was requested. The text is printed after `ERROR: `."""
+    """The command cannot perform the request. The text is printed after `ERROR: `."""
 
 
 class MasterUnreachable(CommandError):
@@ -94,7 +94,7 @@ class _DeferredParser:
 
 
 def add_flag(parser: OptionParser, *names: str, help: str, dest: str | None = None) -> None:  # noqa: A002
-    """Add an option without a value: False unless given."""
+    """Add a boolean flag, False by default."""
     parser.add_option(*names, dest=dest, default=False, action="store_true", help=help)
 
 

@@ -22,7 +22,7 @@ def command_node(
 
     Args:
         argv: the command line, including the node's remapping arguments.
-        wall_time: use the machine's clock even if `/use_sim_time` is set.
+        wall_time: whether to use the machine's clock even if `/use_sim_time` is set.
         insist: see `ended_by_signals`.
     """
     node = Node(name, anonymous=True, argv=argv)

@@ -1,4 +1,4 @@
-"""Arguments of `catkin_make` for make: targets, variables and options."""
+"""Arguments that `catkin_make` passes on to make: targets, variables and options."""
 
 from __future__ import annotations
 

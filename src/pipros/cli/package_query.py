@@ -80,7 +80,7 @@ class PackageQuery:
 
         Args:
             words, options: results of `split_arguments`.
-            noun: what errors call a package.
+            noun: the word for a package in error messages.
             unknown: error for an unknown package, with `{}` for its name.
             kinds: what counts as a package, see `PackageIndex`.
         """

@@ -22,7 +22,7 @@ _CLASS_NAME = "roslaunch.RoslaunchCheck"
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Return 0 without mistakes; else print all of them to stderr and return 1."""
+    """Return 0 if there are no errors; else print all of them to stderr and return 1."""
     parser = OptionParser(
         usage="usage: %prog [options] <file|directory> [env=value...]", prog="roslaunch-check"
     )

@@ -49,7 +49,7 @@ def inspect(show: Inspection, files: Sequence[str], arguments: Mapping[str, str]
 
 
 def print_nodes(launch: Launch, _index: PackageIndex) -> int:
-    """Print the full names of nodes in file order, then those of tests (`--nodes`)."""
+    """Print the full names of the nodes, then of the tests, in file order (`--nodes`)."""
     for name in node_names(launch):
         print(name)
     return 0

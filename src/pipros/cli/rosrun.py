@@ -1,4 +1,4 @@
-"""`rosrun`: finds a program by package and name, and replaces its own process by it."""
+"""`rosrun`: finds a program by package and name, and replaces its own process with it."""
 
 from __future__ import annotations
 

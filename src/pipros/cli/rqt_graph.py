@@ -1,4 +1,4 @@
-"""`rqt_graph`: shows the graph as a live page in a browser, or writes it as a picture."""
+"""`rqt_graph`: shows the graph as a live page in a browser, or writes it as an image."""
 
 from __future__ import annotations
 

@@ -34,8 +34,8 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
     - A pipe whose reader closed it (`| head`) ends the command silently, with code 0.
     - A character missing in the terminal's encoding is written as `\\xe9`.
 
-    Output is flushed when the command returns. Streams that replaced those of the process, as in tests, are
-    left unchanged.
+    Output is flushed when the command returns. Streams that replaced the process's own, as in tests, are left
+    unchanged.
     """
 
     @wraps(main)

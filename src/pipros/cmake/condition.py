@@ -50,7 +50,7 @@ def is_true(
 
 
 def is_on(value: str) -> bool:
-    """Return whether a variable with that value is true."""
+    """Return whether CMake treats a variable with the value `value` as true."""
     lower = value.lower()
     return lower not in _FALSE and not lower.endswith("-notfound")
 

@@ -1,4 +1,4 @@
-"""`configure_file()`: substitution of variables in a text."""
+"""`configure_file()`: variable substitution in text."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _DEFINE = re.compile(r"^([ \t]*#[ \t]*)cmakedefine(01)?[ \t]+(\w+)(?:[ \t]+([^\n
 
 
 def configured(text: str, scope: Scope, *, at_only: bool = False, escapes_quotes: bool = False) -> str:
-    """Return a text with `#cmakedefine` lines, `@NAME@` and, without `at_only`, `${NAME}` replaced.
+    """Replace `#cmakedefine` lines, `@NAME@` and, unless `at_only` is true, `${NAME}` in a text.
 
     Raises:
         ValueError: the result would be too long.

@@ -55,9 +55,10 @@ class Copy:
     Attributes:
         source: an absolute path. A trailing slash denotes the contents of a folder.
         target: the destination folder, absolute or relative to the `base` of `copy`.
-        rename: the new name of the file; empty to keep that of the source.
+        rename: the new name of the file; empty to keep the source's name.
         is_optional: whether the source may be missing; a folder always may.
-        mode: the permissions of files, unless `keeps_permissions` is set: then those of the source.
+        mode: the permissions of files, unless `keeps_permissions` is set, which keeps the source's
+            permissions.
         only_matching: whether to skip files that match no pattern.
     """
 

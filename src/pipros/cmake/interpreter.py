@@ -111,7 +111,7 @@ class Interpreter:
         self.run_text(text, file)
 
     def run_text(self, text: str, file: str) -> None:
-        """Execute a text as if it were the content of `file`.
+        """Execute source text as if it were the content of `file`.
 
         Raises:
             CMakeError: the text has an error; with file and line.

@@ -38,7 +38,7 @@ class GraphClient:
 
     @property
     def environment(self) -> Environment:
-        """All `ROS_*` variables; only few tools need them."""
+        """All `ROS_*` variables; only a few tools need them."""
         if self._environment is None:
             from pipros.basics.env import Environment
 

@@ -1,4 +1,4 @@
-"""Replaces arrays or strings in messages by their size, for `--noarr` and `--nostr`."""
+"""Replaces arrays or strings in messages with their sizes, for `--noarr` and `--nostr`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pipros.msg.base import Message
 
 
 class Elision:
-    """Replaces arrays and strings by their size. Messages inside arrays are left unchanged."""
+    """Replace arrays and strings with their sizes. Messages inside arrays are left unchanged."""
 
     def __init__(self, *, no_arrays: bool, no_texts: bool) -> None:
         self._no_arrays = no_arrays

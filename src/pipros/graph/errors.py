@@ -20,8 +20,8 @@ def translated(unreachable: Callable[[str], Exception], failed: Callable[[str], 
     """Translate errors of `pipros.graph` to the exceptions that a ROS module documents.
 
     Args:
-        unreachable: creates the exception for an unreachable master.
-        failed: creates the exception for a `GraphError`.
+        unreachable: function that creates the exception for an unreachable master.
+        failed: function that creates the exception for a `GraphError`.
     """
     try:
         yield

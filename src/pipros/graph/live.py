@@ -90,7 +90,7 @@ class LiveGraph:
         """Create the graph of these namespaces without querying anything yet.
 
         Args:
-            ask: calls `getBusInfo` of the node at a URI.
+            ask: function that calls `getBusInfo` of the node at a URI.
             now_s: clock for the age of answers.
         """
         self.node_ns = node_ns or "/"

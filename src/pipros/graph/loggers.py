@@ -20,7 +20,7 @@ def levels_of(master: MasterClient, node: str) -> dict[str, str]:
     """Return the level of each logger of a node, spelled as by the node: upper case only from rospy.
 
     Raises:
-        GraphError: no node of that name answers.
+        GraphError: no node with this name responds.
     """
     answer = _call(master, node, "get_loggers", "roscpp/GetLoggers")
     return {str(logger.name): str(logger.level) for logger in answer.loggers}
@@ -30,7 +30,7 @@ def set_level(master: MasterClient, node: str, logger: str, level: str) -> None:
     """Set the level of one logger of a node, unless it is set already.
 
     Raises:
-        GraphError: no node of that name answers, or it lacks the logger.
+        GraphError: no node with this name responds, or it lacks the logger.
     """
     levels = levels_of(master, node)
     if logger not in levels:

@@ -58,7 +58,7 @@ class NodeState:
 
     Attributes:
         uri: URI of its slave API; empty while unknown.
-        error: reason of the last failure to answer; empty if it answered.
+        error: why the last request failed; empty if the node responded.
     """
 
     uri: str = ""
@@ -74,7 +74,7 @@ class Observation:
         types: type of each topic.
         nodes: state of each registered node.
         connections: connections with their traffic; None until measured.
-        error: reason why the master did not answer; all other attributes are then unchanged.
+        error: why the master did not respond; all other attributes are then unchanged.
     """
 
     state: SystemState = field(default_factory=lambda: SystemState({}, {}, {}))
@@ -127,7 +127,7 @@ class SystemObserver:
         """Call nothing yet.
 
         Args:
-            ask: returns the results of `getBusInfo` and `getBusStats` of the node at a URI.
+            ask: function that returns the results of `getBusInfo` and `getBusStats` of the node at a URI.
             now_s: clock for rates and retries.
         """
         self._master = master

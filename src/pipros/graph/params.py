@@ -46,7 +46,7 @@ def read(master: MasterClient, name: str) -> Any:
 
 
 def _plain(value: Any) -> Any:
-    """Replace the XML-RPC classes for binary data and dates by plain values."""
+    """Replace the XML-RPC classes for binary data and dates with plain values."""
     if isinstance(value, (bool, int, float, str)):
         return value
     if isinstance(value, dict):

@@ -43,7 +43,7 @@ def ping(
     Ctrl-C ends it. If a ping fails, return False and pass the reason to `complain`.
 
     Args:
-        ask: calls the node at a URI on behalf of a caller.
+        ask: function that calls the node at a URI on behalf of a caller.
         clock: measures the round trip, in seconds.
 
     Raises:

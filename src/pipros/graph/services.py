@@ -80,7 +80,7 @@ def type_of(master: MasterClient, service: str, calls: OpenCalls | None = None) 
 
 
 def service_class_of(master: MasterClient, service: str, calls: OpenCalls | None = None) -> ServiceClass:
-    """Return the class of a service; its type is that of the server.
+    """Return the class of a service; its type is the server's.
 
     Args:
         calls: interrupts the lookup.

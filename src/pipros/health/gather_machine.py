@@ -31,8 +31,8 @@ _SCRIPT_BYTES = 1 << 20  # on Windows, a small launcher program precedes the scr
 def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: float = 3.0) -> Machine:
     """Return the setup of a program started now.
 
-    `variables` is the environment, by default that of this process. Blocks while host names are resolved, and
-    up to `timeout_s` for the master.
+    `variables` is the environment; defaults to `os.environ`. Blocks while host names are resolved, and up to
+    `timeout_s` for the master.
     """
     values = dict(os.environ if variables is None else variables)
     environment = Environment.from_os(values)
@@ -127,7 +127,7 @@ def _is_own(program: str) -> bool:
 
 
 def _python_packages(variables: Mapping[str, str]) -> dict[str, Path]:
-    """Return the folders from which Python imports the ROS packages; those of PYTHONPATH come first."""
+    """Return the folders from which Python imports the ROS packages; folders in PYTHONPATH come first."""
     places: dict[str, Path] = {}
     for name in PACKAGES:
         for entry in filter(None, variables.get("PYTHONPATH", "").split(os.pathsep)):
@@ -142,7 +142,7 @@ def _python_packages(variables: Mapping[str, str]) -> dict[str, Path]:
 
 
 def _is_ours(package: Path) -> bool:
-    """Return whether an import package is that of pipros, which has types; genuine ROS has none."""
+    """Return whether an import package belongs to pipros, and so has types; genuine ROS has none."""
     return (package / "py.typed").is_file()
 
 

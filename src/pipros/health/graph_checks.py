@@ -219,7 +219,7 @@ def _types_differ(
 
 
 def definitions(system: SystemReport) -> Findings:
-    """Find types that are not installed on this machine, or with another definition."""
+    """Find types that are not installed on this machine, or are installed with a different definition."""
     users: dict[str, list[str]] = {}
     for topic, type_name in system.types.items():
         users.setdefault(type_name, []).append(topic)

@@ -30,10 +30,10 @@ class Machine:
         own_hosts: the hosts and addresses among these that refer to this machine.
         address_towards_master: the address from which this machine reaches the master; empty if unknown.
         paths: path to its kind, for the entries of path variables and the folders for logs.
-        foreign_programs: ROS command to the program in `PATH` that runs, if it is not that of pipros.
+        foreign_programs: ROS command to the program in `PATH` that runs, if it is not pipros's program.
         own_programs: the folder of pipros' programs.
         python_packages: import package to the folder from which Python imports it.
-        own_packages: the folders with import packages of pipros; one, except in a checkout.
+        own_packages: the folders with pipros's import packages; one, except in a checkout.
         changed_packages: import package of pipros that changed after its installation, to the distribution
             that replaced its files; empty if unknown.
         master_error: why the master cannot be reached; empty if it answers, None if it was not called.

@@ -54,7 +54,7 @@ def mixed_python(machine: Machine) -> Findings:
 
 
 def changed_packages(machine: Machine) -> Findings:
-    """Find modules of pipros that another distribution replaced, or that were edited or deleted."""
+    """Find pipros modules that another distribution replaced, or that were edited or deleted."""
     changed = machine.changed_packages
     if not changed:
         return

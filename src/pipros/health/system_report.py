@@ -65,12 +65,12 @@ class PublisherReport:
 
 @dataclass(frozen=True, slots=True)
 class ServiceReport:
-    """The answer of a service server.
+    """Result of probing one service server.
 
     Attributes:
         node: the node that provides the service.
         uri: its address.
-        failure: why it did not answer; None if it did.
+        failure: why the server did not respond; None if it responded.
     """
 
     node: str

@@ -1,4 +1,4 @@
-"""Finds mistakes in a launch file, and undeclared dependencies of its package, without starting anything."""
+"""Finds errors in a launch file, and undeclared dependencies of its package, without starting anything."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ UNSET = "an-argument-without-a-value"
 def mistakes(
     file: Path, index: PackageIndex, *, with_test_depends: bool = False, ignore_unset: bool = False
 ) -> list[str]:
-    """Return the mistakes in a launch file and in the files it includes.
+    """Return the errors in a launch file and in the files it includes.
 
     Args:
         with_test_depends: whether `test_depend` counts as a declaration.
-        ignore_unset: whether to accept arguments without a value. Nodes whose package or type needs one are
-            left out.
+        ignore_unset: whether to accept arguments without a value. Nodes whose package or type depends on such
+            an argument are skipped.
     """
     try:
         launch = load(
@@ -47,7 +47,7 @@ def mistakes(
 
 
 def known_nodes(launch: Launch) -> list[Node]:
-    """Return the nodes, with those of tests, whose package and type do not depend on an unset argument."""
+    """Return the nodes, including test nodes, whose package and type do not depend on an unset argument."""
     nodes = (*launch.nodes, *(test.node for test in launch.tests))
     return [node for node in nodes if UNSET not in node.package and UNSET not in node.type]
 

@@ -44,7 +44,7 @@ def resolve_files(words: Sequence[str], index: PackageIndex) -> list[str]:
 
 
 def find_in_package(package_name: str, name: str, index: PackageIndex) -> str:
-    """Return the only file of that name in a package; `launch/x.launch` is relative to its folder."""
+    """Return the only file with the given name in a package; `launch/x.launch` is relative to its folder."""
     nothing = (
         f"[{name}] is neither a launch file in package [{package_name}] nor is [{package_name}] "
         "a launch file name"

@@ -13,7 +13,7 @@ from pipros.workspace.index import PackageIndex
 
 
 def node_names(launch: Launch) -> list[str]:
-    """Return the full names of the nodes in file order, followed by those of the tests."""
+    """Return the full names of the nodes, then of the tests, in file order."""
     return [node.full_name for node in (*launch.nodes, *(test.node for test in launch.tests))]
 
 

@@ -33,8 +33,8 @@ class LoadContext:
     """Access to packages, environment variables, files and commands.
 
     Attributes:
-        read_file: returns the bytes of a file; raises OSError.
-        run_command: returns the output of a command line; raises CommandFailed.
+        read_file: function that returns the bytes of a file; raises OSError.
+        run_command: function that returns the output of a command line; raises CommandFailed.
     """
 
     find: FindResource

@@ -164,7 +164,7 @@ class Launch:
         params: values by full name, in the order of setting.
         clear_params: namespaces to delete first, each with a trailing slash.
         arguments: the `<arg>`s of the files themselves, not of includes.
-        warnings: mistakes that do not prevent the launch.
+        warnings: errors that do not prevent the launch.
     """
 
     files: tuple[str, ...] = ()
@@ -179,7 +179,7 @@ class Launch:
     includes: tuple[tuple[str, str], ...] = ()
 
     def node(self, full_name: str) -> Node | None:
-        """Return the node or test with that full name, or None."""
+        """Return the node or test with the given full name, or None."""
         return next((node for node in self._nodes_and_tests() if node.full_name == full_name), None)
 
     def check_machines(self) -> None:

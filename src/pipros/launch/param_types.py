@@ -14,7 +14,7 @@ def convert(text: str, type_name: str, source: str = "<param>") -> Any:
     else, including `1e3` and `0x10`, stays a string.
 
     Raises:
-        ValueError: the text is not of that type, or the type is unknown.
+        ValueError: the text is not valid for the type, or the type is unknown.
 
     >>> convert("010", "auto"), convert("1e3", "auto"), convert("1.", ""), convert("True", "auto")
     (10, '1e3', 1.0, True)

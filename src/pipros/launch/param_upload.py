@@ -38,7 +38,7 @@ class ParameterServer(Protocol):
 
 
 def upload(launch: Launch, client: ParameterServer) -> None:
-    """Apply the parameters as `apply_parameters` does, through an open connection."""
+    """Like `apply_parameters`, but use an open connection."""
     for command in launch.commands:
         _run(command, client)
     for namespace in launch.clear_params:

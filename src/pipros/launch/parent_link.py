@@ -38,7 +38,7 @@ _REFUSALS = 3
 class ParentLink:
     """The connection to the parent's XML-RPC server.
 
-    Call `register` first; then `log` and `process_died`, from any thread. Neither blocks.
+    Call `register` first. After that, `log` and `process_died` may be called from any thread. Neither blocks.
     """
 
     def __init__(self, name: str, uri: str, on_lost: Callable[[], None]) -> None:
@@ -109,7 +109,7 @@ class ParentLink:
         self._calls.put(("process_died", process, exit_code))
 
     def close(self) -> None:
-        """Make the pending calls, within a second, and disconnect."""
+        """Send the pending calls, waiting at most one second, then disconnect."""
         self._closing.set()
         self._calls.put(None)
         if self._thread.ident is not None:

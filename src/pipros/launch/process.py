@@ -165,7 +165,7 @@ def _check_first_line(command: Command) -> None:
     program = Path(command.argv[0])
     reason = why_not_startable(program) if program.is_file() else None
     if reason is not None:
-        # With a wrong line end in the shebang, `env` would start and fail: only this node is lost then.
+        # If the shebang ends in CRLF, `env` starts and then fails; only this node is affected.
         kind = CannotLaunch if has_windows_line_ends(program) else CannotStart
         raise kind(f"Unable to launch [{' '.join(command.argv)}]: {reason}")
 

@@ -59,7 +59,7 @@ class Core:
             run_id: id of the run; by default a new one.
             rosout: whether to run the `/rosout` node.
             log_folder: folder for the node's `rosout.log` and the master's `master.log`; None for no files.
-            environment: by default that of the process.
+            environment: defaults to `os.environ`.
             settings: fields of `MasterOptions` that override `options`: `port`, `host`, `allow`, …
         """
         self._environment = environment or Environment.from_os()

@@ -37,7 +37,7 @@ class RunOptions:
 
     Attributes:
         output: destination of the standard output of all nodes; None leaves it to each node.
-        all_required: whether the end of any node ends the launch.
+        all_required: whether to stop the launch when any node exits.
         local_only: whether to skip nodes on other machines.
         has_prefixes: whether lines that nodes print on the terminal are prefixed with their names.
         is_child: whether this is a launch child, whose standard output is not visible.
@@ -180,10 +180,10 @@ class LaunchRun:
             return managed
 
     def wait(self, *, until_all_ended: bool = True) -> None:
-        """Watch the nodes, and restart those with `respawn`, until it is time to stop.
+        """Watch the nodes, and restart those with `respawn`, until the launch stops.
 
-        That is when a stop is requested, a required node ends or, with `until_all_ended`, all nodes have
-        ended.
+        Return when a stop is requested, a required node exits or, if `until_all_ended` is set, all nodes have
+        exited.
         """
         while self._is_running:
             if until_all_ended and not self.has_running:
@@ -195,7 +195,7 @@ class LaunchRun:
             self._handle(self._next_event(None))
 
     def watch(self, process: NodeProcess, timeout_s: float | None = None) -> bool:
-        """Watch the nodes as `wait` does, but until this process has ended and its end was reported.
+        """Like `wait`, but return once this process has ended and its end was reported.
 
         Return False on timeout, or if it is time to stop.
         """
@@ -313,7 +313,7 @@ class LaunchRun:
             self._restart_those_due()
 
     def _handle_end(self, managed: ManagedNode, process: NodeProcess) -> None:
-        """Report the end of a process and decide what happens next."""
+        """Report that a process has exited, and decide what happens next."""
         is_required = managed.node.required or self._options.all_required
         report_end(process, self._logs.stem(process.name), self._console, is_required=is_required)
         managed.process = None

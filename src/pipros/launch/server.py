@@ -31,7 +31,7 @@ class LaunchServer:
         """Open nothing until `start()` is called.
 
         Args:
-            processes: returns the current processes; called from another thread.
+            processes: function that returns the current processes; called from another thread.
             methods: additional methods.
             admits: whether a caller may connect; by default all may.
         """

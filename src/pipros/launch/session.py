@@ -1,7 +1,7 @@
 """One `roslaunch` or `roscore` from start to end: log folder, launch files, master, nodes.
 
-The steps print what Noetic's roslaunch prints, in its order. Users wait for the first node to start, so
-everything that can be postponed is done after that.
+The steps print the same output as Noetic's roslaunch, in the same order. Users wait for the first node to
+start, so everything that can be postponed is done after that.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class SessionOptions:
         is_core: whether this is `roscore`, which has no files and requires that no master runs yet.
         port: port of the master; by default taken from the environment.
         master: other settings of a master that the session starts.
-        run_id: id of the run; by default that of the running master, or a new one.
+        run_id: id of the run; defaults to the running master's run id, or to a new one.
         has_summary: whether to print the summary.
         checks_log_folder: whether to check the size of the log folder.
         numbers: numbers for the names of processes; by default counted from 1.
@@ -85,7 +85,7 @@ class LaunchSession:
         """Start nothing yet.
 
         Args:
-            load_launch: returns the launch, if it is not simply read from the files.
+            load_launch: function that returns the launch, if it is not simply read from the files.
             on_end: see `LaunchRun`.
         """
         environment = environment or Environment.from_os()
@@ -164,7 +164,7 @@ class LaunchSession:
         self._start_nodes(launch, placement, log)
 
     def wait(self) -> None:
-        """Block until it is time to stop: on request, at the end of a required node, or of all nodes.
+        """Block until a stop is requested, a required node exits, or all nodes have exited.
 
         A session that started the master continues without nodes, because others may use the master.
         """

@@ -140,14 +140,17 @@ class SessionMaster:
             self._core.start_rosout()
 
     def stop_rosout(self) -> None:
-        """End `/rosout` of our own master, and announce the end of the master. Harmless if not started."""
+        """Stop the `/rosout` node of our own master, and announce that the master is shutting down.
+
+        Does nothing if it was not started.
+        """
         if self._core is not None:
             self._console.say("[rosout-1] killing on exit")
             self._core.stop_rosout()
             self._console.say("[master] killing on exit")
 
     def stop(self) -> None:
-        """End our own master. Harmless if nothing was started."""
+        """Stop our own master. Does nothing if it was not started."""
         if self._core is not None:
             self._core.stop()
 

@@ -53,7 +53,10 @@ def end(
 
 
 def _end_left_behind(processes: Sequence[NodeProcess]) -> None:
-    """End what ended processes left running: shells make their background jobs ignore SIGINT."""
+    """End processes that were left running by processes that have ended.
+
+    Shells make their background jobs ignore SIGINT.
+    """
     left = [process for process in processes if process.has_group]
     for process in left:
         process.send_signal(SIGTERM)

@@ -47,8 +47,8 @@ def load(
         texts: contents of launch files, such as standard input; read after the files.
         unset_as: value of unset arguments, for tools that only inspect the file; by default they are
             an error.
-        arguments_only: read only the `<arg>`s of the files themselves.
-        limits: by default those of the process.
+        arguments_only: whether to read only the `<arg>`s of the files themselves.
+        limits: defaults to the process-wide limits.
 
     Raises:
         LaunchError: Noetic would reject a file too; the error has file, line and element.
@@ -105,7 +105,7 @@ class Loader:
         return scope
 
     def load_text(self, text: str) -> LaunchScope:
-        """Read the content of a file as `load_file` does."""
+        """Read the content of a file, like `load_file`."""
         scope = self._root_scope("<stdin>", None)
         self._process_root(_parse(text, "<stdin>"), scope)
         return scope

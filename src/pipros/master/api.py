@@ -1,7 +1,7 @@
 """The Master API and the Parameter Server API: arguments in, `[code, text, value]` out.
 
 http://wiki.ros.org/ROS/Master_API and http://wiki.ros.org/ROS/Parameter%20Server%20API describe the methods;
-texts, checks and corner cases are those of genuine rosmaster, found by calling it (the differential test in
+texts, checks and corner cases match genuine rosmaster, as found by calling it (the differential test in
 tests/interop repeats that). Nothing here blocks or uses a socket.
 """
 
@@ -48,8 +48,9 @@ class MasterApi:
         """
         Args:
             notify: delivers notices.
-            shutdown: ends the master, given the reason; returns False if the caller is not allowed to.
-            limits: by default those of the process.
+            shutdown: function that ends the master, given the reason; returns False if the caller is not
+                allowed to.
+            limits: defaults to the process-wide limits.
         """
         self.uri = ""
         self.arguments = Arguments((limits or process_limits()).name_characters)

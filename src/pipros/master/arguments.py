@@ -1,6 +1,6 @@
 """Checks, limits and resolves the arguments of all Master API methods.
 
-The checks and their error texts are those of `pipros.net.argument_checks`.
+Uses the checks and error texts of `pipros.net.argument_checks`.
 """
 
 from __future__ import annotations

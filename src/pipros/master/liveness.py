@@ -258,10 +258,10 @@ async def ask_node(api: str, method: str, timeout_s: float) -> Any:
 
 
 async def find_live_nodes(nodes: dict[str, str], timeout_s: float, *, ask: Ask = ask_node) -> set[str]:
-    """Return which nodes (name to API) of a previous run of the master to keep.
+    """Return the names of the nodes to keep from the master's previous run, given each node's API URI.
 
-    These are the nodes that answer, unless with another name, and those that do not answer in time, but not
-    those that refuse connections.
+    Keep nodes that answer with the expected name or time out; drop nodes that answer with another name or
+    refuse the connection.
     """
     slots = asyncio.Semaphore(PROBES_AT_A_TIME * 5)
 

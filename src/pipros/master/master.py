@@ -52,8 +52,8 @@ class Master:
 
         Args:
             options: all settings as one value.
-            environment: by default that of the process.
-            settings: fields of `MasterOptions`, which override those of `options`.
+            environment: defaults to `os.environ`.
+            settings: fields of `MasterOptions`, which override the fields of `options`.
 
         Raises:
             ValueError: an entry of `allow` is not a network.
@@ -81,7 +81,7 @@ class Master:
 
     @property
     def port(self) -> int:
-        """The port; if it was set to 0, valid after `start()`."""
+        """The port. If 0 was requested, the actual port is available after `start()`."""
         return self._server.rpc.port
 
     @property

@@ -90,7 +90,7 @@ class Notifier:
         Args:
             limits: `notices` may be queued for a node, which has `notice_s` to answer each; by default the
                 limits of the process.
-            connect: returns the client for an API; raises ValueError for an invalid URI.
+            connect: function that returns the client for an API; raises ValueError for an invalid URI.
         """
         self._recipients = recipients
         self._connect = connect

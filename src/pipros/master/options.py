@@ -43,7 +43,7 @@ class MasterOptions:
             too.
         allow: networks that may connect, besides this machine: `10.0.0.0/8`, `192.168.1.7`. Empty for all.
         parameters: keys and values to set before the port is opened.
-        limits: the limits on the cost of peers; by default those of the process.
+        limits: limits on the resources that peers can use; defaults to the process-wide limits.
         store: a file that stores parameters and registrations, and from which they are restored on start.
         log_level: one of `pipros.master.log.LEVELS`, for the log file that `Core` writes.
         on_shutdown: called, in the master's thread, when a peer on this machine calls `shutdown`; the owner

@@ -43,7 +43,7 @@ class Notice:
 
 
 class RegistryFull(PiprosError, ValueError):
-    """A registration would bring those of the master above `registration_bytes`."""
+    """A registration would exceed the master's limit `registration_bytes`."""
 
 
 class Role(Enum):
@@ -108,7 +108,7 @@ class Registry:
     """
 
     def __init__(self, limits: Limits | None = None) -> None:
-        """Create an empty registry; `limits` defaults to those of the process."""
+        """Create an empty registry; `limits` defaults to the process-wide limits."""
         self._limits = limits or process_limits()
         self.held_bytes = 0
         self._unused_types = UnusedTypes(self._limits)

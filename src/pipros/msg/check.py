@@ -48,7 +48,7 @@ def check_type(field_name: str, field_type: str, field_val: Any) -> None:
 
 
 def check_lengths(name: str, message: HasFields) -> None:
-    """Check the lengths of all fixed arrays, also in embedded messages.
+    """Check the lengths of all fixed arrays, including in embedded messages.
 
     Raises:
         SerializationError: names the field, prefixed by `name`.

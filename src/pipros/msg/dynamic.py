@@ -1,7 +1,8 @@
-"""Message classes created at run time from the full text in a connection header or a bag. Such a class is not
-in a module, so a pickle of its messages includes the full text, from which unpickling creates the class:
+"""Message classes created at run time from the full definition in a connection header or a bag.
 
-another process need not know the type. The same process reuses its class.
+Such a class does not belong to a module, so its pickled messages include the full definition. Unpickling
+recreates the class from it, even in a process that does not know the type. Unpickling in the same process
+reuses the existing class.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ def message_classes_from_text(
     """Return classes for all types in a full text. Packages with the same types are ignored.
 
     Args:
-        limits: by default those of the process.
+        limits: defaults to the process-wide limits.
 
     Raises:
         DefinitionError: a definition is invalid, an embedded type is missing, or the text exceeds the limits.
@@ -92,7 +93,10 @@ class DynamicClasses:
         added.__deepcopy__ = _deepcopy
 
     def get(self, type_name: str, full_text: str) -> type[Message]:
-        """Return the class for a full text, created if necessary; raise as `message_classes_from_text`."""
+        """Return the class for a full message definition, creating it if necessary.
+
+        Raises the same errors as `message_classes_from_text`.
+        """
         cls = self._in_use.get((type_name, full_text))
         return cls or message_classes_from_text(type_name, full_text)[type_name]
 

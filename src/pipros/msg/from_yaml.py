@@ -1,6 +1,6 @@
 """Fills messages from YAML values of command lines and launch files.
 
-The rules are those of http://wiki.ros.org/ROS/YAMLCommandLine.
+Implements the rules of http://wiki.ros.org/ROS/YAMLCommandLine.
 """
 
 from __future__ import annotations

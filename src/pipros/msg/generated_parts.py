@@ -1,6 +1,6 @@
 """Parts of the Python source that genuine genpy generates for a message, for tools that generate their own.
 
-The classes of pipros are compiled without it, in `pipros.msg.compile`. Types are names as in definitions; a
+pipros's classes are compiled without it, in `pipros.msg.compile`. Types are names as in definitions; a
 context has `get_registered(name)`, which returns a specification with `fields`, `types`, `names` and
 `constants`, and raises KeyError for an unknown name.
 """

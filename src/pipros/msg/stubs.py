@@ -62,7 +62,10 @@ def write_stubs(
 
 
 def package_stubs(package: str, definitions: Definitions) -> dict[str, str]:
-    """Return the stubs of one package: paths within it, and contents. Raises as `write_stubs`."""
+    """Return the stubs of one package, as a mapping from path within it to content.
+
+    Raises the same errors as `write_stubs`.
+    """
     stubs: dict[str, str] = {}
     messages = [definitions.message(f"{package}/{name}") for name in definitions.files.names("msg", package)]
     services = [definitions.service(f"{package}/{name}") for name in definitions.files.names("srv", package)]

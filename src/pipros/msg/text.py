@@ -28,7 +28,7 @@ def strify_message(
         val: the value.
         indent: the prefix of every line; if given, a multi-line value begins on a new line.
         time_offset: times are written as the duration since this time.
-        field_filter: returns the names of the message fields to write.
+        field_filter: function that returns the names of the message fields to write.
         fixed_numeric_width: the width to which numbers are padded and cut.
     """
     return _Text(time_offset, field_filter, fixed_numeric_width).of(val, indent)

@@ -1,7 +1,7 @@
 """`Time` and `Duration`: seconds and nanoseconds, as in genpy.
 
-`secs` and `nsecs` are plain attributes that anyone may set; `canon()` brings them back to
-0 <= nsecs < 1e9. Arithmetic keeps the class of its left operand, so that `rospy.Time` stays one.
+`secs` and `nsecs` are plain attributes that anyone may set; `canon()` brings them back to 0 <= nsecs < 1e9.
+Arithmetic returns the class of the left operand, so adding to a `rospy.Time` gives a `rospy.Time`.
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ class Time(TVal):
     """A point in time; never negative.
 
     Raises:
-        TypeError: the time is negative, also as the result of arithmetic.
+        TypeError: the time is negative, including as the result of arithmetic.
     """
 
     __module__ = "genpy.rostime"

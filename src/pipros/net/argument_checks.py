@@ -1,7 +1,7 @@
 """Checks of arguments of the Master API and the Slave API; each is created with a parameter's name.
 
-A check takes the value and the caller's id, and returns the value to use: names are resolved. Error texts are
-those of genuine ROS. Source: http://wiki.ros.org/ROS/Master_API.
+A check takes the value and the caller's id, and returns the value to use: names are resolved. Error texts
+match genuine ROS. Source: http://wiki.ros.org/ROS/Master_API.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def resolved_name(param_name: str, param_value: Any, caller_id: str) -> str:
 
 
 def unresolved_name(param_name: str, param_value: Any, caller_id: str) -> str:
-    """Return the name unchanged; raise as `resolved_name`."""
+    """Return the name unchanged. Raises the same errors as `resolved_name`."""
     del caller_id
     name = _text(param_name, param_value)
     if ":" in name or " " in name:

@@ -76,8 +76,8 @@ class AdaptiveBackoff:
 class PollingReceiver:
     """Receives from blocking sockets, and learns whether polling before blocking pays.
 
-    For one waiting thread at a time; if two share a receiver, it only learns less well. Without MSG_DONTWAIT
-    (Windows), and with one processor, it never polls.
+    For one waiting thread at a time; if two share a receiver, it only learns less well. If the system lacks
+    MSG_DONTWAIT (Windows) or has only one processor, it never polls.
     """
 
     __slots__ = ("_backoff", "_longest_s")

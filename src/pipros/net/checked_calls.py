@@ -29,7 +29,7 @@ def apivalidate(
     def check_validates(method: Method) -> Method:
         arity = len(validators) + 2
         if method.__code__.co_argcount != arity:
-            raise AssertionError(f"{method} failed arg check")  # what callers of ROS catch
+            raise AssertionError(f"{method} failed arg check")  # the exception that ROS callers catch
 
         @functools.wraps(method)
         def answer(*args: Any, **kwds: Any) -> Any:

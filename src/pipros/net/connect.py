@@ -18,7 +18,7 @@ class Connector:
     """One attempt to connect; `interrupt` ends it in every state."""
 
     def __init__(self, lookups: Lookups | None = None) -> None:
-        """Resolve names with `lookups`, by default those of the process."""
+        """Resolve host names with `lookups`, which defaults to the process-wide lookups."""
         self.is_interrupted = False
         self._lookups = lookups
 
@@ -34,7 +34,7 @@ class Connector:
         Args:
             host: a name or an address.
             port: the port.
-            deadline: of `time.monotonic`, for the look-up and the connection.
+            deadline: `time.monotonic()` time by which the look-up and the connection must finish.
             limit_s: the time for the connection to one address.
 
         Raises:
@@ -76,7 +76,7 @@ class Connector:
         sock.settimeout(None)
 
     def _wait(self, sock: socket.socket, until: float | None) -> None:
-        """Wait for the connection in interruptible slices. Raises the errors of `connect`."""
+        """Wait for the connection in interruptible slices. Raises the same errors as `connect`."""
         while True:
             if self.is_interrupted:
                 raise Interrupted("the connection was interrupted")

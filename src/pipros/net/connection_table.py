@@ -62,11 +62,11 @@ class _Group:
 class ConnectionTable:
     """The open connections of one server, the longest idle first.
 
-    When a new one exceeds a limit, the longest idle one is closed: that of the same peer if that peer has too
-    many, else that of all peers. So new connections always succeed, and a peer that hoards idle ones loses
-    them. Busy connections (a call is being handled) and links are not closed for them. If only those are
-    left, a new link replaces the newest link of the peer with the most links: links that are older than a
-    flood of new ones stay.
+    When a new one exceeds a limit, the connection that has been idle longest is closed: of the same peer if
+    that peer has too many, else of any peer. So new connections always succeed, and a peer that hoards idle
+    ones loses them. Busy connections (a call is being handled) and links are not closed for them. If only
+    those are left, a new link replaces the newest link of the peer with the most links: links that are older
+    than a flood of new ones stay.
 
     Links cannot use up the limit: an eighth is left for calls. The links that this node opens itself leave a
     quarter, so that however many topics it subscribes to, peers have an eighth for links and one for calls.
@@ -82,7 +82,7 @@ class ConnectionTable:
     def __init__(
         self, *, limit: int, limit_per_peer: int, refusals: Refusals, spares_loopback: bool = False
     ) -> None:
-        """With `spares_loopback`, exempt loopback, which all local nodes share, from the limit per peer."""
+        """If `spares_loopback` is true, exempt loopback, which local nodes share, from the limit per peer."""
         self._limit = limit
         self._limit_per_peer = limit_per_peer
         self._links_limit = limit - limit // 8
@@ -102,11 +102,11 @@ class ConnectionTable:
         return self._all.count
 
     def add(self, connection: TableEntry) -> bool:
-        """Add a new connection, if necessary in place of an idle one; return False if all are in use."""
+        """Add a new connection, if necessary replacing an idle one; return False if all are in use."""
         return self._add(connection, is_link=False)
 
     def add_link(self, connection: TableEntry) -> bool:
-        """Add a connection as `add` does, and mark it as in constant use."""
+        """Like `add`, but mark the connection as in constant use."""
         return self._add(connection, is_link=True)
 
     def remove(self, connection: TableEntry) -> None:
@@ -199,7 +199,8 @@ class ConnectionTable:
             if of_peer is not None and of_peer.count >= self._limit_of(connection.peer):
                 within = of_peer
             elif is_link and self._are_links_full():
-                within = _Group(links=self._all.links)  # an idle connection would not make room for a link
+                # closing an idle connection would not free a slot for a link
+                within = _Group(links=self._all.links)
             elif self._all.count + self._outgoing >= self._limit:
                 within = self._all
             if within is not None and (evicted := self._pick_evicted(within, is_link=is_link)) is not None:

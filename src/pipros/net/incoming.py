@@ -70,12 +70,12 @@ class ReceiveStatistics:
 class DeliveryLock:
     """Makes the links of one topic deliver one after the other.
 
-    A link that has just delivered queues behind those that wait already, which hold the gate. With a single
-    lock, a link with a backlog would acquire it again before a waiting thread wakes up.
+    A link that has just delivered queues behind those that wait already, which hold the gate. If there were a
+    single lock, a link with a backlog would acquire it again before a waiting thread wakes up.
 
     Attributes:
-        is_wanted: returns whether another link waits for the lock. An attribute, as `release` is, because it
-            is called for every message.
+        is_wanted: function that returns whether another link waits for the lock. An attribute, as `release`
+            is, because it is called for every message.
         release: releases the lock.
     """
 

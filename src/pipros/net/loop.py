@@ -35,7 +35,7 @@ class BackgroundLoop:
     """
 
     def __init__(self, name: str, lookups: Lookups | None = None) -> None:
-        """Resolve host names with `lookups`, by default those of the process."""
+        """Resolve host names with `lookups`, which defaults to the process-wide lookups."""
         self._name = name
         self._lookups = lookups or process_lookups()
         self._thread: threading.Thread | None = None
@@ -156,8 +156,8 @@ class _Loop(asyncio.SelectorEventLoop):
 def in_daemon_thread(function: Callable[..., T], *args: Any) -> asyncio.Future[T]:
     """Call a function in a new thread, for the running event loop.
 
-    Neither the end of that loop nor that of the interpreter waits for the thread. Cancelling the future
-    ends the wait, but not the function.
+    Neither that loop nor the interpreter waits for the thread when it ends. Cancelling the future ends the
+    wait, but not the function.
     """
 
     def run(job: Callable[[], None]) -> None:

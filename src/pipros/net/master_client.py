@@ -48,7 +48,7 @@ class MasterClient:
     def call_raw(
         self, method: str, *params: Any, timeout_s: float | None = TIMEOUT_OF_CLIENT
     ) -> tuple[int, str, Any]:
-        """Call as `call` does, but return code, text and value, whatever the code."""
+        """Like `call`, but return code, text and value, whatever the code."""
         try:
             answer = self._rpc.call(method, self.caller_id, *params, timeout_s=timeout_s)
         except Unreachable as error:

@@ -154,7 +154,7 @@ class OutgoingLink:
                 self._loop.call(self._check_stalled)
 
     def flush(self) -> bool:
-        """Write as much as the socket accepts; return whether it accepted anything. Never blocks."""
+        """Write as much as the socket accepts; return whether the socket accepted anything. Never blocks."""
         with self._lock:
             before = self.statistics.bytes
             self._flush()

@@ -52,11 +52,11 @@ class AsyncRpcClient:
         self._connection: _AsyncConnection | None = None
 
     async def call(self, method: str, *params: Any, timeout_s: float | None) -> Any:
-        """Call `method` and return its value. Raises the errors of `RpcClient.call`."""
+        """Call `method` and return its value. Raises the same errors as `RpcClient.call`."""
         return await self.post(encode_call(method, params), timeout_s=timeout_s)
 
     async def post(self, document: bytes, *, timeout_s: float | None) -> Any:
-        """Send a call that is encoded once for many servers, and return its value as `call` does."""
+        """Like `call`, but takes a pre-encoded request, so that one encoding can be sent to many servers."""
         head = request_head(host_and_port(self._host, self._port), self._path, len(document))
         try:
             response = await self._exchange(head, document, timeout_s)

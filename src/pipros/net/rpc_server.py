@@ -76,10 +76,10 @@ class RpcServer:
             methods: the table; other methods cannot be called.
             host: the address to listen on, or several addresses, which get the same port.
             port: the port; 0 selects a free one.
-            limits: by default those of the process.
+            limits: defaults to the process-wide limits.
             admits: decides from the two ends of a connection whether the peer may connect; by default all
                 may.
-            on_bad_arity: returns the answer to a call with the wrong number of parameters.
+            on_bad_arity: function that returns the response to a call with the wrong number of parameters.
         """
         self._methods = {name: (method, *_arity(method)) for name, method in methods.items()}
         self._methods["system.multicall"] = (self._multicall, 1, 1)
@@ -187,7 +187,10 @@ class RpcServer:
             current_caller.reset(before)
 
     async def _multicall(self, calls: Any) -> list[Any]:
-        """Run the calls and encode each answer separately: a value counts as often as it is returned."""
+        """Run the calls and encode each response separately.
+
+        A value that is returned twice counts twice towards the size limit.
+        """
         loop = asyncio.get_running_loop()
         caller = current_caller.get()
         answers: list[Any] = []

@@ -85,7 +85,7 @@ class TcprosServer:
             host: the address to listen on.
             port: the port; 0 selects a free one.
             on_connection: called in the event loop; must not block.
-            limits: by default those of the process.
+            limits: defaults to the process-wide limits.
             log: reports refusals.
 
         Raises:

@@ -33,7 +33,9 @@ _ORPHAN: Final = "0"
 
 @dataclass(frozen=True, slots=True)
 class Caller:
-    """The two ends of a connection to a server in this process; empty if it has ended.
+    """The two ends of a connection to a server in this process.
+
+    All fields are empty if the connection has closed.
 
     Attributes:
         host, port: the caller's end.
@@ -82,14 +84,14 @@ class Caller:
 
 
 def knows_users() -> bool:
-    """Return True if the owner of a connection can be found: on Linux with `/proc`."""
+    """Return True if the owner of a connection can be determined. This requires Linux with `/proc`."""
     return any(table.exists() for table in _SOCKET_TABLES)
 
 
 def user_listening(host: str, port: int) -> int | None:
     """Return the user id of the process that listens on an address of this machine; None if unknown.
 
-    As slow as `Caller.user_id`, and also for Linux only.
+    As slow as `Caller.user_id`; also requires Linux.
     """
     hosts = (host, _mapped(host), ANY, ANY_IPV6)
     places = {_table_entry(place, port) for place in hosts}
@@ -116,7 +118,7 @@ def has_address(host: str) -> bool:
 
 
 def is_this_machine(host: str) -> bool:
-    """Return True if a configured host name or address means this machine. Blocks as `addresses_of` does."""
+    """Return True if a configured host name or address means this machine. Blocks like `addresses_of`."""
     return is_loopback(host) or any(has_address(found) for found in addresses_of(host))
 
 
@@ -180,7 +182,7 @@ def _mapped(host: str) -> str:
 
 
 def _table_entry(host: str, port: int) -> str:
-    """Return an address as in Linux's table of connections: words in the byte order of the machine."""
+    """Return an address in the format of `/proc/net/tcp`: 32-bit words in host byte order."""
     packed = socket.inet_pton(socket.AF_INET6 if ":" in host else socket.AF_INET, host)
     words = (int.from_bytes(packed[start : start + 4], sys.byteorder) for start in range(0, len(packed), 4))
     return f"{''.join(f'{word:08X}' for word in words)}:{port:04X}"

@@ -25,8 +25,8 @@ def interpreter_ends(error: RuntimeError) -> bool:
 class Workers:
     """Runs each job at once, in an idle thread or in a new one: a job that blocks does not delay others.
 
-    With a limit of threads, further jobs are queued in order. The threads are daemons, because a job may
-    never end: the interpreter does not wait for them.
+    If the number of threads is limited, excess jobs are queued in order. The threads are daemons, because a
+    job may never end: the interpreter does not wait for them.
     """
 
     def __init__(self, name: str, limit: int | None = None, *, kept_idle: int = KEPT_IDLE) -> None:

@@ -19,10 +19,10 @@ class NodeContext:
 
     Attributes:
         node_name: its full name, the `callerid` of connection headers.
-        loop: runs its control traffic.
+        loop: event loop that runs the node's control traffic.
         log: the node's logger.
         next_link_number: numbers its links, for `getBusInfo`.
-        limits: the limits on the cost of its peers.
+        limits: the limits on the resources that peers can use.
         connections: its TCPROS connections.
         attempts: its attempts to connect to publishers.
         published: changes with each message that it publishes.

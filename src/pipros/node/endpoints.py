@@ -53,7 +53,7 @@ class TypeConflict(PiprosError):
 
 
 class NameInUse(PiprosError):
-    """A node already serves a service of that name."""
+    """A node already provides a service with this name."""
 
 
 class Endpoints:

@@ -21,7 +21,7 @@ class Identity:
         name: the full name: `/robot/talker`.
         namespace: the node's namespace with a trailing slash: `/robot/`.
         arguments: the classified command line.
-        remappings: those of the command line, as global names.
+        remappings: the command-line remappings, as global names.
         environment: the variables, as changed by `__master:=` and similar arguments.
     """
 
@@ -68,8 +68,8 @@ class Identity:
     def unnamed(cls, *, argv: Sequence[str], environment: Environment) -> Identity:
         """Return the identity of a process before its node has a name.
 
-        Names resolve without remappings, as in rospy: they may mention the node's name. Topics created at
-        that time are an exception, see `resolve_topic_without_name`.
+        As in rospy, names resolve without remappings, because a remapping may depend on the node's name.
+        Topics created at that time are an exception, see `resolve_topic_without_name`.
         """
         arguments = names.parse_arguments(argv)
         namespace = names.make_global_namespace(arguments.special.get("__ns", environment.namespace))
@@ -82,8 +82,8 @@ class Identity:
     def resolve_for(self, node_name: str, name: str) -> str:
         """Resolve `name` as `resolve` does, relative to the node `node_name`.
 
-        Nodes resolve two private names differently from the rest of ROS, as rospy does: `~` ends in a slash,
-        and `~/x` is `/x`.
+        As in rospy, two private names resolve differently from the rest of ROS: `~` to the node's name with a
+        trailing slash, and `~/x` to `/x`.
         """
         if names.is_private(name):
             name = names.canonicalize(name)

@@ -1,6 +1,6 @@
 """Log handlers of a node: the console, a file, and the topic `/rosout`.
 
-They are handlers of Python's `logging`, added to the node's logger. The console format is that of
+They are handlers of Python's `logging`, added to the node's logger. The console format is set by
 `ROSCONSOLE_FORMAT`, see http://wiki.ros.org/rosconsole#Console_Output_Formatting
 """
 
@@ -89,7 +89,7 @@ _LOGGING = logging.Logger.findCaller.__code__.co_filename
 
 
 def ros_logger(name: str) -> logging.Logger:
-    """Return the logger of that name: a `RosLogger`, unless the program has set another class."""
+    """Return the logger with the given name: a `RosLogger`, unless the program has set another class."""
     logger = logging.getLogger(name)
     if type(logger) is logging.Logger:
         logger.__class__ = RosLogger
@@ -112,7 +112,7 @@ class ConsoleHandler(logging.Handler):
         stdout: TextIO | None = None,
         stderr: TextIO | None = None,
     ) -> None:
-        """Write to `stdout` and `stderr`, if given, in place of the process's own streams."""
+        """Write to `stdout` and `stderr`, if given, instead of the process's own streams."""
         super().__init__()
         self._streams = stdout, stderr
         self._is_coloured = is_coloured
@@ -291,7 +291,7 @@ def configure_by_file(config: Path, log_path: Path) -> None:
 
 
 def log_file(log_dir: Path, node_name: str, given: str | None) -> Path:
-    """Return the log file of a node: the one given by `__log:=`, else one named after the node."""
+    """Return the log file of a node: the file given by `__log:=`, else a file named after the node."""
     if given:
         return Path(given)
     return log_dir / (node_name.strip("/").replace("/", "_") + ".log")

@@ -75,14 +75,14 @@ class Node:
 
         Args:
             name: the base name; `__name:=` in `argv` takes precedence.
-            anonymous: make the name unique.
-            argv: command-line arguments; the remappings among them apply.
-            environment: by default that of the process.
-            log: by default a logger named after the node.
+            anonymous: whether to make the name unique.
+            argv: command-line arguments, including any remappings.
+            environment: defaults to `os.environ`.
+            log: defaults to a logger named after the node.
             on_shutdown_request: called with the reason when a peer requests the node's shutdown.
             rpc_port: the port of the slave API; 0 selects a free one.
             tcpros_port: the port for topics and services; 0 selects a free one.
-            limits: the limits on the cost of peers; by default those of the process.
+            limits: limits on the resources that peers can use; defaults to the process-wide limits.
 
         Raises:
             InvalidName: the name includes a namespace.
@@ -239,7 +239,7 @@ class Node:
 
     @property
     def is_ending(self) -> bool:
-        """Whether the shutdown has begun; True in the hooks, too."""
+        """Whether the shutdown has begun; Also True in the hooks."""
         return self._ending_thread is not None
 
     def wait_for_shutdown(self, timeout_s: float | None = None) -> bool:
@@ -340,8 +340,8 @@ class Node:
     ) -> Subscriber[AnyMessage]:
         """Subscribe to a topic; call `callback` with each message, in the thread of its link.
 
-        With `queue_size` n, a slow callback gets the n newest messages and misses older ones.
-        In an asyncio loop and without a callback, the subscriber is an asynchronous iterator:
+        If `queue_size` is n, a slow callback gets the n newest messages and misses older ones. In an asyncio
+        loop and without a callback, the subscriber is an asynchronous iterator:
 
         Examples:
             >>> async for message in node.subscribe("/chatter", String):  # doctest: +SKIP
@@ -392,7 +392,10 @@ class Node:
     async def call(
         self, service: str, service_class: ServiceClass, request: Message, timeout_s: float | None = None
     ) -> Any:
-        """Call a service from a coroutine; cancelling it ends the call. Raises as `ServiceClient.call`."""
+        """Call a service from a coroutine; cancelling it ends the call.
+
+        Raises the same errors as `ServiceClient.call`.
+        """
         return await asyncio_support.call(self.client(service, service_class), request, timeout_s)
 
     def statistics(self) -> Mapping[str, Any]:

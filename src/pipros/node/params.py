@@ -139,7 +139,7 @@ class Parameters:
         return self._fetch(self._resolve(name))
 
     def get_cached(self, name: str) -> Any:
-        """Return a parameter as `get` does, but query the master only once; changes then arrive as notices.
+        """Like `get`, but query the master only once; changes then arrive as notices.
 
         Changes by the node itself take effect at once, in all cached parameters concerned.
         """

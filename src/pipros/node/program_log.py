@@ -19,7 +19,7 @@ def log_program(logname: str, level: int, filename: str | None, environment: Env
     Args:
         logname: names the file, `<logname>-<pid>.log`.
         level: records below it are omitted, unless a configuration file is used.
-        filename: replaces that name. It may include folders, to which `latest` then links.
+        filename: file name to use instead. It may include folders, to which `latest` then links.
 
     Returns:
         The file; None if its folder cannot be created, which is reported on stderr.

@@ -17,7 +17,7 @@ class Rate:
     """
 
     def __init__(self, clock: Clock, period_ns: int, *, reset: bool = False) -> None:
-        """With `reset`, start over instead of raising if simulated time goes back."""
+        """If `reset` is true, restart instead of raising when simulated time moves backwards."""
         self.period_ns = period_ns
         self.last_ns = clock.now_ns()
         self._clock = clock

@@ -226,5 +226,5 @@ class Registrations:
 
 
 def _has_forgotten(answer: Any) -> bool:
-    """Return whether a master's answer says that it does not know a node; False for a malformed one."""
+    """Return whether a master's response says that the node is unknown; False if it is malformed."""
     return isinstance(answer, list) and answer[:1] in ([-1], [0])

@@ -30,7 +30,7 @@ class RunningNode:
 
     Attributes:
         uri: the URI of the slave API.
-        registrations: those of the node at the master.
+        registrations: the node's registrations at the master.
         endpoints: its topics and services.
     """
 
@@ -58,14 +58,14 @@ class RunningNode:
     ) -> None:
         """Open the ports of the slave API and of TCPROS. Runs in the event loop.
 
-        No request is answered before this has returned.
+        No request is answered before this function returns.
 
         Args:
             methods: the methods of the slave API.
             host: the host that peers connect to.
             bind_host: the address to listen on.
-            ports: those of the slave API and of TCPROS; 0 selects a free one.
-            limits: the limits on the cost of peers.
+            ports: the slave API port and the TCPROS port; 0 selects a free port.
+            limits: the limits on the resources that peers can use.
 
         Raises:
             OSError: the address does not belong to this machine, or a port is in use.

@@ -47,7 +47,7 @@ class CallTimeout(ServiceFailed):
 
 
 class Interruptible(Protocol):
-    """A wait for a peer that can be interrupted."""
+    """An interruptible wait for a peer."""
 
     def interrupt(self) -> None: ...
 
@@ -111,10 +111,11 @@ class ServiceClient:
             service: the global name.
             service_class: its class.
             master: the master that is queried for the service's URI.
-            calls: the running calls that are interrupted together.
-            persistent: keeps one connection for all calls.
-            headers: reach the handler in the connection header.
-            limits: the limits on the cost of the server; by default those of the process.
+            calls: the set of pending calls that this client's calls join, so that all can be interrupted
+                at once.
+            persistent: whether to keep one connection for all calls.
+            headers: extra connection header fields, which the service handler can read.
+            limits: limits on the resources that the server can use; defaults to the process-wide limits.
         """
         self._limits = limits
         self.calls = OpenCalls(part_of=calls)
@@ -235,17 +236,17 @@ class ServiceLink:
             service: the global name.
             caller_id: the name of the calling node.
             interface: the type and md5 sum that the server must have; `*` for any.
-            deadline: of `time.monotonic`, for connecting and the headers.
-            persistent: announces several calls to the server.
-            probe: announces that no call will follow.
+            deadline: `time.monotonic()` time by which the connection and header exchange must finish.
+            persistent: whether to ask the server to keep the connection open for further calls.
+            probe: whether to tell the server that no call will follow.
             extra: further fields for the connection header.
-            poller: decides whether to busy-poll, and learns from it.
-            calls: the open calls that the link belongs to until it is closed.
-            limits: the limits on the cost of the server; by default those of the process.
+            poller: decides whether to busy-poll, and adapts to the observed response times.
+            calls: the set of pending calls that includes the link until it is closed.
+            limits: limits on the resources that the server can use; defaults to the process-wide limits.
 
         Raises:
             CallTimeout: the deadline passed.
-            ServiceFailed: no server answers at `uri`, it refuses, or the call was interrupted.
+            ServiceFailed: the server is unreachable or rejected the connection, or the call was interrupted.
         """
         self._poller = poller or PollingReceiver(REPLY_POLL_S)
         self._calls = calls or OpenCalls()
@@ -314,7 +315,7 @@ class ServiceLink:
     def _exchange_headers(
         self, header: Mapping[str, str], deadline: float | None
     ) -> tuple[Mapping[str, str], bytes]:
-        """Send a connection header; return that of the server, and the bytes received after it."""
+        """Send a connection header; return the server's header, and the bytes received after it."""
         self.sock.settimeout(_remaining(deadline, self._limits.handshake_s))
         self.sock.sendall(encode_header(header))
         self.sock.settimeout(None)

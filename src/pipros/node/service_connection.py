@@ -80,7 +80,7 @@ class Server(Protocol):
     Attributes:
         loop: the event loop in which its connections wait.
         connections: the table of all connections of the node.
-        waiting_threads: limits the threads that wait for a request.
+        waiting_threads: semaphore that limits the threads that wait for a request.
         unread: the bytes of replies that clients have not read.
         request_s, frame_bytes: see `Limits`.
         is_closed: no more calls are answered.
@@ -162,7 +162,7 @@ class ServiceConnection:
     def _serve(self, *, waits: bool = False) -> None:
         """Answer calls for as long as they follow each other closely.
 
-        With `waits`, wait for the first one; a slot of `waiting_threads` was acquired for this.
+        If `waits` is true, wait for the first one; a slot of `waiting_threads` was acquired for this.
         """
         server = self._server
         is_held = is_handed_over = False
@@ -193,7 +193,10 @@ class ServiceConnection:
                 self.close()
 
     def _hand_over(self, proceed: Callable[[], None]) -> bool:
-        """Pass the connection to the event loop, which calls `proceed`; return False if it is ending."""
+        """Pass the connection to the event loop, which calls `proceed`.
+
+        Return False if the loop is shutting down.
+        """
         if self._server.is_closed:
             return False
         self._server.loop.call(proceed)

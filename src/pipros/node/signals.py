@@ -55,8 +55,8 @@ class Signals:
     def __init__(self, end: Callable[[str], object], *, insist: bool = False) -> None:
         """Call `end` with the reason, in a separate thread, at the first signal.
 
-        With `insist`, interrupt the main thread if it has not called `uninstall` soon after that; also after
-        a shutdown that another thread began, for `rosnode kill`.
+        If `insist` is true, interrupt the main thread if it has not called `uninstall` soon after that; also
+        after a shutdown that another thread began, for `rosnode kill`.
         """
         self._end = end
         self._insist = insist
@@ -74,7 +74,7 @@ class Signals:
 
     @property
     def have_come(self) -> bool:
-        """Whether a signal, or with `insist` another thread, has ended the node."""
+        """Whether a signal (or, if `insist` is true, another thread) has ended the node."""
         return self._ending is not None
 
     def install(self) -> None:

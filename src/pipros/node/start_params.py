@@ -43,7 +43,7 @@ def is_on(node: Node, switch: str) -> bool:
 
 
 def window_limits(node: Node) -> WindowLimits:
-    """Return the window limits of topic statistics: those of the parameters, else the defaults."""
+    """Return the window limits of topic statistics, from the parameters or else the defaults."""
     from pipros.node.topic_statistics import WindowLimits
 
     given: dict[str, Any] = {}

@@ -63,9 +63,9 @@ class SubscriberLink:
 class Subscription:
     """A topic that a node receives, with all its callbacks.
 
-    The callbacks of a topic are called in the order they were added, one message at a time, also with several
-    publishers. They may block, which delays only their own topic. An exception in one is logged; the others
-    are still called.
+    The callbacks of a topic are called in the order they were added, one message at a time, even if there are
+    several publishers. They may block, which delays only their own topic. An exception in one is logged; the
+    others are still called.
     """
 
     def __init__(self, topic: str, message_class: type[Message], context: NodeContext) -> None:

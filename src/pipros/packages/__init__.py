@@ -25,7 +25,7 @@ class ImportablePackages:
         self._modules: SetupModules | None = None
 
     def find(self, name: str) -> str | None:
-        """Return the folder of a package, or None. `ROS_PACKAGE_PATH` precedes the packages of pipros."""
+        """Return the folder of a package, or None. `ROS_PACKAGE_PATH` precedes pipros's packages."""
         path = os.environ.get("ROS_PACKAGE_PATH", "")
         found = self._on_path(path).get(name) if path else None
         if found is None and name.isidentifier():

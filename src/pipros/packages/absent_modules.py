@@ -1,4 +1,4 @@
-"""Says of modules that scripts of Noetic import, and that are not installed, what there is instead."""
+"""Names replacements for modules that Noetic scripts import but that are not installed."""
 
 from __future__ import annotations
 

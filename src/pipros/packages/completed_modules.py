@@ -1,12 +1,12 @@
-"""Makes `rospkg` and `pkg_resources` find the packages of pipros, in every process of the environment.
+"""Makes `rospkg` and `pkg_resources` find pipros's packages, in every process of the environment.
 
 rospkg searches only the folders of `ROS_ROOT` and `ROS_PACKAGE_PATH`. If these were set at every start of
 Python, its child processes would inherit them. Instead, the function of rospkg that lists the folders
 returns one more.
 
 pkg_resources, which old versions of setuptools have, reads the metadata files of distributions.
-`distributions.py` says why there are none for the packages of pipros. They are added to the distributions
-that can be found by name, and left out of those that are listed.
+`distributions.py` says why there are none for pipros's packages. They are added to the distributions that can
+be found by name, and left out of those that are listed.
 """
 
 from __future__ import annotations

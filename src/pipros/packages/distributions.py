@@ -19,7 +19,7 @@ _VERSION = re.compile(r"<version>\s*([^\s<]+)\s*</version>")
 
 
 class ShippedDistribution(Distribution):
-    """A ROS package with Python modules. Name and version are those of its manifest."""
+    """A ROS package with Python modules. Name and version are taken from its manifest."""
 
     def __init__(self, name: str) -> None:
         """Represent the package `name` in `SHARE`; its manifest is read later."""
@@ -42,7 +42,7 @@ class ShippedDistribution(Distribution):
 
 
 def shipped_distribution(name: str) -> Distribution | None:
-    """Return the distribution of that name. Dashes, dots and underscores are equivalent, as in pip."""
+    """Return the distribution with the given name. Dashes, dots and underscores are equivalent, as in pip."""
     name = re.sub(r"[-.]+", "_", name)
     if not name.isidentifier() or not os.path.isfile(os.path.join(SHARE, name, MANIFEST)):
         return None

@@ -38,7 +38,7 @@ class PackageFolders:
         self._roots = [_Root(os.path.abspath(root), cache, kinds) for root in roots]
 
     def get(self, name: str) -> str | None:
-        """Return the folder of that package, or None."""
+        """Return the package's folder, or None."""
         for root in self._roots:
             folder = root.get(name)
             if folder is not None:

@@ -1,8 +1,8 @@
 """Cache of the declarations of `.cfg` files, shared by processes.
 
 The key of an entry is a digest of the path and content of the file, the interpreter that ran it, and the code
-that reads it. The entry is valid while the modules that the file imported, other than those of Python and
-pipros, are unchanged. Other inputs of the file, such as the environment or other files, are not checked.
+that reads it. The entry is valid while the modules that the file imported, except Python and pipros modules,
+are unchanged. Other inputs of the file, such as the environment or other files, are not checked.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _CODE = ("cache.py", "cfg_file.py", "generator.py")
 
 
 def sources(modules: Iterable[ModuleType]) -> list[list[Any]]:
-    """Return path, size and modification time of the files of modules, except those of Python and pipros."""
+    """Return path, size and modification time of the files of modules, except Python and pipros modules."""
     own = str(Path(__file__).resolve().parents[2])
     fixed = tuple(
         os.path.join(os.path.realpath(folder), "")

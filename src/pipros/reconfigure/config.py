@@ -91,7 +91,10 @@ def values(message: Any) -> Config:
 
 
 def decode_config(msg: Any, description: Any = None) -> Config:
-    """Decode the configuration in a message. With a decoded description, groups contain their values, too."""
+    """Decode the configuration in a message.
+
+    If the description is decoded, groups also contain their values.
+    """
     config = values(msg)
     if msg.groups and description is not None:
         config["groups"] = get_tree(msg)
@@ -175,7 +178,7 @@ def _is_constant(found: Any) -> bool:
 
 
 def converted(described: Any, value: Any) -> Any:
-    """Convert a value to the type of a parameter. For enums, the name of a constant is accepted, too.
+    """Convert a value to the type of a parameter. For enums, the name of a constant is also accepted.
 
     Args:
         described: the parameter, as returned by `decode_description`.

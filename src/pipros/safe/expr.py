@@ -76,11 +76,11 @@ def evaluate(
     f-strings, comprehensions, the methods of `methods.py`, and calls of named functions. The functions and
     constants of `guarded.py`, which include `math`, are predefined; `functions` and `names` add to or replace
     them. `map`, `filter` and `key=` take the name of a function. Generators and `map` give lists. `a.b` calls
-    `fields(a, "b")`, if given; a callable in the result is a method. The default limits are those of the
-    process.
+    `fields(a, "b")`, if given; a callable in the result is a method. The limits default to the process-wide
+    limits.
 
     Raises:
-        ExpressionError: for every error, also one raised by a function (which is the cause).
+        ExpressionError: any error occurred, including in a called function (whose exception is the cause).
 
     >>> evaluate("rate * 2 if fast else max(rate, 1)", names={"rate": 5, "fast": True})
     10
@@ -89,7 +89,9 @@ def evaluate(
 
 
 class Expression:
-    """An expression that is parsed once and evaluated many times; its arguments are those of `evaluate`.
+    """An expression that is parsed once and evaluated many times.
+
+    Takes the same arguments as `evaluate`.
 
     Raises:
         ExpressionError: the text is malformed.

@@ -62,7 +62,10 @@ class Budget:
             raise ResultTooLarge("the expression builds too much")
 
     def spend_on_reading(self, *values: Any) -> None:
-        """Charge for reading all parts of values, up to the largest allowed size; raise as `spend`."""
+        """Charge for reading all parts of values, up to the largest allowed size.
+
+        Raises the same errors as `spend`.
+        """
         for value in values:
             self.spend(self._size_of(value))
 

@@ -64,7 +64,7 @@ def check_outline(loader_class: Any, text: str | bytes, limits: Limits) -> None:
 
 @dataclass(slots=True)
 class _Open:
-    """A list or mapping that has not ended yet. Its height is 1 more than that of its highest element."""
+    """A list or mapping that has not ended yet. Its height is one more than its highest element's."""
 
     anchor: str | None
     values_before: int
@@ -85,7 +85,7 @@ class _Outline:
         """Values and height by anchor; None until the anchored value has ended."""
 
     def count(self, event: Any) -> None:
-        """Count the next event of the text. Raises the errors of `check_outline`."""
+        """Count the next event of the text. Raises the same errors as `check_outline`."""
         match event:
             case yaml.CollectionStartEvent():
                 self._check_depth(1, event.start_mark)

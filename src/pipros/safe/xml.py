@@ -43,21 +43,21 @@ class Element:
     text: str = ""
 
     def all(self, tag: str) -> Iterator[Element]:
-        """Return the direct children with that tag."""
+        """Return the direct children whose tag is `tag`."""
         return (child for child in self.children if child.tag == tag)
 
     def first(self, tag: str) -> Element | None:
-        """Return the first direct child with that tag."""
+        """Return the first direct child whose tag is `tag`; None if there is none."""
         return next(self.all(tag), None)
 
 
 def parse(content: bytes | str, file: str = "<string>", limits: Limits | None = None) -> Element:
     """Return the root element of a document.
 
-    The pieces of an element's text, between its children and comments, are joined.
+    An element's text is the concatenation of all text between its children and comments.
 
     Args:
-        limits: by default those of the process.
+        limits: defaults to the process-wide limits.
 
     Raises:
         XmlError: the XML is malformed, has a document type, or exceeds the limits on nesting or size.

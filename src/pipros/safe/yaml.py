@@ -56,7 +56,7 @@ class _PlainLoader(_SafeLoader):  # type: ignore[misc]
 
 
 class _Loader(_PlainLoader):
-    """The plain loader plus angles."""
+    """The plain loader, extended with ROS angle values."""
 
 
 def construct_radians(loader: Any, node: Any) -> float:
@@ -69,7 +69,10 @@ def construct_radians(loader: Any, node: Any) -> float:
 
 
 def construct_degrees(loader: Any, node: Any) -> float:
-    """Return the angle in radians of `deg(90)` or `90`, given in degrees; raise as `construct_radians`."""
+    """Return the angle in radians of `deg(90)` or `90`, given in degrees.
+
+    Raises the same errors as `construct_radians`.
+    """
     return math.radians(_angle(node, loader.construct_scalar(node), "deg("))
 
 
@@ -128,7 +131,7 @@ def load(
 
     Args:
         angles: whether `deg(…)` and `rad(…)` are computed, as in parameter files.
-        limits: by default those of the process.
+        limits: defaults to the process-wide limits.
 
     Raises:
         YamlError: the text is malformed, has several documents or too many values, or a tag would create an
@@ -147,7 +150,10 @@ def load_all(
     angles: bool = True,
     limits: Limits | None = None,
 ) -> list[Any]:
-    """Return all documents in the text, none for an empty text. Arguments and errors are those of `load`."""
+    """Return all documents in the text, none for an empty text.
+
+    Takes the same arguments and raises the same errors as `load`.
+    """
     text = content if isinstance(content, (str, bytes)) else content.read()
     try:
         check_outline(_SafeLoader, text, limits or process_limits())

@@ -57,9 +57,10 @@ class LaunchFixture:
         """Store the arguments; `set_up` starts or finds the master.
 
         Args:
-            reuse_master: use the master of the environment instead of starting one on a free port.
-            clear: delete the parameters of that master first.
-            text: test programs print to the console instead of their log files.
+            reuse_master: whether to use the master at `ROS_MASTER_URI` instead of starting one on a free
+                port.
+            clear: whether to delete that master's parameters first.
+            text: whether test programs print to the console instead of their log files.
             port: the port of a new master; 0 for a free port.
         """
         self.run_id = new_run_id()

@@ -1,7 +1,7 @@
-"""The pytest plugin of pipros: a ROS system for a test, and launch files with tests.
+"""pipros's pytest plugin: a ROS system for a test, and launch files with tests.
 
-Every pytest in the environment loads it (entry point `pipros`, disabled by `-p no:pipros`), so it imports
-nothing else of pipros until a test uses it.
+Every pytest in the environment loads it (entry point `pipros`, disabled by `-p no:pipros`), so it imports no
+other pipros module until a test uses it.
 """
 
 from __future__ import annotations
@@ -101,9 +101,10 @@ def ros_node(ros_master: Core) -> Iterator[Node]:
 def ros_launch(ros_master: Core, request: pytest.FixtureRequest) -> Iterator[LaunchFile]:
     """Start the nodes of a launch file on the test's master: `ros_launch("pkg", "file.launch", level=25)`.
 
-    A single word is the path of a file, relative to the folder of the test module. Keywords are arguments
-    of the file. Tests in the file are skipped. After the test, all nodes are ended in reverse start order.
-    With `ros_faults`, the nodes communicate with all others through that proxy.
+    A single positional argument is a file path, relative to the test module's folder. Keyword arguments are
+    passed to the launch file as `<arg>` values. Tests in the file are skipped. After the test, nodes are
+    terminated in the reverse of the order in which they were started. If the `ros_faults` fixture is used,
+    the nodes communicate with all other nodes through its proxy.
     """
     from pipros.testing.launch_fixture import Launched
 

@@ -66,7 +66,7 @@ class Plan:
         package: the package of the results.
         file: the launch file.
         launch: the model of that file.
-        results_base: replaces the default folder of test results.
+        results_base: folder for test results, instead of the default.
         text: whether test programs report on the console and write no results.
     """
 
@@ -94,7 +94,7 @@ class Rostest:
         self.was_set_up = False
 
     def write_text(self, *, text: bool) -> None:
-        """Choose whether test programs report on the console and write no results."""
+        """Choose whether test programs print to the console instead of writing result files."""
         self._plan = replace(self._plan, text=text)
 
     def suite(self) -> unittest.TestSuite:

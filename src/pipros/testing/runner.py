@@ -72,7 +72,7 @@ class CaseResult(unittest.TestResult):
             self._break_by(subtest, Outcome.FAILURE if is_failure else Outcome.ERROR, err)
 
     def names(self, outcome: Outcome) -> list[str]:
-        """Return the names of the cases with that outcome, for the summary."""
+        """Return the names of the cases with the given outcome, for the summary."""
         return [case.name for case in self.cases if case.outcome is outcome]
 
     def _pass(self, test: unittest.TestCase) -> None:
@@ -110,7 +110,7 @@ def _name(test: unittest.TestCase) -> str:
 
 
 def _frames_of_interest(frames: TracebackType | None) -> traceback.StackSummary:
-    """Return the frames of the test itself, without those of unittest and of the tools."""
+    """Return the frames of the test itself, without frames of unittest and of the tools."""
     while frames is not None and "__unittest" in frames.tb_frame.f_globals:
         frames = frames.tb_next
     kept = []

@@ -1,8 +1,9 @@
 """Accept connections of browsers: only a few at a time until a client has proven that it knows the secret.
 
 Theory of operation. The listening socket counts each connection when it is accepted, before a TLS handshake,
-in a table like those of a node's servers. Until `Visitor.admit`, a connection may be closed in favour of a
-new one, the longest silent first, and is closed after `login_s` without a request. Admitted ones stay.
+in a table like the ones that a node's servers use. Until `Visitor.admit`, a connection may be closed in
+favour of a new one, the longest silent first, and is closed after `login_s` without a request. Admitted ones
+stay.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""Authenticate clients of a pipros server by a secret, without cookies. No sockets.
+"""Authenticate clients of a pipros server with a shared secret instead of cookies. No sockets.
 
 Browsers send cookies to every server on the same host name, regardless of its port. So clients present the
 secret explicitly: in the first message of a WebSocket, or in the header `Authorization: Bearer` of a request.
-They take it from the fragment of the printed address, which browsers do not send. If only an address can be
-passed on (a download, the command line of a browser, which other users can read), it contains a one-time code
-instead.
+They take it from the fragment of the printed address, which browsers do not send. If the client can send only
+a URL (for a download, or on a browser's command line, which other users can read), the URL contains a
+one-time code instead.
 """
 
 from __future__ import annotations

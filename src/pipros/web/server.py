@@ -118,7 +118,7 @@ class PageServer:
         Args:
             host: address to listen on.
             port: port to listen on; 0 selects a free one.
-            names: names allowed in `Host` besides those of loopback; with them, any IP address is allowed.
+            names: names allowed in `Host` besides the loopback names; with them, any IP address is allowed.
 
         Raises:
             OSError: the port is in use, or the address does not belong to this machine.

@@ -97,7 +97,10 @@ class TopicWatch:
 
     @contextlib.contextmanager
     def listening(self, listener: Listener, *, from_newest: bool = False) -> Iterator[None]:
-        """Call `listener` with each message within the context; with `from_newest`, first with the newest."""
+        """Call `listener` with each message within the context.
+
+        If `from_newest` is true, begin with the newest message.
+        """
         with self._lock:
             self._listeners.append(listener)
             newest = self.newest

@@ -96,7 +96,10 @@ class FrameBuffer:
             yield view[body : body + length]
 
     def feed(self, data: bytes) -> Iterator[memoryview]:
-        """Yield the frames completed by `data`, which is copied at once. Raises the errors of `received`."""
+        """Yield the frames completed by `data`, which is copied at once.
+
+        Raises the same errors as `received`.
+        """
         if len(self.space()) < len(data):
             self._enlarge(self._end + len(data))
         self._view[self._end : self._end + len(data)] = data
@@ -115,7 +118,7 @@ class FrameBuffer:
         self.is_large = len(store) > _COMFORTABLE_BYTES
 
     def _reconsider(self) -> None:
-        """Shrink the empty buffer if it was mostly unused for a while."""
+        """Shrink the buffer if it is empty and has been mostly unused for a while."""
         self._largest = max(self._largest, self._end)
         self._rounds += 1
         if self._rounds >= _ROUNDS:

@@ -142,7 +142,10 @@ def check_topic_reply(fields: Mapping[str, str], interface: WireType, peer: str)
 
 
 def check_service_reply(fields: Mapping[str, str], peer: str) -> None:
-    """Check a service server's reply header on the client's side; raise as `check_topic_reply`."""
+    """Check a service server's reply header on the client's side.
+
+    Raises the same errors as `check_topic_reply`.
+    """
     _raise_refusal(fields, peer)
     missing = _missing(fields, ("callerid",))
     if missing:

@@ -127,7 +127,10 @@ class _Reader:
     """The common part of both readers: a head, then a body."""
 
     def __init__(self, *, head_limit: int, body_limit: int, limit_name: str) -> None:
-        """Limit heads and bodies; `limit_name` is the body limit's name in `Limits`, for errors."""
+        """Limit the size of heads and bodies.
+
+        `limit_name` is the body limit's name in `Limits`, used in error messages.
+        """
         self._head_limit = head_limit
         self._body_limit = body_limit
         self._limit_name = limit_name

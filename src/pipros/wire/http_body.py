@@ -95,7 +95,7 @@ class ChunkedBody:
         if len(buffer) < end + 2:
             return False
         if buffer[end : end + 2] != b"\r\n":
-            raise HttpError(400, "an HTTP chunk that is longer than its size line says")
+            raise HttpError(400, "HTTP chunk is longer than its declared size")
         self._body += buffer[start:end]
         del buffer[: end + 2]
         return True

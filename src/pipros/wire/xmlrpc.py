@@ -53,7 +53,7 @@ class Encoded:
     __slots__ = ("text",)
 
     def __init__(self, value: Any, *, size_limit: int | None = None) -> None:
-        """Encode `value`. Raises the errors of `encode_call` and `encode_response`."""
+        """Encode `value`. Raises the same errors as `encode_call` and `encode_response`."""
         parts: list[str] = []
         _encode(value, parts, ANSWER_NESTING_LIMIT - 1, _Budget(size_limit))
         self.text = "".join(parts)
@@ -67,7 +67,7 @@ def encode_call(method: str, params: tuple[Any, ...] | list[Any], *, size_limit:
     """Return a `methodCall` document.
 
     Raises:
-        ValueTooLarge: with `size_limit`, as `encode_response`.
+        ValueTooLarge: `size_limit` is exceeded, as in `encode_response`.
         TypeError: XML-RPC has no form for a value (None, a set, a dictionary key that is not a string).
         OverflowError: an integer exceeds 32 bits.
         ValueError: a string has control characters, which XML cannot represent.
@@ -83,7 +83,7 @@ def encode_call(method: str, params: tuple[Any, ...] | list[Any], *, size_limit:
 
 
 def encode_response(value: Any, *, size_limit: int | None = None) -> bytes:
-    """Return a `methodResponse` document with one value. Raises the errors of `encode_call`.
+    """Return a `methodResponse` document with one value. Raises the same errors as `encode_call`.
 
     Raises:
         ValueTooLarge: the value has more than `size_limit` elements; a long string or binary counts as one

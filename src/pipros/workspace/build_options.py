@@ -18,10 +18,10 @@ class BuildOptions:
         installs: whether to write the install space as well.
         tests: whether tests will be run; compiled tests are then built.
         jobs: arguments for make, for packages with compiled code.
-        targets: custom targets to run besides those of `all`.
+        targets: custom targets to run besides `all`.
         is_alone: whether to build the packages in `only` without their dependencies. Packages that need
             genuine catkin are then listed in the result instead of built, unless they are in `genuine`.
-        genuine: with `is_alone`, packages that genuine catkin builds regardless of their code.
+        genuine: if `is_alone` is true, the packages that genuine catkin builds regardless of their code.
         sources: the source folders that the devel space lists; empty for the workspace's source space.
     """
 

@@ -86,7 +86,7 @@ def write_devel_files(project: Project, layout: Layout, definitions: Definitions
 def write_over_genuine(project: Project, devel: Path) -> None:
     """Write the programs and environment hooks of a package that genuine catkin built.
 
-    They replace catkin's own programs, which run Python scripts on the Python of genuine rospy.
+    They replace catkin's own programs, which run Python scripts with the ROS installation's interpreter.
 
     Raises:
         SetupPyError: its `setup.py` fails.

@@ -165,7 +165,7 @@ class DryManifest:
     unknown_tags: list[str] = field(default_factory=list)
 
     def get_export(self, tag: str, attr: str) -> list[str | None]:
-        """Return the values of an attribute in all exports with that tag."""
+        """Return the values of an attribute in all exports with the given tag."""
         return [
             export.get(attr) for export in self.exports if export.tag == tag and export.get(attr) is not None
         ]

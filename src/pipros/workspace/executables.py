@@ -50,8 +50,8 @@ def find_executables(
 ) -> Executables:
     """Return the programs called `name` in `package`.
 
-    `workspaces` are the built workspaces to search, by default those of `CMAKE_PREFIX_PATH`; only the first
-    one with programs of this package is used.
+    `workspaces` are the built workspaces to search; defaults to the workspaces in `CMAKE_PREFIX_PATH`; only
+    the first one with programs of this package is used.
     """
     if workspaces is None:
         workspaces = built_workspaces()

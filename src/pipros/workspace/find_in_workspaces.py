@@ -43,7 +43,7 @@ def find_in_workspaces(
         search_dirs: the folders; by default all allowed ones.
         project: a package.
         path: a file or folder in it.
-        _workspaces: the workspaces to search instead of those of `CMAKE_PREFIX_PATH`.
+        _workspaces: the workspaces to search instead of the workspaces in `CMAKE_PREFIX_PATH`.
         considered_paths: list to which all checked paths are appended.
         first_matching_workspace_only, first_match_only: when to stop.
         workspace_to_source_spaces: source folders of workspaces, if already known.

@@ -101,8 +101,8 @@ def build(
 ) -> None:
     """Build packages into the devel space. The tools inherit the standard output of this process.
 
-    Message packages of pipros that genuine ROS lacks on this machine are built along with them. CMake finds
-    Python packages of pipros without a build. Blocks until the tools exit, without a time limit.
+    Also build pipros's message packages that the local ROS installation lacks. pipros's Python packages need
+    no build; CMake finds them as they are. Blocks until the tools exit, without a time limit.
 
     Args:
         packages: the packages to build, including their dependencies in the workspace.

@@ -101,7 +101,7 @@ class PackageIndex:
         return isinstance(name, str) and self.get(name) is not None
 
     def containing(self, path: Path) -> Package | None:
-        """Return the package that contains a file or folder: that of the nearest manifest above it."""
+        """Return the package that contains a file or folder, found by the nearest manifest above it."""
         for folder in (path.absolute(), *path.absolute().parents):
             if (folder / MANIFEST).is_file() or (folder / DRY_MANIFEST).is_file():
                 found = crawl(str(folder)).packages

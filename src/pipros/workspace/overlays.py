@@ -27,7 +27,7 @@ class BuiltWorkspace:
 
 
 def built_workspaces(variables: Mapping[str, str] | None = None) -> tuple[BuiltWorkspace, ...]:
-    """Return the workspaces of an environment, by default that of this process."""
+    """Return the workspaces of an environment, which defaults to this process's."""
     prefix_path = (os.environ if variables is None else variables).get("CMAKE_PREFIX_PATH") or ""
     workspaces = []
     for folder in prefix_path.split(os.pathsep):

@@ -18,7 +18,7 @@ def flags(package: str, option: str, prefix: str = "") -> list[str]:
     """Return the flags of a package, folders of overlays first.
 
     Args:
-        option: of pkg-config, without its dashes: `cflags-only-I`.
+        option: pkg-config option, without its dashes: `cflags-only-I`.
         prefix: removed from the start of each flag, such as `-I`.
 
     Raises:

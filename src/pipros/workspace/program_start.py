@@ -1,7 +1,7 @@
 """Environment and command lines that run a workspace's programs with pipros' Python.
 
-The first line of a node is `#!/usr/bin/env python3`, which runs the first `python3` in `PATH`. If a tool of
-pipros is called by its full path, without an activated virtual environment, that would be a Python without
+The first line of a node is `#!/usr/bin/env python3`, which runs the first `python3` in `PATH`. If a pipros
+tool is called by its full path, without an activated virtual environment, that would be a Python without
 pipros. Therefore the tools put the folder of their own interpreter first.
 """
 

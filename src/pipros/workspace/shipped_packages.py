@@ -1,4 +1,4 @@
-"""Packages of pipros that a build by genuine catkin needs and genuine ROS lacks.
+"""pipros's packages that a build by genuine catkin needs and genuine ROS lacks.
 
 Message packages are built along with the workspace. Python packages have nothing to build: `find_package()`
 finds a small configuration file for each of them.
@@ -33,7 +33,7 @@ _ONLY_GENUINE = frozenset(
 def shipped_packages(
     packages: Sequence[SourcePackage], prefixes: Sequence[Path], components: Collection[str] = ()
 ) -> list[SourcePackage]:
-    """Return the packages of pipros that the given packages need and that no prefix contains.
+    """Return pipros's packages that the given packages need and that no prefix contains.
 
     Packages with CMake commands, or with messages and a C++ library, are excluded: pipros has no substitute
     for these. The dependencies of message packages are included.
@@ -61,12 +61,12 @@ def shipped_packages(
 
 
 def has_cmake(package: SourcePackage) -> bool:
-    """Return whether CMake can build a package of pipros; Python packages have nothing to build."""
+    """Return whether CMake can build a pipros package; Python packages have nothing to build."""
     return (package.folder / "CMakeLists.txt").is_file()
 
 
 def write_configuration(package: SourcePackage, prefix: Path) -> None:
-    """Write a configuration file with which `find_package()` finds a package that is not built."""
+    """Write a configuration file that lets `find_package()` find a package that is not built."""
     name, version = package.name, str(package.manifest.version)
     folder = prefix / "share" / name / "cmake"
     write_if_changed(folder / f"{name}Config.cmake", _CONFIGURATION.format(name=name, version=version))

@@ -46,7 +46,7 @@ class TypeCatalogue:
         return self.definitions.files.names(self.kind, package)
 
     def types_named(self, name: str) -> list[str]:
-        """Return the types of that name in all packages; a name with a package is returned unchanged."""
+        """Return the types with the given name in all packages; a full name is returned unchanged."""
         if "/" in name:
             return [name]
         return [f"{package}/{name}" for package in self.packages() if name in self.names(package)]

@@ -44,10 +44,10 @@ def check_interfaces(
     """Check every message, service and action of a package, including embedded messages.
 
     Args:
-        find_folder: finds the folder of a package; None if it does not exist.
+        find_folder: function that finds the folder of a package; None if it does not exist.
 
     Raises:
-        DefinitionError: a file is malformed; with file, line and column.
+        DefinitionError: a file is malformed; the message names the file, line and column.
         UnknownType: a field has a type that does not exist.
         CMakeError: a field has a type of a package that `generate_messages(DEPENDENCIES …)` does not name.
     """
@@ -72,7 +72,7 @@ def check_interfaces(
 
 
 def _with_dependencies(names: Sequence[str], find_folder: Callable[[str], Path | None]) -> set[str]:
-    """Return the packages and their direct and indirect dependencies, whose messages are available, too."""
+    """Return the packages and their direct and indirect dependencies, whose messages are also available."""
     known: set[str] = set()
     pending = list(names)
     while pending:

@@ -4,4 +4,4 @@ from rospy.impl.transport import InternalOfRospy
 
 
 class Poller(InternalOfRospy):
-    """Detects closed connections in genuine rospy; links of pipros do so themselves."""
+    """Detects closed connections in genuine rospy; pipros links do so themselves."""

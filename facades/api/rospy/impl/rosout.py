@@ -44,6 +44,6 @@ def init_rosout() -> None:
 
 
 def load_rosout_handlers(level: int) -> None:
-    """Publish log records of that ROS level and above on `/rosout`."""
+    """Publish log records of the given ROS level and above on `/rosout`."""
     session.open_rosout()
     session.logger.setLevel(_rospy_to_logging_levels[level])

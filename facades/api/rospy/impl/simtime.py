@@ -12,6 +12,6 @@ def init_simtime() -> None:
     """Make the node use `/clock` if `/use_sim_time` is set. `init_node` does this itself.
 
     Raises:
-        ROSInitException: before init_node.
+        ROSInitException: init_node has not been called.
     """
     session.follow_simulated_time()

@@ -38,7 +38,7 @@ class TCPROSHandler(InternalOfRospy, ProtocolHandler):
 
 
 def get_tcpros_handler() -> None:
-    """Return None: the node of pipros opens its connections itself."""
+    """Return None: pipros's node opens its connections itself."""
 
 
 def robust_connect_subscriber(
@@ -49,7 +49,7 @@ def robust_connect_subscriber(
     receive_cb: object,
     resolved_topic_name: str,
 ) -> None:
-    """Refuse to connect to a publisher, which the node of pipros does itself, unlike genuine rospy.
+    """Refuse to connect to a publisher, which pipros's node does itself, unlike genuine rospy.
 
     Raises:
         NotImplementedError: always.

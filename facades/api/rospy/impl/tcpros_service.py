@@ -43,7 +43,7 @@ class TCPROSServiceClient(TCPROSTransportProtocol):
 
 
 def service_connection_handler(sock: object, client_addr: object, header: object) -> str:
-    """Refuse to accept a caller's connection, which the node of pipros does itself, unlike genuine rospy.
+    """Refuse to accept a caller's connection, which pipros's node does itself, unlike genuine rospy.
 
     Raises:
         NotImplementedError: always.

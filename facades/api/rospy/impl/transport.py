@@ -1,7 +1,6 @@
 """`rospy.impl.transport`: genuine rospy's connection classes.
 
-Connections of pipros are `pipros.net` links. These classes describe them, and are base classes for other
-code.
+pipros connections are `pipros.net` links. These classes describe them, and are base classes for other code.
 """
 
 from __future__ import annotations
@@ -54,7 +53,10 @@ class Transport:
         return None
 
     def close(self) -> None:
-        """Mark it as closed, and call the cleanup callback with it, once per call."""
+        """Mark the transport as closed and pass it to the cleanup callback.
+
+        Every call invokes the callback again.
+        """
         self.done = True
         if self.cleanup_cb is not None:
             self.cleanup_cb(self)
@@ -64,7 +66,7 @@ class Transport:
         self.cleanup_cb = cleanup_callback
 
     def write_data(self, data: bytes) -> None:
-        """Send bytes. For derived classes.
+        """Send bytes. Overridden by derived classes.
 
         Raises:
             Exception: always, in this class.
@@ -72,7 +74,7 @@ class Transport:
         raise Exception("not implemented")  # the type that callers of rospy catch
 
     def get_transport_info(self) -> str:
-        """Return the connection in words. For derived classes."""
+        """Return a description of the connection. Overridden by derived classes."""
         raise NotImplementedError
 
 
@@ -96,11 +98,11 @@ class ProtocolHandler:
         """End it."""
 
     def create_transport(self, topic: str, pub_uri: str, protocol_params: list[Any]) -> Any:
-        """Connect to a publisher. For derived classes."""
+        """Connect to a publisher. Overridden by derived classes."""
         raise Exception("interface impl")
 
     def supports(self, protocol: str) -> bool:
-        """Return whether it supports the protocol."""
+        """Return whether the protocol is supported."""
         del protocol
         return False
 
@@ -109,7 +111,7 @@ class ProtocolHandler:
         return []
 
     def init_publisher(self, topic: str, protocol: list[Any]) -> Any:
-        """Answer a subscriber's topic request. For derived classes."""
+        """Answer a subscriber's topic request. Overridden by derived classes."""
         raise Exception("interface impl")
 
 
@@ -117,7 +119,7 @@ class InternalOfRospy:
     """A class of genuine rospy's transport: it can be named and subclassed, but not instantiated.
 
     Raises:
-        NotImplementedError: on instantiation.
+        NotImplementedError: the class cannot be instantiated.
     """
 
     def __init__(self, *args: object, **kwargs: object) -> None:

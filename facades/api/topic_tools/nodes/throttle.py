@@ -29,7 +29,7 @@ class Throttle:
     """Republisher of the messages that pass a rule."""
 
     def __init__(self, source: str, target: str, rule: Rule, *, lazy: bool, latch: bool | None) -> None:
-        """Set up the topics. With `latch` None, latch if the publisher of the input does."""
+        """Set up the topics. If `latch` is None, latch the output if the input's publisher latches."""
         self._rule, self._lazy, self._latch = rule, lazy, latch
         self._wall_clock = bool(rospy.get_param("~wall_clock", False))
         self._turn = threading.Lock()

@@ -56,12 +56,12 @@ def export(argv: Sequence[str]) -> int:
 
 
 def _file_names(topics: Iterable[str]) -> dict[str, str]:
-    """Return the name without suffix of the file or folder of each topic: `a__b` for `/a/b`.
+    """Return each topic's output file or folder name, without suffix: `a__b` for `/a/b`.
 
-    If names would collide, also on a file system that ignores case, later ones get a number.
+    If names would collide, including on a case-insensitive file system, append a number to the later ones.
 
     Raises:
-        CommandError: a topic name is not legal and could be a path to anywhere.
+        CommandError: a topic name is invalid and could point outside the output folder.
     """
     names: dict[str, str] = {}
     taken: set[str] = set()

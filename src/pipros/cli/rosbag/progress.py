@@ -16,7 +16,7 @@ class Progress:
 
     Args:
         label: description of the work.
-        is_quiet: show nothing.
+        is_quiet: whether to show nothing.
     """
 
     def __init__(self, label: str, total: int, *, is_quiet: bool = False) -> None:

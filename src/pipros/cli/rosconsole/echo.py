@@ -108,7 +108,11 @@ class LogPrinter:
         is_verbose: bool,
         write: Callable[[str], object] | None = None,
     ) -> None:
-        """Create a printer; `pattern` is searched in node names, `level` is a number of rosgraph_msgs/Log."""
+        """Create a printer.
+
+        `pattern` is a regular expression to search for in node names; `level` is a severity constant of
+        rosgraph_msgs/Log.
+        """
         self._pattern = pattern
         self._level = level
         self._is_coloured = is_coloured
@@ -116,7 +120,7 @@ class LogPrinter:
         self._write = write or _to_stdout
 
     def show(self, message: Any) -> bool:
-        """Print a message unless it is filtered out; return whether it was printed."""
+        """Print a message unless it is filtered out; return whether the message was printed."""
         if message.level < self._level or not self._pattern.search(message.name):
             return False
         level = _NAMES.get(message.level, str(message.level))

@@ -88,7 +88,7 @@ def _show_from_bag(bag: Path, type_names: Sequence[str], *, is_raw: bool) -> int
 
 
 def _print_mistakes(beginning: str, error: DefinitionError) -> None:
-    """Print every mistake in the file, not only the first."""
+    """Print every error in the file, not only the first."""
     for each in (error, *error.others):
         print(f"{beginning}: {each}", file=sys.stderr)
 

@@ -15,12 +15,12 @@ class EchoOptions:
 
     Attributes:
         count: number of messages; None for no limit.
-        plot: print rows of a table.
+        plot: whether to print rows of a table.
         no_arrays, no_texts: leave out arrays or strings, or print only their size.
         width: width of numbers, in characters.
         clear: clear the screen before each message.
-        offset: print times as offsets from now.
-        expression: print only messages for which it is true.
+        offset: whether to print times as offsets from now.
+        expression: only messages for which this expression is true are printed.
     """
 
     count: int | None = None

@@ -28,8 +28,8 @@ class HzOptions:
     Attributes:
         window: number of intervals to keep.
         expression: measure only messages for which it is true.
-        wall_time: use the machine's clock even if `/use_sim_time` is set.
-        tcp_nodelay: request publishers to send each message at once.
+        wall_time: whether to use the machine's clock even if `/use_sim_time` is set.
+        tcp_nodelay: whether to request publishers to send each message at once.
     """
 
     window: int = DEFAULT_WINDOW

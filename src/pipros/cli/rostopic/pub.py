@@ -39,11 +39,11 @@ class PubOptions:
         words: YAML values from the command line; empty if they come from a file or a pipe.
         file: YAML documents, one per message.
         rate_hz: None if not given.
-        once: end after one message.
-        latch: keep the first message for later subscribers.
-        verbose: print each message.
-        substitute: replace `now` and `auto` by the time of each message.
-        ros_time: take those times from ROS time, which may be simulated.
+        once: whether to end after one message.
+        latch: whether to keep the first message for later subscribers.
+        verbose: whether to print each message.
+        substitute: whether to replace `now` and `auto` with the time of each message.
+        ros_time: whether to take those times from ROS time, which may be simulated.
     """
 
     topic: str
@@ -111,7 +111,9 @@ class _Publishing:
                 message = make()
 
     def publish_documents(self, messages: Iterator[Message]) -> None:
-        """Publish the messages in order, at a rate; with `once`, or `latch` and no rate, only the first.
+        """Publish the messages in order, at a rate.
+
+        Publish only the first one if `once` is true, or if `latch` is true and there is no rate.
 
         If a file has only one message, it is repeated at the rate.
         """

@@ -16,7 +16,7 @@ def add_window_option(parser: OptionParser) -> None:
 
 
 def window_of(parser: OptionParser, options: Values, default: int) -> int:
-    """Return the window in messages. Exit with an error if it is not an integer."""
+    """Return the window size, in messages. Exit with an error if it is not an integer."""
     try:
         return default if options.window is None else int(options.window)
     except ValueError:

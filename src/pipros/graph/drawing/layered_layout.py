@@ -1,6 +1,6 @@
 """Lays out a directed graph in layers from left to right, in the direction of the arrows.
 
-The method is that of Sugiyama, Tagawa and Toda (1981). Arrows that close a cycle are reversed. Each vertex is
+Uses the method of Sugiyama, Tagawa and Toda (1981). Arrows that close a cycle are reversed. Each vertex is
 placed in a layer to the right of its predecessors or, in large graphs with many cycles, of its nearest one.
 Long arrows get a bend in each layer they cross, the order within layers is improved by barycentres, and
 heights are fitted by least squares. The vertices of a group form a band across all layers, so that a

@@ -25,14 +25,14 @@ _UNREACHABLE: Colours = {"fill": "#fdeceb", "outline": "#c0392b"}
 
 
 class PictureFailed(PiprosError):
-    """The picture cannot be created."""
+    """The image cannot be created."""
 
 
 def to_png(scene: Scene) -> bytes:
     """Return the drawing as a PNG file, at twice its size in pixels.
 
     Raises:
-        PictureFailed: Pillow is not installed, or the picture is too large; SVG has no such limit.
+        PictureFailed: Pillow is not installed, or the image is too large; SVG has no such limit.
     """
     try:
         from PIL import Image, ImageDraw, ImageFont

@@ -80,7 +80,7 @@ class WtfContext:
 
     @staticmethod
     def from_env(env: Mapping[str, str] | None = None) -> WtfContext:
-        """Return a context with only the environment, by default that of this process."""
+        """Return a context with only the environment, which defaults to this process's."""
         ctx = WtfContext()
         values = dict(os.environ if env is None else env)
         ctx.env = values
@@ -162,7 +162,7 @@ class WtfContext:
         self.manifest_file = str(package.path / "package.xml")
 
     def set_system(self, system: SystemReport) -> None:
-        """Set the attributes about the running system."""
+        """Set the attributes that describe the running system."""
         state = system.state
         self.system = system
         self.system_state = [

@@ -13,7 +13,7 @@ from pipros.libraries.actions.status import TERMINAL, Status
 
 
 class State(IntEnum):
-    """States of a client's goal. The values are those of actionlib.CommState."""
+    """States of a client's goal. The values match actionlib.CommState."""
 
     WAITING_FOR_GOAL_ACK = 0
     PENDING = 1

@@ -51,10 +51,10 @@ class Analyzer(Protocol):
     path: str
 
     def match(self, name: str) -> bool:
-        """Return whether the analyzer accepts statuses of that name."""
+        """Return whether the analyzer accepts statuses with the given name."""
 
     def analyze(self, status: Status, now_s: float) -> bool:
-        """Process a status that it matches. Return whether it was accepted."""
+        """Process a status that it matches. Return whether the status was accepted."""
 
     def report(self, now_s: float) -> list[Status]:
         """Return its own status, whose name is `path`, and those of its items; may be empty."""
@@ -138,7 +138,9 @@ class Items:
 
 
 def summed_up(levels: Sequence[int]) -> int:
-    """Return the summary of several levels: the highest one, but stale only if all are.
+    """Combine several levels.
+
+    Return STALE if all are stale, otherwise the highest level, capped at ERROR; OK if there are none.
 
     >>> summed_up([0, 1]), summed_up([3, 0]), summed_up([3, 3]), summed_up([])
     (1, 2, 3, 0)
@@ -158,7 +160,7 @@ class GenericAnalyzer(Items):
         return self._criteria.match(name)
 
     def report(self, now_s: float) -> list[Status]:
-        """As `Items.report`, with an error if a regular expression takes too long."""
+        """Like `Items.report`, but add an error if a regular expression takes too long."""
         header, *reported = super().report(now_s)
         if self._criteria.patterns.slow:
             values = tuple((SLOW_REGEX, pattern) for pattern in self._criteria.patterns.slow)

@@ -1,7 +1,7 @@
 """A program that matches names with regular expressions; `NamePatterns` runs it as a child process.
 
-Each line of its input is a JSON list, a pattern and a name; each line of its output is true, false, null
-(the time is up) or the reason why the pattern is invalid. Imports the standard library only.
+Each input line is a JSON list `[pattern, name]`; each output line is true, false, null (timed out), or the
+reason the pattern is invalid. Imports the standard library only.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ TIME_LIMIT_S = 0.1
 
 
 class _TimeIsUp(Exception):
-    """Raised by the signal handler. `re` runs those of the main thread while it matches."""
+    """Raised by the signal handler. `re` runs the main thread's handlers while it matches."""
 
 
 def _end_match(*_: object) -> None:

@@ -3,8 +3,8 @@
 Each input has a queue by stamp. A new message may complete a set (one message of each input), which `add`
 removes from the queues and returns. A queue longer than `queue_size` loses its oldest stamps.
 
-With simulated time and `reset`, a clock that jumps back clears the queues: each one at the next message of
-its input. Only inputs that have received a message at the current time can complete a set.
+If time is simulated and `reset` is true, a clock that jumps back clears the queues: each one at the next
+message of its input. Only inputs that have received a message at the current time can complete a set.
 """
 
 from __future__ import annotations

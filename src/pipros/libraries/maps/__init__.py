@@ -1,4 +1,4 @@
-"""Files of occupancy grids: a picture, and a YAML file with the meaning of its grey values.
+"""Files of occupancy grids: an image, and a YAML file with the meaning of its grey values.
 
 Start with `map_file.py`.
 """

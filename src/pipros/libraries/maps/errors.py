@@ -14,7 +14,7 @@ class NoMapFile(MapError):
 
 
 class BadMapImage(MapError):
-    """The picture of a map is invalid."""
+    """The image of a map is invalid."""
 
 
 class BadMapDescription(MapError):

@@ -1,4 +1,4 @@
-"""The YAML file of a map and the cells of its picture: http://wiki.ros.org/map_server#Map_format.
+"""The YAML file of a map and the cells of its image: http://wiki.ros.org/map_server#Map_format.
 
 Cells are numbers, row by row from the lowest y: 0 is free, 100 occupied, -1 unknown; other values lie between
 free and occupied.
@@ -26,7 +26,7 @@ class MapDescription:
     """The contents of a YAML file.
 
     Attributes:
-        image: path of the picture.
+        image: path of the image file.
         resolution: metres per pixel.
         origin: pose of the lower left corner: x and y in metres, yaw in radians.
         negate: whether white means occupied.
@@ -54,7 +54,7 @@ class Grid:
 
 
 def read_map(file: str) -> Grid:
-    """Read a map from a YAML file and its picture.
+    """Read a map from a YAML file and its image.
 
     Raises:
         MapError: NoMapFile, BadMapDescription or BadMapImage.
@@ -64,7 +64,7 @@ def read_map(file: str) -> Grid:
 
 
 def read_description(file: str) -> MapDescription:
-    """Read a YAML file. A relative path of the picture is resolved against the folder of the file.
+    """Read a YAML file. A relative path of the image is resolved against the folder of the file.
 
     Raises:
         NoMapFile: the file cannot be opened.
@@ -82,7 +82,7 @@ def read_description(file: str) -> MapDescription:
         raise BadMapDescription(f"{file} must be a mapping with image, resolution, origin, …, got {values!r}")
     image = _value(file, values, "image")
     if not isinstance(image, str) or not image:
-        raise BadMapDescription(f"{file}: image must be the path of a picture, got {image!r}")
+        raise BadMapDescription(f"{file}: image must be the path to an image file, got {image!r}")
     origin = _value(file, values, "origin")
     if not (isinstance(origin, list) and len(origin) == 3):
         raise BadMapDescription(f"{file}: origin must be a list of x, y and yaw, got {origin!r}")
@@ -118,7 +118,7 @@ def _number(file: str, key: str, value: Any) -> float:
 
 
 def make_grid(description: MapDescription, picture: Picture) -> Grid:
-    """Convert a picture to the cells of a map.
+    """Convert an image to the cells of a map.
 
     The grey value of a coloured pixel is the mean of its channels, in mode `trinary` including alpha, as in
     Noetic. In mode `scale`, transparent cells that are neither free nor occupied are unknown.
@@ -176,7 +176,7 @@ def grid_pixels(width: int, cells: Any, free: int, occupied: int) -> bytes:
 
 
 def description_text(image: str, resolution: float, origin: tuple[float, float, float]) -> str:
-    """Return the text of the YAML file of a saved map, equal to that of Noetic's map_saver."""
+    """Return the text of the YAML file of a saved map, equal to the output of Noetic's map_saver."""
     x, y, yaw = origin
     return (
         f"image: {image}\nresolution: {resolution:f}\norigin: [{x:f}, {y:f}, {yaw:f}]\nnegate: 0\n"

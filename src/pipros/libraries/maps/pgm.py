@@ -1,4 +1,4 @@
-"""Grey pictures as PGM files, binary (P5) and plain (P2): https://netpbm.sourceforge.net/doc/pgm.html."""
+"""Greyscale images as PGM files, binary (P5) and plain (P2): https://netpbm.sourceforge.net/doc/pgm.html."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reader of map pictures: PGM without a library, other formats with Pillow."""
+"""Reader of map images: PGM without a library, other formats with Pillow."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class Picture:
 
 
 def read_picture(file: str) -> Picture:
-    """Read a picture from a file.
+    """Read an image from a file.
 
     Raises:
         NoMapFile: the file cannot be opened.
-        BadMapImage: the file is not a picture, is too large, or needs Pillow, which is not installed.
+        BadMapImage: the file is not an image, is too large, or needs Pillow, which is not installed.
     """
     try:
         content = read_file(file, _FILE_BYTES)

@@ -83,7 +83,7 @@ class Markers:
     """The markers of one server. Not thread-safe.
 
     Args:
-        new_marker: returns an empty marker, for a pending pose.
+        new_marker: function that returns an empty marker, for a pending pose.
     """
 
     def __init__(self, new_marker: Callable[[], Any]) -> None:

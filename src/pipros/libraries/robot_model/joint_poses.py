@@ -31,7 +31,7 @@ class JointFrames:
 
     Args:
         interval: minimum difference between the stamps of two published positions of a joint.
-        every_message: publish every message regardless of its stamp (`ignore_timestamp`).
+        every_message: whether to publish every message regardless of its stamp (`ignore_timestamp`).
 
     Attributes:
         moving: joints that can be published, by name.

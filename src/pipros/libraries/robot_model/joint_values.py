@@ -15,7 +15,7 @@ from pipros.libraries.robot_model.urdf import Joint, Robot
 
 
 class MimicCircle(PiprosError, ValueError):
-    """Joints mimic each other in a circle."""
+    """The `mimic` references between joints form a cycle."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,9 +25,9 @@ class JointChoices:
     Attributes:
         zeros: initial positions by joint; the default is 0, or the middle of the range if it excludes 0.
         dependent: joints that follow others: `parent`, and optionally `factor` and `offset`.
-        mimic_tags: also use `<mimic>` of the URDF.
-        smallest_limits: narrow the range by the soft limits of safety controllers.
-        positions, velocities, efforts: publish default values before a source has sent any.
+        mimic_tags: whether to use the `<mimic>` tags of the URDF as well.
+        smallest_limits: whether to narrow the range by the soft limits of safety controllers.
+        positions, velocities, efforts: whether to publish default values before a source has sent any.
     """
 
     zeros: Mapping[str, float]

@@ -48,7 +48,7 @@ class Transformation:
         Args:
             text: the expression.
             modules: modules to import; those that cannot be imported are listed in `missing`.
-            now: returns the current time.
+            now: function that returns the current time.
 
         Raises:
             ExpressionError: the expression is malformed, or uses a module that cannot be imported.

@@ -47,7 +47,7 @@ class Names:
     """The names of a module that expressions may use.
 
     Attributes:
-        title: name of the module in errors.
+        title: the module name to use in error messages.
         names: permitted values by name.
     """
 
@@ -91,7 +91,7 @@ def module_for(module: str, now: Callable[[], Time]) -> Names:
 
     Args:
         module: `numpy`, `math`, `rospy`, `tf`, or a message package.
-        now: returns the current time, for `rospy.Time.now()`.
+        now: function that returns the current time, for `rospy.Time.now()`.
 
     Raises:
         NotFound: the module is not installed, or expressions cannot import it.

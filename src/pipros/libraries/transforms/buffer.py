@@ -121,9 +121,9 @@ class FrameBuffer:
     def lookup_full(
         self, target: str, target_time: int, source: str, source_time: int, fixed: str
     ) -> tuple[int, Pose]:
-        """Like `lookup`, with the source at `source_time` and the target at `target_time`.
+        """Like `lookup`, but with the source at `source_time` and the target at `target_time`.
 
-        `fixed` must not move between these times. The returned time is that of the target.
+        `fixed` must not move between these times. The returned time is the target time.
         """
         with self._lock:
             self._require(target, "lookupTransform argument target_frame")
@@ -242,7 +242,7 @@ class FrameBuffer:
             return frames_as_yaml(self._frames)
 
     def as_dot(self, now: float | None = None) -> str:
-        """Return the frame tree in Graphviz's DOT language; with `now` in seconds, include ages."""
+        """Return the frame tree in Graphviz's DOT language; if `now` (in seconds) is given, include ages."""
         with self._lock:
             return frames_as_dot(self._frames, now)
 

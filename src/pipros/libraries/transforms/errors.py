@@ -1,4 +1,4 @@
-"""Exceptions of transform lookups. Their texts are those of tf2."""
+"""Exceptions of transform lookups. The error texts match tf2."""
 
 from __future__ import annotations
 

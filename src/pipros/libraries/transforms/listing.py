@@ -39,7 +39,10 @@ def frames_as_yaml(frames: Frames) -> str:
 
 
 def frames_as_dot(frames: Frames, now: float | None = None) -> str:
-    """Return the frame tree in the DOT language; with `now` in seconds, include the ages of transforms."""
+    """Return the frame tree in the DOT language.
+
+    If `now` (in seconds) is given, include the ages of transforms.
+    """
     if not frames:
         return 'digraph G {\n"no tf data recieved"}'
     lines = []

@@ -1,7 +1,7 @@
 """Poses as seven numbers: a position (x, y, z) and an orientation (a quaternion x, y, z, w).
 
-As in tf, the norm of a quaternion may differ slightly from 1. The formulas are those of tf2, so that results
-are equal even then. Compositions compose right to left: `composed(outer, inner)` applies `inner` first.
+As in tf, the norm of a quaternion may differ slightly from 1. Uses the formulas of tf2, so that results are
+equal even then. Compositions compose right to left: `composed(outer, inner)` applies `inner` first.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def rotation_matrix(pose: Pose) -> Matrix:
 
 
 def normalized(pose: Pose) -> Pose:
-    """Return the pose with a quaternion of norm 1, computed by way of the rotation matrix.
+    """Return the pose with a quaternion of norm 1, computed via the rotation matrix.
 
     This gives the quaternion the same sign as in tf2.
     """
@@ -119,7 +119,7 @@ def normalized(pose: Pose) -> Pose:
 
 
 def composed_exactly(outer: Pose, inner: Pose) -> Pose:
-    """Like `composed`, by way of rotation matrices, which normalises all quaternions.
+    """Like `composed`, but uses rotation matrices, which normalises all quaternions.
 
     tf2 composes transforms with two times this way.
     """

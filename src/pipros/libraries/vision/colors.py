@@ -112,7 +112,7 @@ def _from_bayer(image: Any, color: Color, target: Color) -> Any:
 
 
 def _demosaiced(image: Any, red_at: tuple[int, int], gray: bool) -> Any:
-    """Return red, green and blue (or grey alone) of the pixels that have eight neighbours."""
+    """Return the red, green and blue values (or only grey) of all pixels that have eight neighbours."""
     height, width = image.shape
     # Sums of four values each; the division follows at the end.
     colors = np.empty((3, height - 2, width - 2), np.int64 if gray else np.int32)

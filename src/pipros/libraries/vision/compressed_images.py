@@ -79,7 +79,7 @@ def decompressed(format_text: str, data: bytes, codec: Codec) -> tuple[Any, str]
     """Decompress a CompressedImage. Return the image array and its encoding.
 
     Raises:
-        CompressionError: the data is not a valid picture, or does not match the format.
+        CompressionError: the data is not a valid image, or does not match the format.
     """
     name, semicolon, how = format_text.partition(";")
     try:

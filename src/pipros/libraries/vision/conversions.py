@@ -19,7 +19,7 @@ class ConversionError(RuntimeError):
 def convert(image: Any, encoding_in: str, encoding_out: str) -> Any:
     """Convert an array of shape (height, width) or (height, width, channels) to another encoding.
 
-    The result is always a copy. Values are equal to those of OpenCV to the last bit; between 8 and 16 bits,
+    The result is always a copy. Values are bit-for-bit equal to the results of OpenCV; between 8 and 16 bits,
     white stays white. An empty `encoding_out` means `encoding_in`.
 
     Raises:
@@ -124,7 +124,7 @@ def convert_for_display(
     A 32SC1 image is displayed in bgr8 as labels with a colour each; negative ones are black.
 
     Raises:
-        ConversionError: as for `convert`, and for scaling images with more than one channel.
+        ConversionError: as for `convert`, or an image with more than one channel is scaled.
     """
     target = _display_encoding(encoding_in, encoding_out)
     kind = _named(encoding_in)

@@ -14,21 +14,21 @@ from pipros.libraries.vision.extras import numpy as np
 
 
 class PictureError(PiprosError, ValueError):
-    """Data is not a valid picture, or a format does not support an array."""
+    """The data is not a valid image, or the format does not support the array."""
 
 
 class Codec(Protocol):
-    """Encoder and decoder of pictures. Threads may share it."""
+    """Image encoder and decoder. Threads may share it."""
 
     def decode(self, data: bytes) -> Any:
-        """Decode a picture to an array.
+        """Decode an image to an array.
 
         Raises:
-            PictureError: the data is not a valid picture.
+            PictureError: the data is not a valid image.
         """
 
     def encode(self, image: Any, kind: str, level: int) -> bytes:
-        """Encode an array as a picture.
+        """Encode an array as an image.
 
         Args:
             kind: `jpeg` or `png`.

@@ -25,7 +25,7 @@ class CompiledMessage(Message):
     __slots__ = ()
 
     def deserialize_numpy(self: AnyMessage, str: Buffer, numpy: Any) -> AnyMessage:  # noqa: A002
-        """As `deserialize`, with numpy arrays that share the memory of `str` for arrays of numbers.
+        """Like `deserialize`, but return numpy arrays that share the memory of `str` for arrays of numbers.
 
         Octets are `bytes` and booleans a list, as in genpy.
 

@@ -42,7 +42,7 @@ def message_source(
     """The source of a module with the class of `spec`.
 
     Args:
-        limits: those of the process, if not given.
+        limits: defaults to the process-wide limits.
 
     Returns:
         The source, and the names by which it refers to the classes of embedded messages:
@@ -60,7 +60,7 @@ def message_source(
 def service_source(
     spec: ServiceSpec, lookup: Lookup, limits: Limits | None = None
 ) -> tuple[str, Mapping[str, str]]:
-    """As `message_source`, for a service: classes `Name`, `NameRequest` and `NameResponse`."""
+    """Like `message_source`, but for a service: classes `Name`, `NameRequest` and `NameResponse`."""
     names = Names()
     lines: list[str] = []
     halves: list[CompleteSpec] = []

@@ -129,7 +129,7 @@ class _Encoder(Emitter):
     def _flush(self) -> None:
         """Packs the scalars collected so far."""
         if len(self._fixed_arrays) > 1:
-            # `pack` detects one array of the wrong length, but not two whose lengths make up for each other.
+            # `pack` detects one array of the wrong length, but not two whose errors cancel out.
             for array, length in self._fixed_arrays:
                 with self.block(f"if _len({array}) != {length}:"):
                     self.emit(_WRONG_LENGTH)

@@ -52,15 +52,16 @@ class Layout:
 
     @property
     def unpaid_values(self) -> int:
-        """How many values a message holds at least, beyond the eight that each of its bytes pays for.
+        """Minimum number of values in a message in excess of the budget of eight values per serialized byte.
 
-        0 for most types. If it is not, an array of such messages takes more memory than its bytes explain.
+        If nonzero, an array of such messages uses more memory than its serialized size suggests. 0 for most
+        types.
         """
         return _unpaid(self.value_count, self.least_bytes)
 
     @property
     def unpaid_values_of_element(self) -> int:
-        """As `unpaid_values`, for a message in an array: the message itself is a value as well."""
+        """Like `unpaid_values`, but for a message in an array: the message itself is a value as well."""
         return _unpaid(self.value_count + 1, self.least_bytes)
 
 

@@ -112,7 +112,7 @@ def _allowed(values: int) -> int:
 
 
 def _still_allowed(allowed: int, values: int) -> int:
-    """`allowed` minus `values`. Raises as `_allowed`."""
+    """`allowed` minus `values`. Raises the same errors as `_allowed`."""
     if values > allowed:
         raise _struct.error(
             f"it holds {values - allowed} values too many in elements that take few bytes or none"

@@ -75,8 +75,9 @@ class _Packages:
 class PackageFinder:
     """Finds the Python package of a ROS package, or just its messages.
 
-    The modules are below `src/`, or where a `setup.py` says, also that of a ROS package with another name.
-    The import of a well-known module that is nowhere fails with what there is instead.
+    Modules are searched in `src/` and in the folders listed in `setup.py`, including the `setup.py` of a ROS
+    package with a different name. If a well-known module cannot be found, the ImportError names its
+    replacement.
 
     Args:
         find_module: called with a name and the folder of the ROS package of that name, or None; returns the

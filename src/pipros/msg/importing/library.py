@@ -18,7 +18,7 @@ class Library:
     """Types by name, compiled when they are first needed.
 
     Args:
-        find_package: returns the folder of a package.
+        find_package: function that returns the folder of a package.
         cache_folder: where compiled types are kept between processes; None for nowhere.
     """
 
@@ -37,7 +37,8 @@ class Library:
         return self._definitions
 
     def code(self, kind: str, type_name: str) -> tuple[CodeType, Mapping[str, str]]:
-        """Code that makes the classes of a type, and its names for embedded types.
+        """Return code that defines the classes of a type, and the names that the code uses for
+        embedded types.
 
         Raises:
             DefinitionError: the definition breaks the rules.

@@ -13,7 +13,7 @@ MODULES = ("codecs", "genpy", "struct", "sys")
 
 
 def imported_name(name: str) -> object:
-    """Return what every generated module binds to this name.
+    """Return the value that every generated module binds to this name.
 
     Raises:
         AttributeError: no generated module binds this name by an import.

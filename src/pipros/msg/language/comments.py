@@ -1,4 +1,4 @@
-"""The comments of a definition: the one of the whole, and those of fields and constants.
+"""The comments of a definition: for the whole definition, its fields and its constants.
 
 The language gives comments no meaning. By convention a comment belongs to the declaration on
 its line or directly below it, and the one at the top belongs to the whole definition.

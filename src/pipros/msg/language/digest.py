@@ -25,8 +25,8 @@ def embedded_types(spec: MessageSpec, lookup: Lookup) -> dict[str, MessageSpec]:
     """All types that `spec` embeds, directly or not, in the order of a full text.
 
     Raises:
-        DefinitionError: for an unknown type, a type that embeds itself, and nesting that is too
-            deep, with the place of the field that leads there.
+        DefinitionError: a type is unknown, embeds itself or is nested too deeply; the exception locates the
+            field that leads to it.
     """
     search = _Search(lookup)
     search.height(spec, (spec.type,))
@@ -35,7 +35,7 @@ def embedded_types(spec: MessageSpec, lookup: Lookup) -> dict[str, MessageSpec]:
 
 @dataclass(frozen=True, slots=True)
 class CompleteSpec:
-    """A definition and those of all types that it embeds, in the order of a full text."""
+    """A definition and the definitions of all embedded types, in the order of a full text."""
 
     spec: MessageSpec
     embedded: Mapping[str, MessageSpec]
@@ -52,7 +52,7 @@ class CompleteSpec:
         return _hash(self.md5_text())
 
     def full_text(self) -> str:
-        """The definition followed by those of all types it embeds, each once."""
+        """Return the definition, followed by the definition of each embedded type, each once."""
         parts = [self.spec.text]
         for type_name, inner in self.embedded.items():
             parts.append(f"{SEPARATOR}\nMSG: {type_name}\n{inner.text}")
@@ -60,12 +60,12 @@ class CompleteSpec:
 
 
 def complete(spec: MessageSpec, lookup: Lookup) -> CompleteSpec:
-    """Looks up all types that `spec` embeds. Raises as `embedded_types`."""
+    """Looks up all types that `spec` embeds. Raises the same errors as `embedded_types`."""
     return CompleteSpec(spec, embedded_types(spec, lookup))
 
 
 def check_nesting(specs: Iterable[MessageSpec], lookup: Lookup) -> None:
-    """Raises what `embedded_types` raises for any of `specs`; visits each type once."""
+    """Raises the same errors as `embedded_types`, for any of `specs`; visits each type once."""
     search = _Search(lookup)
     for spec in specs:
         search.height(spec, (spec.type,))
@@ -102,7 +102,7 @@ class _Search:
 
 
 def md5_text(spec: MessageSpec, lookup: Lookup) -> str:
-    """See `CompleteSpec`; raises as `embedded_types`, like the functions below."""
+    """See `CompleteSpec`. Like the functions below, raises the same errors as `embedded_types`."""
     return complete(spec, lookup).md5_text()
 
 

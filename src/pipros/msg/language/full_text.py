@@ -1,4 +1,4 @@
-"""Full texts, as in connection headers and bags: a definition and those of all types it embeds."""
+"""Full texts, as in connection headers and bags: a definition and the definitions of all embedded types."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ def specs_from_text(type_name: str, full_text: str, limits: Limits | None = None
     """The definitions in a full text by type name; the one of `type_name` comes first.
 
     Args:
-        limits: those of the process, if not given.
+        limits: defaults to the process-wide limits.
 
     Raises:
-        DefinitionError: for a broken definition, or a text beyond the limits.
+        DefinitionError: a definition is invalid, or the text exceeds the limits.
     """
     limits = limits or process_limits()
     where = f"<definition of {type_name}>"

@@ -1,8 +1,8 @@
 """Reads the text of `.msg`, `.srv` and `.action` files.
 
-The language is the one of http://wiki.ros.org/msg as genmsg reads it: one declaration per line,
-parts separated by spaces (tabs do not separate), `#` begins a comment except in the value of a
-string constant, which reaches to the end of its line.
+The language is defined by http://wiki.ros.org/msg, as genmsg reads it: one declaration per line, parts
+separated by spaces (tabs do not separate), `#` begins a comment except in the value of a string constant,
+which reaches to the end of its line.
 """
 
 from __future__ import annotations
@@ -48,11 +48,12 @@ def parse_message(text: str, type_name: str, file: str | None = None, *, first_l
     Args:
         text: the definition.
         type_name: its name, `package/Name`.
-        file: the name of the text in errors.
+        file: the file name to use in error messages.
         first_line: the number of the text's first line within the file.
 
     Raises:
-        DefinitionError: for the first mistake, with file, line and column; `others` has the rest.
+        DefinitionError: the definition is invalid. The exception describes the first error, with file, line
+            and column; `others` lists the rest.
     """
     file = file or f"<definition of {type_name}>"
     if not is_full_type_name(type_name):
@@ -83,8 +84,8 @@ def parse_message(text: str, type_name: str, file: str | None = None, *, first_l
 def parse_service(text: str, type_name: str, file: str | None = None) -> ServiceSpec:
     """Reads one service definition; its halves are named `NameRequest` and `NameResponse`.
 
-    As with genmsg, the response is empty without a line `---`, and continues after a second one.
-    Raises as `parse_message`.
+    As in genmsg, the response is empty if there is no line `---`, and continues after a second one. Raises
+    the same errors as `parse_message`.
     """
     file = file or f"<definition of {type_name}>"
     (asked, _), *others = _sections(text)
@@ -158,7 +159,7 @@ def _duplicates(
 
 
 class _Line:
-    """One declaration, with its place for errors."""
+    """One declaration, with its position for error messages."""
 
     def __init__(self, line: str, declaration: str, number: int, file: str) -> None:
         self._line = line
@@ -228,7 +229,7 @@ class _Line:
 
 
 def constant_value(type_name: str, text: str) -> bool | int | float | str:
-    """The value that a text means for a constant of that type.
+    """Return the value of a constant of the given type, parsed from its text.
 
     Raises:
         ValueError: it means none, or one that the type cannot hold.

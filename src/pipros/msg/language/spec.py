@@ -43,10 +43,10 @@ class DefinitionError(PiprosError):
     """A definition breaks the rules of the language.
 
     Attributes:
-        file: the path of the definition, or what is shown instead.
+        file: the path of the definition, or the text to show instead.
         line: counted from 1; 0 when the error concerns the whole file.
         column: counted from 1; 0 when the error concerns the whole file.
-        others: further mistakes in the same file.
+        others: further errors in the same file.
     """
 
     def __init__(self, reason: str, *, file: str, line: int = 0, column: int = 0) -> None:
@@ -86,7 +86,7 @@ class FieldType:
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """One line `type name`. `line` and `column` are those of the type."""
+    """One line `type name`. `line` and `column` locate the type."""
 
     type: FieldType
     name: str

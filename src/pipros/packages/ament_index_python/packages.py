@@ -13,7 +13,7 @@ def get_package_share_directory(package_name: str) -> str:
     """Return the folder of a package on `ROS_PACKAGE_PATH`, or of one shipped with pipros.
 
     Raises:
-        PackageNotFoundError: there is no package of that name.
+        PackageNotFoundError: there is no package with this name.
     """
     found = ImportablePackages().find(package_name)
     if found is None:

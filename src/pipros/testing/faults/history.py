@@ -15,11 +15,11 @@ class TornMessage(ValueError):
 
 
 def numbered_text(source: str, number: int, size: int = 0) -> str:
-    """Return a text with its origin and a checksum: `SOURCE NUMBER CHECKSUM FILLER`.
+    """Return a string with its origin and a checksum: `SOURCE NUMBER CHECKSUM FILLER`.
 
     Args:
         source: a word without blanks. A restarted publisher needs another one.
-        number: the position of the message among those of the source: 1, 2, 3…
+        number: the position of the message among the source's messages: 1, 2, 3…
         size: the number of filler characters.
     """
     start = number % len(_FILLER)
@@ -28,7 +28,7 @@ def numbered_text(source: str, number: int, size: int = 0) -> str:
 
 
 def read_numbered(text: str) -> tuple[str, int]:
-    """Return source and number of a text made by `numbered_text`.
+    """Return the source and number of a string made by `numbered_text`.
 
     Raises:
         TornMessage: the text was changed or has another format.

@@ -41,8 +41,8 @@ class FaultProxy:
     """A proxy between the nodes that are started with its `uri` and all others. Thread-safe.
 
     Until `inject`, `cut`, `stall` or `refuse` is called, it forwards everything unchanged. Two nodes behind
-    it also communicate through it. It listens on the loopback address and supports nodes of pipros, rospy and
-    roscpp.
+    it also communicate through it. It listens on the loopback address and supports pipros, rospy and roscpp
+    nodes.
 
     Attributes:
         uri: the `ROS_MASTER_URI` for nodes behind the proxy; valid after `start`.
@@ -195,7 +195,7 @@ class FaultProxy:
         return uri(*await self._proxy(kind, address), parts.scheme)
 
     async def _proxy(self, kind: Kind, address: Address) -> Address:
-        """Return the proxy's address for an address; opens a port on first use."""
+        """Return the proxy address that forwards to `address`, opening a port on first use."""
         async with self._starting:
             if address in self._own:
                 return address

@@ -56,11 +56,11 @@ def read_project(
         environment: the values of `$ENV{NAME}`; `ROS_DISTRO` and the like default to Noetic's values.
         find_package: finds the packages that the file needs.
         version: the package's version in its manifest.
-        limits: by default those of the process.
+        limits: defaults to the process-wide limits.
         status_lines: receives the output of `message()`, even if an error follows.
 
     Raises:
-        CMakeError: CMake would reject the file, too; with file and line.
+        CMakeError: CMake would also reject the file; with file and line.
     """
     project = Project(name, folder, os.path.join(folder, "CMakeLists.txt"))
     if status_lines is not None:

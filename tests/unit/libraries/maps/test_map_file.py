@@ -66,7 +66,7 @@ def test_transparency_counts_as_in_noetic() -> None:
         ("0.1", ".nan", "resolution must be a finite number, got nan"),
         ("0.1", "fine", "resolution must be a finite number, got 'fine'"),
         ("[-1.0, 2.0, 0.5]", "[1, 2]", r"origin must be a list of x, y and yaw, got \[1, 2\]"),
-        ("map.pgm", "[]", "image must be the path of a picture"),
+        ("map.pgm", "[]", "image must be the path to an image file"),
         ("negate: 0", "negate: 0\nmode: best", "mode must be one of trinary, scale, raw, got 'best'"),
     ],
 )

@@ -19,8 +19,8 @@ EIGENVALUE_TOLERANCE = 1e-8
 def vector_norm(data: ArrayLike, axis: int | None = None, out: Array | None = None) -> Any:
     """Return the Euclidean norm of `data`, or of its vectors along `axis`.
 
-    The result is a float for a one-dimensional `data`, otherwise an array. With `out`, write the norms there
-    and return None.
+    The result is a float for a one-dimensional `data`, otherwise an array. If `out` is given, write the norms
+    there and return None.
     """
     vectors = np.array(data, dtype=np.float64)
     if out is not None:
@@ -34,7 +34,7 @@ def vector_norm(data: ArrayLike, axis: int | None = None, out: Array | None = No
 def unit_vector(data: ArrayLike, axis: int | None = None, out: Array | None = None) -> Any:
     """Return `data` divided by its norm, or its vectors along `axis` each divided by their norm.
 
-    With `out`, write the result there and return None. A vector of norm 0 gives NaN.
+    If `out` is given, write the result there and return None. A vector of norm 0 gives NaN.
     """
     if out is None:
         vectors = np.array(data, dtype=np.float64)

@@ -88,7 +88,7 @@ def clip_matrix(
 ) -> Array:
     """Return the matrix that maps the view volume of a camera to the cube from -1 to 1.
 
-    The first six arguments bound the view volume along x, y and z. It is a box, or with `perspective` a
+    The first six arguments bound the view volume along x, y and z. It is a box, or if `perspective` is true a
     frustum with its apex in the origin, cut off at `near`; mapped points must then be divided by their fourth
     coordinate. Raises ValueError if a lower bound is not below the upper one, or if `perspective` is true and
     `near` is not > 0.
