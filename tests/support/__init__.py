@@ -1,1 +1,1 @@
-"""What all tests share: conditions to wait for, free ports, processes, terminals, genuine ROS."""
+"""Shared by all tests: waiting for conditions, free ports, processes, terminals, genuine ROS."""

@@ -1,6 +1,6 @@
-"""What genuine ROS answers where files and variables decide it: asked once on a machine.
+"""Cached output of genuine ROS commands that depend only on files and variables.
 
-To start a program of it takes half a second of processor time, and the answer stays the same.
+Starting such a program takes half a second of processor time, and its output does not change.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Answer:
 def ask(
     side: Side, *argv: str | Path, cwd: Path | None = None, timeout_s: float = 60.0, **more: str
 ) -> Answer:
-    """What a program prints that asks no master and changes no file; in the test's home, unless told.
+    """Return the output of a program that uses no master and changes no file, by default in the home.
 
     An answer of genuine ROS is kept for the same words, variables, files below the test's home and packages
     of Debian. The address of the test's master may differ, and is put into the answer.
@@ -75,7 +75,7 @@ def _replaced(text: str, changes: dict[str, str]) -> str:
 
 
 def _files(home: Path) -> Iterator[tuple[str, str]]:
-    """Path, mode and digest of each file below the home, but logs and bytecode."""
+    """Yield path, mode and digest of each file below the home, except logs and bytecode."""
     for file in sorted(home.rglob("*")):
         place = file.relative_to(home)
         if file.is_file() and place.parts[0] != ".ros" and file.suffix != ".pyc":

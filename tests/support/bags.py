@@ -16,14 +16,14 @@ Row = tuple[str, Any, int, int]
 
 
 def header_of(message: Any, topic: str, **more: str) -> dict[str, bytes]:
-    """The connection header of a publisher of such messages."""
+    """Return the connection header of a publisher of such messages."""
     cls = type(message)
     fields = {"topic": topic, "type": cls._type, "md5sum": cls._md5sum, "message_definition": cls._full_text}
     return {name: value.encode() for name, value in {**fields, **more}.items()}
 
 
 def bag_bytes(rows: Iterable[Row], *, is_finished: bool = True, **options: Any) -> bytes:
-    """A bag with these messages, one connection for each topic; options are those of `BagWriter`."""
+    """Return a bag with these messages, one connection for each topic; options are those of `BagWriter`."""
     file = io.BytesIO()
     writer = BagWriter(file, **options)
     connections: dict[str, Connection] = {}
@@ -47,7 +47,7 @@ def some_rows(count: int = 30) -> list[Row]:
 
 
 def rows_of(reader: BagReader, **options: Any) -> list[tuple[str, Any, int, int]]:
-    """What a reader gives, in the form of `Row` with the value in place of the message."""
+    """Return the messages of a reader as `Row`s, with the value instead of the message."""
     return [
         (topic, message.data, time.secs, time.nsecs) for topic, message, time, _ in reader.messages(**options)
     ]

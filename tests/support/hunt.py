@@ -1,4 +1,4 @@
-"""Looks for tests that fail now and then: repeats them while all processors are kept busy.
+"""Find unreliable tests by repeating them while all processors are busy.
 
 `script/hunt` repeats every test that starts a process, thread or socket more often than the others, and
 prints failure rates. `script/hunt --again FILE` repeats the tests that failed in one run, which decides

@@ -11,7 +11,7 @@ _Result = TypeVar("_Result")
 
 
 class _InstantSelector(selectors.SelectSelector):
-    """Waits for nothing, and counts how long it would have waited."""
+    """A selector that never blocks, and sums up the skipped waits."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -25,7 +25,7 @@ class _InstantSelector(selectors.SelectSelector):
 
 
 class InstantLoop(asyncio.SelectorEventLoop):
-    """Its `time()` begins at 0 and is the time that would have passed."""
+    """An event loop whose `time()` starts at 0 and counts the skipped waits."""
 
     def __init__(self) -> None:
         self._instant = _InstantSelector()
@@ -36,7 +36,7 @@ class InstantLoop(asyncio.SelectorEventLoop):
 
 
 def run_instantly(main: Coroutine[Any, Any, _Result]) -> _Result:
-    """As `asyncio.run`, on an `InstantLoop`."""
+    """Run a coroutine like `asyncio.run`, on an `InstantLoop`."""
     loop = InstantLoop()
     try:
         return loop.run_until_complete(main)

@@ -1,4 +1,4 @@
-"""The server of a roslaunch that orders nodes from a `roslaunch --child` of a test."""
+"""The server of a roslaunch parent, which starts nodes through a `roslaunch --child` of a test."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.support.waiting import wait_until
 
 
 class Parent:
-    """The server of a parent; writes down the calls of its child.
+    """The server of a parent; records the calls of its child.
 
     Attributes:
         is_mute: whether it no longer answers whether it is there.
@@ -48,17 +48,17 @@ class Parent:
 
     @property
     def child(self) -> RpcClient:
-        """The child's server, once it registered."""
+        """Return the child's server after its registration."""
         registered = wait_until(lambda: [call for call in self.calls if call[0] == "register"])
         return RpcClient(registered[0][2], timeout_s=10.0)
 
     @property
     def shown(self) -> list[tuple[int, str]]:
-        """Levels and texts of what it was told to show."""
+        """Levels and texts of the messages received from the child."""
         return [(call[2], call[3]) for call in self.calls if call[0] == "log"]
 
     def close(self) -> None:
-        """Is gone for its child."""
+        """Close the server, so that the child loses its parent."""
         self._loop.run(self._rpc.stop())
 
     def end(self) -> None:
@@ -73,6 +73,6 @@ def start(ros: RosSystem, parent: Parent, stdin: int = subprocess.DEVNULL) -> Pr
 
 
 def launch(parent: Parent, *nodes: tuple[str, str], more: str = "") -> Any:
-    """What the child answers to the order to start nodes of these names and types."""
+    """Start nodes of these names and types through the child; return its reply."""
     written = "".join(f'<node pkg="programs" name="{name}" type="{kind}" {more}/>' for name, kind in nodes)
     return parent.child.call("launch", f"<launch>{written}</launch>")

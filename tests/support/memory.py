@@ -1,4 +1,4 @@
-"""How much memory a piece of code takes."""
+"""Limits on the memory that a piece of code takes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def memory_of(most_bytes: int) -> Iterator[None]:
-    """Fails if Python objects made inside take more at a time."""
+    """Fail if the Python objects created in the block exceed the limit at any time."""
     tracemalloc.start()
     try:
         yield

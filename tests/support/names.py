@@ -1,4 +1,4 @@
-"""Host names that mean what a test says."""
+"""Host names defined by a test."""
 
 from __future__ import annotations
 

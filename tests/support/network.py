@@ -1,4 +1,4 @@
-"""Networks of their own on this machine, which are network namespaces of Linux."""
+"""Separate networks on this machine, made of network namespaces of Linux."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pytest
 
 
 def is_available() -> bool:
-    """True where namespaces can be made: on Linux, as root, with the `ip` command."""
+    """Return whether namespaces can be made: on Linux, as root, with the `ip` command."""
     if sys.platform != "linux" or os.geteuid() != 0 or shutil.which("ip") is None:
         return False
     name = f"pipros-try-{os.getpid()}"
@@ -27,7 +27,7 @@ needs_network = pytest.mark.skipif(not is_available(), reason="needs network nam
 
 
 class LoneNetwork:
-    """A network of one machine, in which names mean what a test says; programs run by `command`."""
+    """A network of one machine with the host names of a test; `command` runs programs in it."""
 
     def __init__(
         self, hosts: str, nameserver: str = "", addresses: Sequence[str] = (), hostname: str | None = None
@@ -66,7 +66,7 @@ class LoneNetwork:
             raise
 
     def command(self, *argv: str) -> list[str]:
-        """The command line that runs a program there."""
+        """Return the command line that runs a program in the network."""
         return [str(shutil.which("ip")), "netns", "exec", self._name, *self._prefix, *argv]
 
     def close(self) -> None:
@@ -100,7 +100,7 @@ class FarNetwork:
             raise
 
     def command(self, *argv: str) -> list[str]:
-        """The command line that runs a program on the far side."""
+        """Return the command line that runs a program on the far host."""
         return [str(shutil.which("ip")), "netns", "exec", self._name, *argv]
 
     def cut(self) -> None:

@@ -21,7 +21,7 @@ def master() -> Iterator[Master]:
 
 @pytest.fixture
 def make_node(master: Master) -> Iterator[MakeNode]:
-    """Makes started nodes of the master; they end with the test."""
+    """Return a function that starts nodes of the master; they are shut down after the test."""
     nodes: list[Node] = []
 
     def make(name: str, **options: Any) -> Node:

@@ -1,4 +1,4 @@
-"""What tests with nodes in their own process share."""
+"""Callbacks and waits for tests with nodes in their own process."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MakeNode = Callable[..., Node]
 
 
 class Inbox:
-    """A callback that keeps what it gets."""
+    """A callback that keeps the messages."""
 
     def __init__(self) -> None:
         self.messages: list[Any] = []
@@ -22,18 +22,18 @@ class Inbox:
         self.messages.append(message)
 
     def wait(self, count: int = 1) -> list[Any]:
-        """Waits until so many have come, and returns all."""
+        """Wait until this number of messages has arrived; return all."""
         wait_until(lambda: len(self.messages) >= count, what=lambda: f"got {len(self.messages)} of {count}")
         return self.messages
 
 
 def wait_until_connected(handle: Any, count: int = 1) -> None:
-    """Waits until a publisher or subscriber has so many links."""
+    """Wait until a publisher or subscriber has this number of links."""
     wait_until(lambda: handle.connection_count >= count)
 
 
 def listening_log() -> tuple[logging.Logger, list[str]]:
-    """A logger, and the messages that it has been given."""
+    """Return a logger and the list of its messages."""
     lines: list[str] = []
     log = logging.Logger("test")
     handler = logging.Handler()

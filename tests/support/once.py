@@ -1,4 +1,4 @@
-"""What is made once for many tests: for all workers of pytest-xdist, or for all runs on this machine."""
+"""Folders made once for many tests: for all workers of pytest-xdist, or for all runs on this machine."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _UNUSED_S = 14 * 24 * 3600
 
 
 def shared_folder(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Path:
-    """A folder that all workers of this run have in common."""
+    """Return a folder shared by all workers of this run."""
     base = tmp_path_factory.getbasetemp()
     return base if worker_id == "master" else base.parent
 
 
 @contextlib.contextmanager
 def alone(lock: Path) -> Iterator[None]:
-    """Runs the block while no other process runs it with the same lock file."""
+    """Run the block while no other process runs one with the same lock file."""
     with lock.open("w") as opened:
         fcntl.flock(opened, fcntl.LOCK_EX)
         yield

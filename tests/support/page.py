@@ -1,4 +1,4 @@
-"""The page of `rqt_graph` in a test: its server, and a client that speaks what the page speaks."""
+"""The page of `rqt_graph` in a test: its server, and a client of its protocol."""
 
 from __future__ import annotations
 

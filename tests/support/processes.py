@@ -1,4 +1,4 @@
-"""Processes started by a test: their output as it comes, Ctrl-C, and nothing left at the end."""
+"""Processes started by a test: live output, Ctrl-C, and a check that none is left at the end."""
 
 from __future__ import annotations
 
@@ -88,12 +88,12 @@ class Process:
 
     @property
     def output(self) -> str:
-        """Everything it printed so far."""
+        """The output so far."""
         return "\n".join(self.lines)
 
     @property
     def transcript(self) -> list[str]:
-        """Everything it printed so far, with the second of the test; and how it ended."""
+        """The output so far, with the second of the test for each line, and the exit code."""
         lines = [f"{at} {line}" for at, line in zip(self._printed_at, self.lines, strict=False)]
         return lines if self.is_running else [*lines, f"(exit code {self.returncode})"]
 
@@ -102,7 +102,7 @@ class Process:
         return len(self.lines)
 
     def wait_for(self, pattern: str, timeout_s: float = 30.0, since: int = 0) -> re.Match[str]:
-        """Waits for a line in which the regular expression `pattern` is found.
+        """Wait for a line in which the regular expression `pattern` is found.
 
         Raises:
             AssertionError: with the whole output, when the program ends or the time is up without it.
@@ -123,18 +123,18 @@ class Process:
                 self._changed.wait(0.1)
 
     def press_ctrl_c(self) -> None:
-        """What a terminal does: SIGINT to every process of the session's foreground group."""
+        """Send SIGINT to every process of the session's foreground group, as a terminal does."""
         self._signal_group(signal.SIGINT)
 
     def send_signal(self, number: int) -> None:
-        """A signal to this one process."""
+        """Send a signal to this process only."""
         self._popen.send_signal(number)
 
     def kill(self) -> None:
         self._popen.kill()
 
     def wait(self, timeout_s: float = 30.0) -> int:
-        """The exit code, once the program ended and its output is read.
+        """Wait until the program has exited and its output is read; return the exit code.
 
         Raises:
             AssertionError: with the whole output, when it is still running after `timeout_s`.
@@ -148,7 +148,7 @@ class Process:
         return code
 
     def end(self) -> None:
-        """Ends it if it still runs: Ctrl-C, and after a while SIGKILL to its group."""
+        """End the program if it still runs: Ctrl-C, and after a while SIGKILL to its group."""
         self._signal_group(signal.SIGINT)
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._popen.wait(_GRACE_S)
@@ -186,7 +186,7 @@ class Processes:
         stdin: int = subprocess.DEVNULL,
         environment: Mapping[str, str] | None = None,
     ) -> Process:
-        """Starts a program; `environment` is laid over the common one."""
+        """Start a program; `environment` is merged into the common one."""
         process = Process(
             [str(part) for part in argv],
             {**self.environment, **(environment or {})},
@@ -203,7 +203,7 @@ class Processes:
         cwd: Path | None = None,
         environment: Mapping[str, str] | None = None,
     ) -> Process:
-        """Runs a program to its end; see `.returncode`, `.stdout`, `.stderr`, `.output` of the result."""
+        """Run a program to its end; see `.returncode`, `.stdout`, `.stderr`, `.output` of the result."""
         process = self.start(*argv, cwd=cwd, environment=environment)
         process.wait(timeout_s)
         return process
@@ -236,7 +236,7 @@ class Processes:
                 raise AssertionError(f"left running:\n{listing}") from None
 
     def end_all(self) -> None:
-        """Ends what was started, the latest first, and makes sure that nothing is left."""
+        """End the started programs, the latest first, and check that none is left."""
         for process in reversed(self._started):
             process.end()
         self.assert_nothing_left()

@@ -1,4 +1,4 @@
-"""Reading what programs print: lines in their order, with the parts that differ from run to run left open."""
+"""Compare the output of programs: lines in order, without the parts that differ between runs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 
 def assert_in_order(output: str, patterns: Sequence[str]) -> None:
-    """Raises AssertionError unless each pattern is found on a line of its own, one after the other."""
+    """Raise AssertionError unless the patterns are found on separate lines, in this order."""
     lines = iter(output.splitlines())
     for number, pattern in enumerate(patterns):
         if not any(re.search(pattern, line) for line in lines):
@@ -16,5 +16,5 @@ def assert_in_order(output: str, patterns: Sequence[str]) -> None:
 
 
 def without_escapes(text: str) -> str:
-    """The text without colours and window titles."""
+    """Return the text without colours and window titles."""
     return re.sub(r"\x1b\][^\x07]*\x07|\x1b\[[0-9;]*m", "", text)

@@ -32,11 +32,11 @@ class Side:
         return self.processes.environment
 
     def start(self, *argv: str | Path, **more: str) -> Process:
-        """Starts a program; keywords are environment variables laid over those of this side."""
+        """Start a program; keywords are environment variables merged into those of this side."""
         return self.processes.start(*argv, environment=more)
 
     def run(self, *argv: str | Path, timeout_s: float = 30.0, **more: str) -> Process:
-        """Runs a program to its end."""
+        """Run a program to its end."""
         return self.processes.run(*argv, timeout_s=timeout_s, environment=more)
 
     def node(self, package: str, program: str) -> list[str]:
@@ -56,11 +56,11 @@ class Side:
         return [_FOUND[key]]
 
     def start_node(self, package: str, program: str, *arguments: str, **more: str) -> Process:
-        """Starts a node of a package; see `node`."""
+        """Start a node of a package; see `node`."""
         return self.start(*self.node(package, program), *arguments, **more)
 
     def open_terminal(self, shell: Sequence[str] = BASH) -> Terminal:
-        """A terminal with a shell in the environment of this side."""
+        """Open a terminal with a shell in the environment of this side."""
         terminal = Terminal(self.environment, self.home, shell)
         self._terminals.append(terminal)
         return terminal
@@ -93,7 +93,7 @@ class Side:
         return process
 
     def close(self) -> None:
-        """Ends everything that runs, and makes sure that nothing is left."""
+        """End all running programs, and check that none is left."""
         for terminal in reversed(self._terminals):
             terminal.close()
         self.processes.end_all()
@@ -126,19 +126,19 @@ class RosSystem:
         self._core.start_master()
 
     def publishers(self, topic: str) -> list[str]:
-        """The nodes that the master knows as publishers of the topic; none while no master answers."""
+        """Return the publishers of the topic registered at the master; empty while no master answers."""
         return self._registered(0).get(topic, [])
 
     def subscribers(self, topic: str) -> list[str]:
-        """The nodes that the master knows as subscribers of the topic; none while no master answers."""
+        """Return the subscribers of the topic registered at the master; empty while no master answers."""
         return self._registered(1).get(topic, [])
 
     def wait_for_publisher(self, topic: str, timeout_s: float = 30.0) -> None:
-        """Waits until the master knows a publisher of the topic."""
+        """Wait until the topic has a publisher at the master."""
         wait_until(lambda: self.publishers(topic), timeout_s, f"a publisher of {topic}")
 
     def wait_for_subscriber(self, topic: str, timeout_s: float = 30.0) -> None:
-        """Waits until the master knows a subscriber of the topic."""
+        """Wait until the topic has a subscriber at the master."""
         wait_until(lambda: self.subscribers(topic), timeout_s, f"a subscriber of {topic}")
 
     def _registered(self, kind: int) -> dict[str, list[str]]:
@@ -151,7 +151,7 @@ class RosSystem:
             master("close")()
 
     def close(self) -> None:
-        """Ends all programs of both sides and makes sure that nothing is left running."""
+        """End all programs of both sides, and check that none is left."""
         try:
             self.genuine.close()
         finally:

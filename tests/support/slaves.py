@@ -1,4 +1,4 @@
-"""Nodes of which only the XML-RPC API is real, for tests of the master."""
+"""Fake nodes with only a slave API, for tests of the master."""
 
 from __future__ import annotations
 
@@ -54,17 +54,17 @@ class FakeSlave:
         return [1, "", 0]
 
     def publishers(self) -> list[list[str]]:
-        """The publisher lists that it was told, in order."""
+        """The received publisher lists, in order."""
         return [notice[3] for notice in self.told if notice[0] == "publisherUpdate"]
 
     def stop(self) -> None:
-        """From now on connections to it are refused."""
+        """Refuse connections from now on."""
         self._loop.run(self._server.stop())
         self._loop.stop()
 
 
 class SilentSlave:
-    """Accepts connections and never says anything, as a node that hangs."""
+    """A server that accepts connections and never answers, like a node that hangs."""
 
     def __init__(self) -> None:
         self._listener = socket.create_server(("127.0.0.1", 0), backlog=100)

@@ -1,4 +1,4 @@
-"""An ssh server of a test's own: a free port on loopback, keys made for the occasion, this user only."""
+"""A private ssh server: a free port on loopback, new keys, this user only."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ Host {alias}
 
 
 class SshServer:
-    """Runs from its making to `close`.
+    """A server that runs from its creation to `close`.
 
     Attributes:
         port: where it listens.

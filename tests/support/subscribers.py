@@ -1,4 +1,4 @@
-"""Subscribers that do not behave: raw TCPROS connections that a test reads from, or does not."""
+"""Misbehaving subscribers: raw TCPROS connections, read by the test or not at all."""
 
 from __future__ import annotations
 

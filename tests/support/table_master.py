@@ -1,4 +1,4 @@
-"""A client of a master that is only a table of answers, for tests without sockets."""
+"""A master client with a table of answers, for tests without sockets."""
 
 from __future__ import annotations
 

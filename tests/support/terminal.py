@@ -1,4 +1,4 @@
-"""A terminal with a shell in it, as a person has it: typed lines, a prompt, Ctrl-C, colours."""
+"""A terminal with an interactive shell: typed lines, a prompt, Ctrl-C, colours."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class Terminal:
 
     @property
     def transcript(self) -> list[str]:
-        """Everything on the screen so far, without escape sequences."""
+        """The screen so far, without escape sequences."""
         return _ESCAPES.sub("", self._screen).splitlines()
 
     @property
@@ -103,12 +103,12 @@ class Terminal:
         os.write(self._keyboard, keys.encode())
 
     def answer(self, line: str) -> None:
-        """Types a line and Enter for the running program, which asks for it."""
+        """Type a line and Enter for the running program, which reads it."""
         self._typed_at = len(self._screen)
         os.write(self._keyboard, line.encode() + b"\n")
 
     def type(self, line: str) -> None:
-        """Types a line and Enter, once the prompt is there."""
+        """Type a line and Enter after the prompt has appeared."""
         self.wait_for_prompt()
         self._typed_at = len(self._screen)
         os.write(self._keyboard, line.encode() + b"\n")
@@ -116,13 +116,13 @@ class Terminal:
         self._typed_at += len(line) + 1
 
     def run(self, line: str, timeout_s: float = 30.0) -> tuple[int, str]:
-        """Types a command and waits for its end: the exit code, and what it printed."""
+        """Type a command and wait for its end; return the exit code and the output."""
         self.type(line)
         code = self.wait_for_prompt(timeout_s)
         return code, _PROMPT.sub("", self.output)
 
     def wait_for(self, pattern: str, timeout_s: float = 30.0) -> re.Match[str]:
-        """Waits until the regular expression is found in the output of the command typed last."""
+        """Wait until the regular expression is found in the output of the last command."""
         looked_for = re.compile(pattern)
         self._wait(lambda: looked_for.search(self.output) is not None, timeout_s, f"/{pattern}/")
         found = looked_for.search(self.output)
@@ -130,18 +130,18 @@ class Terminal:
         return found
 
     def wait_for_prompt(self, timeout_s: float = 30.0) -> int:
-        """Waits for the end of the command; its exit code."""
+        """Wait for the end of the command; return its exit code."""
         self._wait(lambda: _PROMPT.search(self.text) is not None, timeout_s, "the prompt")
         found = _PROMPT.search(self.text)
         assert found
         return int(found[1])
 
     def press_ctrl_c(self) -> None:
-        """Types Ctrl-C; the terminal sends SIGINT to the command in the foreground."""
+        """Type Ctrl-C; the terminal sends SIGINT to the command in the foreground."""
         os.write(self._keyboard, b"\x03")
 
     def close(self) -> None:
-        """Ends the command in the foreground as a person would, and closes the window; harmless again."""
+        """End the command in the foreground with Ctrl-C, and close the terminal. May be repeated."""
         if self._is_closed:
             return
         self._is_closed = True

@@ -18,7 +18,7 @@ needs_other_users = pytest.mark.skipif(
 
 
 def give_away(path: Path, owner: int = STRANGER) -> None:
-    """Makes a file, a link, or a folder with all that is in it, the property of another user."""
+    """Make another user the owner of a file, a link, or a folder with its contents."""
     for entry in [path, *(path.rglob("*") if path.is_dir() and not path.is_symlink() else ())]:
         os.chown(entry, owner, owner, follow_symlinks=False)
 

@@ -1,4 +1,4 @@
-"""Waiting for conditions. No test waits for time."""
+"""Wait for conditions. No test sleeps for a fixed time."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LOOK_EVERY_S = 0.01
 
 
 def wait_until(condition: Callable[[], T], timeout_s: float = 10.0, what: str | Callable[[], str] = "") -> T:
-    """Returns the first true value of `condition`, looking at it again and again.
+    """Poll `condition`, and return its first true value.
 
     `what` is said when the time is up: what was waited for, or a function that tells the state
     that was found instead.

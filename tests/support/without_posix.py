@@ -1,4 +1,4 @@
-"""A Python that lacks what Windows, macOS or a browser lacks of Linux: modules, and names in modules.
+"""A Python without the modules and names that Windows, macOS or a browser lacks.
 
 The lists are here alone. Modules and names are missing on at least one of these systems; Pyodide, Python in a
 browser, lacks the modules, too. What a browser has in name but cannot do is in `_BROWSER`.
@@ -83,7 +83,7 @@ for place, names in {
 
 
 def run_without_posix(code: str, *, in_browser: bool = False) -> str:
-    """What the code prints.
+    """Return the output of the code.
 
     Args:
         in_browser: also refuse what Pyodide cannot do: to start threads or processes, and to connect sockets.

@@ -18,7 +18,7 @@ MANIFEST = """\
 
 
 class Workspace:
-    """A workspace in a temporary folder, and what building it printed."""
+    """A workspace in a temporary folder, with the output of its builds."""
 
     def __init__(self, base: Path) -> None:
         (base / "src").mkdir(parents=True, exist_ok=True)
