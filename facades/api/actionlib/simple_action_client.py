@@ -96,7 +96,10 @@ class SimpleActionClient:
         return self.get_state()
 
     def wait_for_result(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008
-        """Wait until the goal has ended, without limit if `timeout` is zero. Return whether it has."""
+        """Wait until the goal has ended, without limit if `timeout` is zero.
+
+        Return whether the goal has ended.
+        """
         if self.gh is None:
             rospy.logerr("wait_for_result was called without a goal")
             return False

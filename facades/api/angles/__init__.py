@@ -90,7 +90,7 @@ def shortest_angular_distance_with_large_limits(
 
 
 def _rotations(from_angle: float, to_angle: float) -> tuple[float, float]:
-    """Return the shortest rotation to an angle, and the one in the opposite sense."""
+    """Return the shortest rotation to an angle, and the rotation in the opposite sense."""
     shortest = shortest_angular_distance(from_angle, to_angle)
     return shortest, two_pi_complement(shortest)
 

@@ -63,7 +63,7 @@ class Client:
         self._updates_sub = rospy.Subscriber(f"{topic}/parameter_updates", ConfigMsg, self._updates_msg)
 
     def get_configuration(self, timeout: float | None = None) -> Any:
-        """Return the configuration, or None after `timeout` seconds without one (None: wait forever)."""
+        """Return the configuration, or None if none arrives within `timeout` seconds (None: wait forever)."""
         return self._wait("config", timeout)
 
     def get_parameter_descriptions(self, timeout: float | None = None) -> Any:

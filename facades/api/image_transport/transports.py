@@ -7,5 +7,5 @@ SUBSCRIBED = ("raw", "compressed", "compressedDepth")
 
 
 def topic_of(base: str, transport: str) -> str:
-    """Return the topic of a transport; the topic of `raw` is the base topic."""
+    """Return a transport's topic; for `raw` this is the base topic."""
     return base if transport == "raw" else f"{base}/{transport}"

@@ -74,7 +74,7 @@ class InteractiveMarkerServer:
         feedback_cb: Callable[[InteractiveMarkerFeedback], Any] | int | None = -1,
         feedback_type: int = DEFAULT_FEEDBACK_CB,
     ) -> None:
-        """Add a marker, or replace the one with the same name. For the callback, see `setCallback`."""
+        """Add a marker, replacing any marker with the same name. For the callback, see `setCallback`."""
         with self.mutex:
             self._markers.insert(marker)
             if not isinstance(feedback_cb, int):

@@ -15,7 +15,7 @@ from pipros.libraries.robot_model.urdf import UrdfError, read_robot
 
 
 def get_param(name: str, value: Any = None) -> Any:
-    """Return the private parameter `name`, or the one of the namespace, or the default `value`."""
+    """Return the private parameter `name`, else the namespace's parameter, else the default `value`."""
     for wanted in (f"~{name}", name):
         if rospy.has_param(wanted):
             return rospy.get_param(wanted)

@@ -24,7 +24,7 @@ class TopicManager:
     """The publications and subscriptions of the node.
 
     Attributes:
-        lock: for callers that make several changes at once; the node has its own.
+        lock: a lock for callers that make several changes at once; the node has its own.
     """
 
     def __init__(self) -> None:

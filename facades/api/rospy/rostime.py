@@ -92,7 +92,7 @@ def is_wallclock() -> bool:
 
 
 def set_rostime_initialized(val: bool) -> None:
-    """Set whether time is available. For tests without a node; `init_node` does this itself."""
+    """Set whether time is available. Intended for tests without a node; `init_node` does this itself."""
     session.has_time = val
 
 

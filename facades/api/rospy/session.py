@@ -408,7 +408,7 @@ class Session:
             self.node.use_simulated_time()
 
     def install_signals(self) -> None:
-        """Let SIGINT and SIGTERM end the node, if they do not yet. Does nothing without a node.
+        """Let SIGINT and SIGTERM end the node, unless they already do. Does nothing without a node.
 
         Raises:
             ROSInitException: called outside the main thread.

@@ -26,7 +26,7 @@ class SilenceableXMLRPCRequestHandler(SimpleXMLRPCRequestHandler):
 
 
 class ThreadingXMLRPCServer(socketserver.ThreadingMixIn, SimpleXMLRPCServer):
-    """Server with one thread per connection."""
+    """Server that uses one thread per connection."""
 
     daemon_threads = True
 
@@ -53,7 +53,7 @@ if sys.platform != "win32" and hasattr(socketserver, "ForkingMixIn"):
     __all__ += ["ForkingXMLRPCServer"]
 
     class ForkingXMLRPCServer(socketserver.ForkingMixIn, SimpleXMLRPCServer):
-        """Server with one process per connection."""
+        """Server that uses one process per connection."""
 
         def __init__(
             self,

@@ -198,7 +198,10 @@ class LocalProcess(Process):
         return super().is_alive()
 
     def stop(self, errors: list[str] | None = None) -> None:
-        """End the program and its children with SIGINT, SIGTERM, SIGKILL. Blocks until it has exited."""
+        """End the program and its children with SIGINT, then SIGTERM, then SIGKILL.
+
+        Blocks until it has exited.
+        """
         process = self._process
         if process is None or self.stopped:
             return

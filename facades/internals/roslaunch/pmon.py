@@ -50,7 +50,7 @@ _monitors: list[ProcessMonitor] = []
 
 
 class _Shutdown:
-    """Whether a signal has begun the end of the program. No monitor starts any more then."""
+    """Whether a signal has started to end the program. No monitor starts any more then."""
 
     has_begun = False
 

@@ -103,7 +103,7 @@ class Field(genmsg.msgs.Field):
 
 
 class MsgSpec:
-    """A message definition. Types are as written, but those of its own package are qualified."""
+    """A message definition. Types are as written, except that types of the same package are qualified."""
 
     def __init__(
         self,

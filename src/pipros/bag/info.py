@@ -18,7 +18,7 @@ _PLAIN = re.compile(r"[\w/.*~+-]*")
 
 @dataclass(frozen=True, slots=True)
 class Compression:
-    """Number and total sizes of the chunks with one compression."""
+    """Number and total sizes of the chunks with the same compression."""
 
     name: str
     chunks: int

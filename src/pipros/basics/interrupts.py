@@ -34,8 +34,8 @@ def install() -> None:
 def accept_ctrl_c() -> None:
     """Make SIGINT raise KeyboardInterrupt, even if the process was started with SIGINT ignored.
 
-    Shells start background jobs of scripts (`command &`) that way. Those of Noetic's commands that are ROS
-    nodes end on SIGINT nevertheless; the others keep ignoring it. Does nothing outside the main thread.
+    Shells start background jobs of scripts (`command &`) that way. Noetic's commands that are ROS nodes end
+    on SIGINT nevertheless; the others keep ignoring it. Does nothing outside the main thread.
     """
     if threading.current_thread() is not threading.main_thread():
         return
@@ -46,7 +46,7 @@ def accept_ctrl_c() -> None:
 def exits_after_ctrl_c(code: int = 0) -> Callable[[Callable[_Arguments, int]], Callable[_Arguments, int]]:
     """Decorate the `main` of a program that is a node, to end without a traceback when Ctrl-C interrupts it.
 
-    The interrupts that rospy raises are KeyboardInterrupts, too: that of `init_node`, for example.
+    The interrupts that rospy raises are KeyboardInterrupts, too: for example in `init_node`.
 
     Args:
         code: the exit code: 0 of a node, which runs until it is ended.
@@ -69,8 +69,8 @@ def exits_after_ctrl_c(code: int = 0) -> Callable[[Callable[_Arguments, int]], C
 def ended_by_termination() -> Iterator[None]:
     """Let SIGTERM, and SIGHUP of a closed terminal, end the block by SystemExit, so that it can clean up.
 
-    The exit code is the one that shells report for the signal. A signal that is ignored, as under nohup,
-    stays ignored. Does nothing outside the main thread.
+    The exit code is the same as shells report for the signal. A signal that is ignored, as under nohup, stays
+    ignored. Does nothing outside the main thread.
     """
     previous: dict[signal.Signals, Any] = {}
     if threading.current_thread() is threading.main_thread():

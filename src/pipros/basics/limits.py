@@ -1,4 +1,4 @@
-"""All limits on the cost of peers, files and names, with their defaults.
+"""All limits on the resources that peers, files and names can use, with their defaults.
 
 `PIPROS_LIMITS` changes them for a process: `PIPROS_LIMITS="frame_bytes=1000000,handshakes=64"`. Programs
 may pass a `Limits` to `Node` and `Master`. docs/reliability.md says what happens at each limit.
@@ -82,7 +82,7 @@ class Limits(NamedTuple):
         definition_bytes: the text of a message definition from a peer or a bag.
         definition_cache_bytes: such texts whose classes are kept for the next message.
         definition_types: types in such a text.
-        definition_fields: fields and constants of all types in such a text, or of one type in a file; those
+        definition_fields: fields and constants of all types in such a text, or of one type in a file; fields
             of embedded types count each time.
         definition_copies_bytes: the definitions of all types in such a text, each with its embedded types.
         bag_header_bytes: the header of one record of a bag.
@@ -93,9 +93,9 @@ class Limits(NamedTuple):
             of the file.
         bag_cache_bytes: the uncompressed chunks that are kept while a bag is read.
         edit_method_characters: the constants of one enum of dynamic_reconfigure.
-        bus_answer_bytes: what a node says of its connections, to tools that show the graph.
+        bus_answer_bytes: a node's report on its connections, for tools that show the graph.
         page_message_bytes: a message that a page decodes.
-        page_view_bytes: what a page keeps for one of its tabs: log entries, diagnostics, parameters.
+        page_view_bytes: data that a page keeps for one of its tabs: log entries, diagnostics, parameters.
         page_topics: topics that all browsers of a page watch together.
         message_values: values in a new message.
         empty_elements: values in one message beyond the eight that each of its bytes pays for.

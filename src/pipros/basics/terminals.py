@@ -45,7 +45,7 @@ def open_pty(like: int) -> tuple[int, int]:
     """Opens a pty with the size of another terminal, which neither echoes nor changes bytes.
 
     Returns:
-        The end to read from, and the one to write to.
+        The end to read from, and the end to write to.
 
     Raises:
         OSError: the system has no pty left.

@@ -93,7 +93,7 @@ class PackageQuery:
 
     @property
     def name(self) -> str:
-        """The named package, or the one whose folder is the current folder."""
+        """The named package, or the package in the current folder."""
         name = self.words[0] if self.words else ""
         if not name:
             current = self.index.containing(Path.cwd())

@@ -149,7 +149,7 @@ def _open_log(environment: Environment) -> tuple[Console, Path]:
 
 
 def _package_of(file: Path, options: Options, index: PackageIndex) -> Package:
-    """Return the package of the results: the one given by options, else the one that contains the file."""
+    """Return the package of the results: given by options, else the package that contains the file."""
     found = index.containing(file)
     folder = Path(options.package_folder).absolute() if options.package_folder else None
     if options.package and (folder or found):

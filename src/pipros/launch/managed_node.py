@@ -61,7 +61,7 @@ class ManagedNode:
     """A node and its processes.
 
     Attributes:
-        process: the current process; None between the end of one and the start of the next.
+        process: the current process; None after one has ended and before the next has started.
         left_behind: an ended process whose own child processes are still running.
         restart_at: when to restart the node, on the monotonic clock; None if no restart is due.
         latest: the latest process, running or ended.

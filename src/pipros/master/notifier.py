@@ -57,7 +57,7 @@ class Recipients(Protocol):
         ...
 
     def on_finished(self, notice: Notice) -> None:
-        """Handle the end of a notice, whatever the outcome. Not called for superseded ones."""
+        """Handle the completion of a notice, whatever the outcome. Not called for superseded ones."""
         ...
 
 

@@ -39,7 +39,7 @@ class MasterOptions:
         port: the port; 0 selects a free one.
         advertised_host: the host in the URI of the master; by default from the environment.
         known_as: further host names and addresses under which programs on this machine look for the master,
-            besides the one in the environment's master URI. A master for this machine only listens there,
+            besides the host in the environment's master URI. A master for this machine only listens there,
             too.
         allow: networks that may connect, besides this machine: `10.0.0.0/8`, `192.168.1.7`. Empty for all.
         parameters: keys and values to set before the port is opened.

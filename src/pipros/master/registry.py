@@ -196,14 +196,14 @@ class Registry:
         return self._enter(Role.PARAM_SUBSCRIBER, node, key, api)
 
     def unregister(self, role: Role, node: str, key: str, api: str) -> tuple[bool, list[Notice]]:
-        """Remove a registration if `api` is the API of the node; return whether there was one."""
+        """Remove a registration if `api` is the API of the node; return whether one was removed."""
         if self.api_of(node) != api or node not in self._tables[role].get(key, ()):
             return False, []
         self._remove(role, node, key)
         return True, self._publisher_updates(key) if role is Role.PUBLISHER else []
 
     def unregister_service(self, node: str, service: str, service_api: str) -> bool:
-        """Remove a service unless another provider has taken it over; return whether there was one."""
+        """Remove a service unless another provider has taken it over; return whether one was removed."""
         if self._service_apis.get(service) != service_api:
             return False
         if node not in self._tables[Role.SERVICE].get(service, ()):

@@ -89,8 +89,8 @@ class Lookups:
     ) -> None:
         """
         Args:
-            limit: how many look-ups may run at a time; further ones are queued. Those of `find` and of `ask`
-                have separate limits of that size, and do not wait for each other.
+            limit: how many look-ups may run at a time; further ones are queued. `find` and `ask` have
+                separate limits of this size, and do not wait for each other.
             resolve: resolves a name, by default `socket.getaddrinfo`.
             now: the clock of the cache.
         """

@@ -13,8 +13,8 @@ Question = Callable[[], object]
 class Recheck:
     """Queries the master to confirm the claims of untrusted callers.
 
-    The first query is sent at once. Those requested while it runs, and for `interval_s` after its answer, are
-    then sent together, each once. So a peer that calls a thousand times costs the master one call, and a
+    The first query is sent at once. Queries requested while it runs, and for `interval_s` after its response,
+    are then sent together, each once. So a peer that calls a thousand times costs the master one call, and a
     notice from a master with an unexpected address still takes effect, though later. Queries run in a
     separate thread, so that the event loop never waits.
     """

@@ -101,7 +101,7 @@ class Signals:
             node.on_shutdown(self._insist_on_end)
 
     def listen_anew(self, node: Node) -> None:
-        """Let signals end a later node. Those that arrived after the end of the previous node are lost."""
+        """Let signals end a later node. Signals that arrived after the previous node ended are lost."""
         if self._ending is not None and self._ending is not threading.current_thread():
             self._ending.join()
         with contextlib.suppress(BlockingIOError):

@@ -250,9 +250,8 @@ class SlaveApi:
     def _is_trusted(self, caller_id: str, request: str) -> bool:
         """Return whether a call comes from the master's address or from this machine.
 
-        A master may call from an address other than the one at which it is reached: behind NAT, in a
-        container, or with several networks. So calls from elsewhere are not trusted, but cause a query to the
-        master.
+        A master may call from a different address than it is reached at: behind NAT, in a container, or with
+        several networks. So calls from elsewhere are not trusted, but cause a query to the master.
         """
         caller = current_caller.get()
         if caller.host in self._node.master.addresses or caller.is_here:

@@ -1,8 +1,8 @@
 """The headers that both ends of a TCPROS connection exchange first, and the rules for refusing one.
 
-Pure: headers in, headers or a refusal out. Sources: http://wiki.ros.org/ROS/TCPROS and, where it
-says nothing, genuine rospy and roscpp. The end that connects sends first; a refusal is a header
-with the one field `error`, after which the connection closes.
+Pure: headers in, headers or a refusal out. Sources: http://wiki.ros.org/ROS/TCPROS and, where it says
+nothing, genuine rospy and roscpp. The end that connects sends first; a refusal is a header with the single
+field `error`, after which the connection closes.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def request_service_link(
     probe: bool = False,
     extra: Mapping[str, str] | None = None,
 ) -> dict[str, str]:
-    """Return the header with which a client requests a service, plus its `extra` fields."""
+    """Return the header that a client sends to request a service, including its `extra` fields."""
     fields = {"service": service, "md5sum": interface.md5sum, "callerid": caller_id}
     if persistent:
         fields["persistent"] = "1"

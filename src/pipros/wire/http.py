@@ -325,7 +325,7 @@ class ResponseReader(_Reader):
         return None
 
     def end(self) -> Response | None:
-        """Return the response that the end of the connection completes, if any.
+        """Return the response that is completed by the end of the connection, if any.
 
         Raises:
             HttpError: the connection ended in the middle of a response.

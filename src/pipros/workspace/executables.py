@@ -22,7 +22,7 @@ _WINDOWS_SUFFIXES = ("", ".exe", ".bat", ".cmd", ".py")
 
 @dataclass(frozen=True, slots=True)
 class Executables:
-    """The programs with one name in a package.
+    """The programs with the same name in a package.
 
     Attributes:
         runnable: executable files in order of preference, built programs first.

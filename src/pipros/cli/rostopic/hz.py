@@ -29,7 +29,7 @@ class HzOptions:
         window: number of intervals to keep.
         expression: measure only messages for which it is true.
         wall_time: whether to use the machine's clock even if `/use_sim_time` is set.
-        tcp_nodelay: whether to request publishers to send each message at once.
+        tcp_nodelay: whether to ask publishers to send each message immediately.
     """
 
     window: int = DEFAULT_WINDOW

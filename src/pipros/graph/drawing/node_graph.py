@@ -26,12 +26,15 @@ _PARAMETER_TOPICS = ("/parameter_descriptions", "/parameter_updates")
 class GraphOptions:
     """Selection of the parts of the graph to draw.
 
-    mode: see `Mode`. mode: see `Mode`. nodes, topics: comma-separated patterns, see `NameFilter`.
-    hide_dead_sinks: whether to leave out topics without a subscriber. hide_leaf_topics: whether to leave out
-    topics with a single neighbour.
-        hide_debug: whether to leave out `/rosout`, `/clock`, `/statistics` and the nodes of tools. hide_tf:
-        whether to leave out `/tf` and `/tf_static`. hide_unreachable: whether to leave out nodes that do not
-        answer. hide_parameters: whether to leave out the topics of dynamic_reconfigure.
+    Attributes:
+        mode: see `Mode`.
+        nodes, topics: comma-separated patterns, see `NameFilter`.
+        hide_dead_sinks: whether to leave out topics without a subscriber.
+        hide_leaf_topics: whether to leave out topics with a single neighbour.
+        hide_debug: whether to leave out `/rosout`, `/clock`, `/statistics` and the nodes of tools.
+        hide_tf: whether to leave out `/tf` and `/tf_static`.
+        hide_unreachable: whether to leave out nodes that do not answer.
+        hide_parameters: whether to leave out the topics of dynamic_reconfigure.
     """
 
     mode: Mode = "active"

@@ -66,7 +66,7 @@ class ExactSynchronizer:
 class ApproximateSynchronizer(ExactSynchronizer):
     """Matcher of messages whose stamps differ by less than `slop` nanoseconds.
 
-    If several messages of an input match, the one nearest to the new message is preferred; earlier inputs
+    If several messages of an input match, the message nearest to the new one is preferred; earlier inputs
     take precedence.
     """
 

@@ -92,7 +92,7 @@ class Markers:
         self.pending: dict[str, UpdateContext] = {}
 
     def insert(self, marker: Any) -> None:
-        """Add a marker, or replace the one with the same name."""
+        """Add a marker, replacing any marker with the same name."""
         update = self.pending.setdefault(marker.name, UpdateContext())
         update.update_type, update.int_marker = UpdateContext.FULL_UPDATE, marker
 

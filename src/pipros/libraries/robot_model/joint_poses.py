@@ -54,7 +54,7 @@ class JointFrames:
     def due(self, names: Iterable[str], positions: Iterable[float], stamp: int) -> list[tuple[Joint, Pose]]:
         """Return the poses to publish for a message: its joints and those that mimic them, sorted by name.
 
-        All joints of a message are published if the one with the oldest stamp is due, otherwise none.
+        All joints of a message are published if the joint with the oldest stamp is due, otherwise none.
         """
         known = dict(zip(names, positions, strict=True))
         if not known:

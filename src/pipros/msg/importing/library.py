@@ -37,8 +37,7 @@ class Library:
         return self._definitions
 
     def code(self, kind: str, type_name: str) -> tuple[CodeType, Mapping[str, str]]:
-        """Return code that defines the classes of a type, and the names that the code uses for
-        embedded types.
+        """Return code that defines the classes of a type, and its names for embedded types.
 
         Raises:
             DefinitionError: the definition breaks the rules.

@@ -1,7 +1,7 @@
 """Message and service classes by type name, which may come from a peer.
 
 Importing a module runs it, so only message packages are imported: those that have a definition of the type,
-or a module that genpy generated for it. The class is the one that `from package.msg import Name` imports.
+or a module that genpy generated for it. This is the class that `from package.msg import Name` imports.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ install()  # where pipros.pth did not
 
 
 def load_message_class(type_name: str) -> type[Message]:
-    """The class of `package/Name`: the one that `from package.msg import Name` imports.
+    """Return the class of `package/Name`, the same as `from package.msg import Name` imports.
 
     Raises:
         NotFound: the package or type does not exist; the text says where it was looked for.

@@ -1,7 +1,7 @@
 """The comments of a definition: for the whole definition, its fields and its constants.
 
-The language gives comments no meaning. By convention a comment belongs to the declaration on
-its line or directly below it, and the one at the top belongs to the whole definition.
+The language gives comments no meaning. By convention a comment belongs to the declaration on its line or
+directly below it, and the comment at the top belongs to the whole definition.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ _OLD_HEADER = "roslib/Header"  # its name in bags that are older than std_msgs/H
 
 
 def specs_from_text(type_name: str, full_text: str, limits: Limits | None = None) -> dict[str, MessageSpec]:
-    """The definitions in a full text by type name; the one of `type_name` comes first.
+    """The definitions in a full text by type name; the definition of `type_name` comes first.
 
     Args:
         limits: defaults to the process-wide limits.

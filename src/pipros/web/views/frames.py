@@ -71,9 +71,7 @@ class FrameTree:
                 known.last_s, known.stamp_s = wall_s, stamp_s
 
     def rows(self, now_s: float) -> list[Mapping[str, Any]]:
-        """Return the name, parent, rate (Hz) and age of the newest transform (s) for each frame, sorted by
-        name.
-        """
+        """Return name, parent, rate (Hz) and age of the newest transform (s) for each frame, by name."""
         with self._lock:
             return [
                 {
