@@ -119,7 +119,7 @@ class Service:
             NotImplementedError: always.
         """
         del header
-        raise NotImplementedError(f"the node of pipros answers {transport} itself")
+        raise NotImplementedError(f"pipros's node answers {transport} itself")
 
     def shutdown(self, reason: str = "") -> None:
         """Unregister the service. May be called repeatedly."""

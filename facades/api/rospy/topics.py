@@ -154,8 +154,8 @@ class Publisher(Topic[AnyMessage]):
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, given as an object or as field values: all positionally, or some by keyword.
 
-        Without a `queue_size` it blocks for at most `pipros.Limits.stall_s` (2 s), for all subscribers
-        together; with one it does not wait for slow subscribers.
+        If `queue_size` is None, it blocks for at most `pipros.Limits.stall_s` (2 s), for all subscribers
+        together; otherwise it does not wait for slow subscribers.
 
         Without subscribers the message is not serialised, so invalid values are not detected. Does nothing
         after the node has shut down.

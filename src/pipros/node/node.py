@@ -341,7 +341,7 @@ class Node:
         """Subscribe to a topic; call `callback` with each message, in the thread of its link.
 
         If `queue_size` is n, a slow callback gets the n newest messages and misses older ones. In an asyncio
-        loop and without a callback, the subscriber is an asynchronous iterator:
+        loop, if there is no callback, the subscriber is an asynchronous iterator:
 
         Examples:
             >>> async for message in node.subscribe("/chatter", String):  # doctest: +SKIP

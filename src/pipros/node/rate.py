@@ -26,7 +26,7 @@ class Rate:
     def remaining_ns(self) -> int:
         """Return the nanoseconds until the current cycle ends; negative if it is over."""
         now_ns = self._clock.now_ns()
-        if self.last_ns > now_ns:  # simulated time has gone back: the cycle begins now
+        if self.last_ns > now_ns:  # simulated time has moved backwards: the cycle begins now
             self.last_ns = now_ns
         return self.last_ns + self.period_ns - now_ns
 

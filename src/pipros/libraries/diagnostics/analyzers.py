@@ -57,7 +57,7 @@ class Analyzer(Protocol):
         """Process a status that it matches. Return whether the status was accepted."""
 
     def report(self, now_s: float) -> list[Status]:
-        """Return the statuses of the analyzer itself, whose name is `path`, and of its items; may be empty."""
+        """Return the statuses of the analyzer itself, named `path`, and of its items; may be empty."""
 
 
 @dataclass(frozen=True, slots=True)
