@@ -202,7 +202,7 @@ class ServiceProxy:
             service_class: its class, `std_srvs.srv.Empty` for example.
             persistent: whether to keep one connection for all calls.
             headers: passed to the handler in `request._connection_header`.
-            timeout: the timeout of a call in seconds; None means no limit. (Not in Noetic.)
+            timeout: the timeout of a call in seconds; None for no limit. (Not in Noetic.)
         """
         self.resolved_name = session.resolve(name)
         self.service_class = service_class

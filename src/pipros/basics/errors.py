@@ -1,4 +1,4 @@
-"""pipros's common errors. Each says what happened, to which peer or object, and what to try."""
+"""pipros's common errors. Each describes what happened, to which peer or object, and what to try."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class NotFound(PiprosError, LookupError):
 class ProtocolError(PiprosError):
     """Bytes from a peer violate the protocol. The connection is closed.
 
-    Text of the peer is made printable, as in all errors about peers.
+    The peer's text is made printable, as in all errors about peers.
     """
 
     def __init__(self, text: str = "") -> None:

@@ -122,7 +122,7 @@ class LaunchRun:
         apply_parameters(self._launch, self._master_uri)
 
     def start_nodes(self) -> list[str]:
-        """Start all nodes in file order. Return the names of those without a program.
+        """Start all nodes in file order. Return the names of the nodes without a program.
 
         Raises:
             LaunchError: a program exists but cannot be started; nodes started before it keep running.

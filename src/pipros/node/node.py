@@ -1,4 +1,4 @@
-"""A ROS node as an explicit object. `rospy` is a facade that holds one; a process may have several."""
+"""A ROS node as an explicit object. `rospy` is a facade that wraps a Node; a process may have several."""
 
 from __future__ import annotations
 

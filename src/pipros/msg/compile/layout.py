@@ -73,7 +73,7 @@ class Layouts:
         self._known: dict[str, Layout] = {}
 
     def of(self, spec: MessageSpec) -> Layout:
-        """The layout of a type. `lookup` must know those that it embeds, not the type itself."""
+        """The layout of a type. `lookup` must know the embedded types, but not the type itself."""
         members: dict[str, Layout] = {}
         for field in spec.fields:
             base = field.type.base

@@ -232,7 +232,7 @@ def constant_value(type_name: str, text: str) -> bool | int | float | str:
     """Return the value of a constant of the given type, parsed from its text.
 
     Raises:
-        ValueError: it means none, or one that the type cannot hold.
+        ValueError: the text is not a value of the type, or the value is out of range.
     """
     if type_name == "string":
         return text

@@ -95,7 +95,7 @@ class Project:
         status_lines: output of `message(STATUS)` and the like.
         warnings: warnings with file and line.
         cfg_extras: CMake files for the packages that find this one.
-        targets: the names of targets that can be made individually.
+        targets: the names of targets that can be built individually.
     """
 
     name: str

@@ -172,7 +172,7 @@ def test_opencv_is_taken_where_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     assert opencv.encode(RAMP, "png", 3) == b".png [16, 3]"
     assert opencv.decode(b"good") is RAMP
     for wrong in (b"", b"bad"):
-        with pytest.raises(PictureError, match="OpenCV cannot read"):
+        with pytest.raises(PictureError, match="OpenCV cannot decode"):
             opencv.decode(wrong)
     for image in (RAMP.astype(np.int8), RAMP[:0]):
         with pytest.raises(PictureError, match="OpenCV cannot write"):
