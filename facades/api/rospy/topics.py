@@ -113,7 +113,7 @@ class Publisher(Topic[AnyMessage]):
             tcp_nodelay: accepted for compatibility; pipros links never delay.
             latch: later subscribers get the last message.
             headers: further fields for the connection headers.
-            queue_size: how many messages are queued for a slow subscriber before the oldest is dropped; 0 for
+            queue_size: number of messages queued for a slow subscriber before the oldest is dropped; 0 for
                 any number (up to 256 MiB), None to let `publish` block.
 
         Raises:

@@ -65,7 +65,7 @@ class Refused(PiprosError):
     """A peer understood the request and refused it.
 
     Attributes:
-        peer: who refused.
+        peer: the peer that refused.
         code: the status code of the ROS API (-1: the caller's error, 0: the peer's failure).
         text: the peer's message.
     """

@@ -24,7 +24,7 @@ class ElementReader:
     """An element and everything needed to read it. All errors name the element and its place.
 
     Attributes:
-        element: as written.
+        element: the element as written.
         scope: inherited by the element, which may change it for later elements.
         builder: collects the contents of the element.
         context: access to packages, files and commands of this computer.

@@ -65,7 +65,7 @@ class CachedParameter:
     """One cached parameter. The value `{}` means "not set": the master sends it for a deleted parameter.
 
     Attributes:
-        changes: how often it was changed or invalidated, to detect an outdated answer.
+        changes: number of times the value was changed or invalidated, to detect an outdated answer.
     """
 
     key: str

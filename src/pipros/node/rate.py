@@ -55,11 +55,11 @@ class Tick:
     """The argument of a timer's callback.
 
     Attributes:
-        last_expected_ns: when the previous callback was due; None at first.
-        last_real_ns: when it was called.
-        current_expected_ns: when this callback was due.
-        current_real_ns: when it is called.
-        last_duration_s: how long the previous callback took.
+        last_expected_ns: time when the previous callback was due; None at first.
+        last_real_ns: time when the previous callback was called.
+        current_expected_ns: time when this callback was due.
+        current_real_ns: time when this callback is called.
+        last_duration_s: duration of the previous callback.
     """
 
     last_expected_ns: int | None

@@ -60,7 +60,7 @@ def read_specially(reader: Reader, message: AnyMessage, data: Buffer, numpy: Any
     """Reads `message` with a reader from `special_reader`.
 
     Raises:
-        DeserializationError: when there are too few bytes.
+        DeserializationError: there are too few bytes.
     """
     try:
         reader(message, data, numpy)
