@@ -239,7 +239,7 @@ class Node:
 
     @property
     def is_ending(self) -> bool:
-        """Whether the shutdown has begun; Also True in the hooks."""
+        """Whether the shutdown has begun; also True in the hooks."""
         return self._ending_thread is not None
 
     def wait_for_shutdown(self, timeout_s: float | None = None) -> bool:
