@@ -86,8 +86,8 @@ class SimpleActionClient:
         """Send a goal, wait until it has ended, and return its status.
 
         Args:
-            execute_timeout: how long to wait before cancelling the goal; zero for no limit.
-            preempt_timeout: how long to wait after cancelling it; zero for no limit.
+            execute_timeout: time to wait before cancelling the goal; zero for no limit.
+            preempt_timeout: time to wait after cancelling it; zero for no limit.
         """
         self.send_goal(goal)
         if not self.wait_for_result(execute_timeout):

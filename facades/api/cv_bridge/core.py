@@ -76,8 +76,8 @@ class CvBridge:
     def imgmsg_to_cv2(self, img_msg: Any, desired_encoding: str = "passthrough") -> Any:
         """Return the array of a `sensor_msgs/Image`, converted unless the encoding is "passthrough".
 
-        Rows may be padded (`step`). Without a conversion, the array shares the message's data if possible; it
-        is read-only then.
+        Rows may be padded (`step`). If no conversion is needed, the array shares the message's data if
+        possible; it is read-only then.
 
         Raises:
             CvBridgeError: an encoding is unknown, the conversion is not supported, or the data is too short.
@@ -125,7 +125,7 @@ class CvBridge:
     def compressed_imgmsg_to_cv2(self, cmprs_img_msg: Any, desired_encoding: str = "passthrough") -> Any:
         """Decode a `sensor_msgs/CompressedImage` with OpenCV; channels are in the order blue, green, red.
 
-        With "passthrough", return None if OpenCV cannot decode the image.
+        For "passthrough", return None if OpenCV cannot decode the image.
 
         Raises:
             CvBridgeError: the image cannot be decoded, or not converted to this encoding.

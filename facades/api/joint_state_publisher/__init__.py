@@ -29,7 +29,7 @@ class JointStatePublisher:
 
     Raises:
         RuntimeError: `robot_description` is not set, or not a valid URDF.
-        SystemExit: joints mimic each other in a circle.
+        SystemExit: the `mimic` references between joints form a cycle.
     """
 
     def __init__(self) -> None:

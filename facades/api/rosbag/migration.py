@@ -35,7 +35,7 @@ class MessageMigrator:
 
     Args:
         input_rule_files: paths of the rule files.
-        plugins: also load the rules that installed packages export.
+        plugins: whether to load also the rules that installed packages export.
 
     Raises:
         BagMigrationException: a file cannot be read, or is not a rule file.

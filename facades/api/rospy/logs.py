@@ -46,7 +46,7 @@ class LoggingThrottle:
     """Passes one line of each caller per period.
 
     Attributes:
-        last_logging_time_table: when each caller last passed, in seconds of the node's clock.
+        last_logging_time_table: time at which each caller last passed, in seconds of the node's clock.
     """
 
     def __init__(self) -> None:

@@ -88,7 +88,7 @@ def deserialize_messages(
 
     Args:
         b: messages in the format of `serialize_message`, up to the buffer's position.
-        queue_size: how many of the newest messages to keep.
+        queue_size: number of newest messages to keep.
         max_msgs: the maximum number of messages to read.
         start: the offset at which to begin.
 

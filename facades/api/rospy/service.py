@@ -119,7 +119,7 @@ class Service:
             NotImplementedError: always.
         """
         del header
-        raise NotImplementedError(f"the node of pipros answers {transport} itself")
+        raise NotImplementedError(f"pipros's node answers {transport} itself")
 
     def shutdown(self, reason: str = "") -> None:
         """Unregister the service. May be called repeatedly."""
@@ -199,10 +199,10 @@ class ServiceProxy:
 
         Args:
             name: the service.
-            service_class: its class, `std_srvs.srv.Empty` for example.
+            service_class: the service class, for example `std_srvs.srv.Empty`.
             persistent: whether to keep one connection for all calls.
             headers: passed to the handler in `request._connection_header`.
-            timeout: the timeout of a call in seconds; None means no limit. (Not in Noetic.)
+            timeout: the timeout of a call in seconds; None for no limit. (Not in Noetic.)
         """
         self.resolved_name = session.resolve(name)
         self.service_class = service_class
@@ -233,7 +233,7 @@ class ServiceProxy:
         call, unless the request has a field named `timeout`.
 
         Raises:
-            ServiceException: no node offers it, it replied with an error, or the timeout expired.
+            ServiceException: no node provides the service, it replied with an error, or the timeout expired.
             ROSInterruptException: the node was shut down meanwhile.
             TypeError, AttributeError: the arguments do not fit the request.
         """

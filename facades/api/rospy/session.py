@@ -68,7 +68,7 @@ class Session:
         self._signals = Signals(self.end)
         self._has_signals = False
         self._early_clients: tuple[str, MasterClient, Parameters] | None = None
-        self._arguments: names.Arguments | None = None  # replace those of the command line
+        self._arguments: names.Arguments | None = None  # replace the command-line remappings
         self._log_handlers: list[logging.Handler] = []
         self._process_id = 0  # the process that called init_node
         self._reset_node_state()

@@ -22,7 +22,7 @@ class TopicConnection:
     """One connection of a topic.
 
     Attributes:
-        id: its number in this process, as reported by the slave API.
+        id: number of the connection in this process, as reported by the slave API.
         direction: `i` to a publisher, `o` to a subscriber.
         endpoint_id: the caller id of a subscriber, the URI of a publisher.
         callerid_pub: the caller id of the publisher.

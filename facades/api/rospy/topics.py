@@ -113,7 +113,7 @@ class Publisher(Topic[AnyMessage]):
             tcp_nodelay: accepted for compatibility; pipros links never delay.
             latch: later subscribers get the last message.
             headers: further fields for the connection headers.
-            queue_size: how many messages are queued for a slow subscriber before the oldest is dropped; 0 for
+            queue_size: number of messages queued for a slow subscriber before the oldest is dropped; 0 for
                 any number (up to 256 MiB), None to let `publish` block.
 
         Raises:
@@ -154,8 +154,8 @@ class Publisher(Topic[AnyMessage]):
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, given as an object or as field values: all positionally, or some by keyword.
 
-        Without a `queue_size` it blocks for at most `pipros.Limits.stall_s` (2 s), for all subscribers
-        together; with one it does not wait for slow subscribers.
+        If `queue_size` is None, it blocks for at most `pipros.Limits.stall_s` (2 s), for all subscribers
+        together; otherwise it does not wait for slow subscribers.
 
         Without subscribers the message is not serialised, so invalid values are not detected. Does nothing
         after the node has shut down.

@@ -130,7 +130,7 @@ class BareTestCase(unittest.TestCase):
 
 
 def print_unittest_summary(result: unittest.TestResult) -> None:
-    """Print the number of tests, and the names of those with errors and failures."""
+    """Print the number of tests, and the names of the tests with errors and failures."""
     names: list[list[str]] = [
         [test.id().rpartition(".")[2] for test, _ in broken] for broken in (result.errors, result.failures)
     ]

@@ -187,7 +187,7 @@ class Transformer:
         return (x, y, z), angular
 
     def setUsingDedicatedThread(self, value: bool) -> None:
-        """Declare whether another thread fills the buffer; without one, `waitForTransform` raises."""
+        """Declare whether another thread fills the buffer; if there is none, `waitForTransform` raises."""
         self._using_dedicated_thread = value
 
     def getTFPrefix(self) -> str:

@@ -33,7 +33,7 @@ class BufferClient(BufferInterface):
 
     Args:
         check_frequency: deprecated and ignored.
-        timeout_padding: how much longer than the timeout of a lookup to wait for the server; 2 s by default.
+        timeout_padding: extra time to wait for the server beyond a lookup's timeout; 2 s by default.
     """
 
     def __init__(self, ns: str, check_frequency: Any = None, timeout_padding: Any = _PADDING) -> None:

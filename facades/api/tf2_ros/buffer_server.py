@@ -34,7 +34,7 @@ class BufferServer:
 
     Args:
         auto_start: whether to start immediately; otherwise call `start`.
-        check_period: how often pending lookups are tried again; 0.01 s by default.
+        check_period: interval at which pending lookups are retried; 0.01 s by default.
     """
 
     def __init__(

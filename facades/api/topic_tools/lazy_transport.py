@@ -10,10 +10,10 @@ _WARN_AFTER = rospy.Duration(5)
 
 
 class LazyTransport(rospy.SubscribeListener):
-    """Calls `subscribe` for the first subscriber of what `advertise` made, and `unsubscribe` after the last.
+    """Calls `subscribe` for the first subscriber of an advertised topic, and `unsubscribe` after the last.
 
-    Derive from it and define both. With the parameter `~lazy` false `unsubscribe` is not called. As in Noetic
-    on Python 3, `_post_init`, which subscribes at once then, is not called by itself.
+    Derive from it and define both. If the parameter `~lazy` is false, `unsubscribe` is not called. As in
+    Noetic on Python 3, `_post_init`, which subscribes at once then, is not called by itself.
     """
 
     def __init__(self) -> None:

@@ -140,7 +140,7 @@ class ROSRemoteRunnerIF:
         """Add a listener that is called when processes on other machines exit."""
 
     def launch_remote_nodes(self) -> tuple[list[str], list[str]]:
-        """Start the nodes; return the names of those that started and of those that did not."""
+        """Start the nodes; return the names of the nodes that started and of the nodes that did not."""
         return [], []
 
 
@@ -163,7 +163,7 @@ def validate_master_launch(m: Master, is_core: bool, is_rostest: bool = False) -
 class ROSLaunchRunner:
     """Runner of a configuration: ensures a master, sets parameters, starts and monitors nodes.
 
-    `launch` starts everything; `stop` ends it. The attribute `runner` of `ROSLaunchParent` holds one.
+    `launch` starts everything; `stop` ends it. `ROSLaunchParent.runner` is an instance.
 
     Attributes:
         pm: the monitor that watches the nodes.

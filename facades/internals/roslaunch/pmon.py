@@ -301,7 +301,7 @@ class ProcessMonitor(threading.Thread):
         return [process.name for process in self.procs]
 
     def get_process_names_with_spawn_count(self) -> list[list[tuple[str, int]]]:
-        """Return (name, start count) of the running processes, and of those that have exited."""
+        """Return (name, start count) of the running processes, and of the exited processes."""
         ended = [*(self._run.ended() if self._run else ()), *self.dead_list]
         return [[(process.name, process.spawn_count) for process in part] for part in (self.procs, ended)]
 

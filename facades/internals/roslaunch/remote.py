@@ -75,7 +75,7 @@ class ROSRemoteRunner(ROSRemoteRunnerIF):
         """Do nothing, because nodes on other machines need no launch child."""
 
     def launch_remote_nodes(self) -> tuple[list[str], list[str]]:
-        """Return the names of the nodes on other machines that are running, and of those that are not."""
+        """Return the names of the running nodes on other machines, and of the nodes that are not running."""
         nodes = [node for _, nodes in self.remote_nodes for node in nodes]
         running = self.pm.get_active_names()
         started = [node.process_name or "" for node in nodes if node.process_name in running]

@@ -83,7 +83,7 @@ class ROSLaunchBaseHandler(XmlRpcHandler):
         self.logger = logging.getLogger("roslaunch.server")
 
     def list_processes(self) -> Answer:
-        """Return names and spawn counts: of the running processes, then of those that have exited."""
+        """Return the names and spawn counts of the running processes, then of the exited processes."""
         return 1, "processes on parent machine", self.pm.get_process_names_with_spawn_count()
 
     def process_info(self, process_name: str) -> Answer:
@@ -176,7 +176,10 @@ class ROSLaunchChildHandler(ROSLaunchBaseHandler):
         return 1, "success", 1
 
     def launch(self, launch_xml: str) -> Answer:
-        """Start nodes for the parent. Return the names of those that started and those that did not."""
+        """Start nodes for the parent.
+
+        Return the names of the nodes that started and of the nodes that did not.
+        """
         from roslaunch.config import ROSLaunchConfig
 
         config = ROSLaunchConfig()

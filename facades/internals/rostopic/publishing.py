@@ -112,7 +112,7 @@ def stdin_publish(
 
     If `once` is true, publish only the first one.
 
-    If `rate` is set, the only document of a file is published repeatedly. Without a rate, the first message
+    If `rate` is set, the only document of a file is published repeatedly. If it is not set, the first message
     is latched until the node is shut down.
 
     Raises:

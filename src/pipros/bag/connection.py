@@ -14,7 +14,7 @@ class Connection:
     """One connection.
 
     Attributes:
-        id: its number in the file.
+        id: number of the connection in the file.
         topic: the topic on which its messages are played.
         header: the fields of the connection header, as bytes: `type`, `md5sum`, `message_definition`, and
             optionally `callerid`, `latching`, and `topic` as the publisher named it.

@@ -151,7 +151,7 @@ def read_chunk_index(
     """Return the entries of a chunk by connection.
 
     Args:
-        end: where the next chunk begins.
+        end: offset at which the next chunk begins.
 
     Raises:
         BagFormatError: the chunk or its entries are damaged, or extend beyond `end`.

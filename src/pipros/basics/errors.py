@@ -1,4 +1,4 @@
-"""pipros's common errors. Each says what happened, to which peer or object, and what to try."""
+"""pipros's common errors. Each describes what happened, to which peer or object, and what to try."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class NotFound(PiprosError, LookupError):
 class ProtocolError(PiprosError):
     """Bytes from a peer violate the protocol. The connection is closed.
 
-    Text of the peer is made printable, as in all errors about peers.
+    The peer's text is made printable, as in all errors about peers.
     """
 
     def __init__(self, text: str = "") -> None:
@@ -65,7 +65,7 @@ class Refused(PiprosError):
     """A peer understood the request and refused it.
 
     Attributes:
-        peer: who refused.
+        peer: the peer that refused.
         code: the status code of the ROS API (-1: the caller's error, 0: the peer's failure).
         text: the peer's message.
     """

@@ -13,7 +13,7 @@ def read_file(path: str | os.PathLike[str], limit_bytes: int | None = None) -> b
     """Return the content of a regular file.
 
     Args:
-        limit_bytes: by default `file_bytes` of the limits of this process.
+        limit_bytes: defaults to the process-wide limit `file_bytes`.
 
     Raises:
         OSError: it cannot be read, is larger, or is not a regular file; `strerror` says which.

@@ -39,7 +39,7 @@ class Limits(NamedTuple):
             for service calls, where it starts over with every MiB.
         login_s: the time for a client of the page to send its request, and again to send the token.
         login_bytes: the bytes that it may send before that.
-        idle_s: how long an XML-RPC connection may stay open without a request.
+        idle_s: maximum time that an XML-RPC connection may stay open without a request.
         file_bytes: a file that is read whole: a launch file, a manifest, a definition, a `CMakeLists.txt`.
         cmake_steps: commands and loop iterations that one package's `CMakeLists.txt` executes.
         cmake_rounds: iterations of one of its loops.
@@ -57,7 +57,7 @@ class Limits(NamedTuple):
         multicall_answer_bytes: all responses of one `system.multicall` together.
         rpc_connections: XML-RPC connections of one server; 0 is half of the process's descriptors, for a node
             an eighth.
-        rpc_connections_per_peer: how many of them from one address.
+        rpc_connections_per_peer: maximum number of these connections from one address.
         name_characters: a name or a URI in a call to the master.
         parameter_bytes: all parameters of a master together.
         registration_bytes: the names, types and URIs of all registrations of a master together.
@@ -67,15 +67,16 @@ class Limits(NamedTuple):
         notice_s: the time for a node to answer such a call.
         tcpros_connections: TCPROS connections of a node, in either direction; 0 is three quarters of the
             process's descriptors.
-        tcpros_connections_per_peer: how many of them one address may open; 0 is half, for loopback all.
+        tcpros_connections_per_peer: maximum number of these connections that one address may open; 0 is half,
+            for loopback all.
         incoming_links: publishers that a node receives from; each takes a thread.
         connection_attempts: publishers that a node connects to at a time.
         publishers_per_topic: publishers of one topic that a node connects to.
         service_threads: service calls that a node handles at a time; others wait.
         statistics_links: links that topic statistics are kept for.
-        lookup_s: how long a configured host name is looked up to see whether it means this machine.
+        lookup_s: time limit for looking up a configured host name to see whether it belongs to this machine.
         recheck_s: the shortest interval at which a node queries its master because of unknown callers.
-        stall_s: how long one `publish` waits, in total, for subscribers that do not keep up.
+        stall_s: maximum time that one `publish` waits, in total, for subscribers that do not keep up.
         queue_bytes: the messages queued for one subscriber, whatever the `queue_size`.
         lookups: concurrent look-ups of host names.
         subscriber_bytes: the bytes that a subscriber may send on a topic link after its header.

@@ -117,7 +117,7 @@ def only_argument(tool: str, usage: str, argv: Sequence[str], *, missing: str, s
 
 
 def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str, code: int) -> int:
-    """Run the subcommand named by the first argument; without one, print the overview.
+    """Run the subcommand named by the first argument; if there is none, print the overview.
 
     The subcommands are `module:function`, so that only the chosen one is imported.
     """

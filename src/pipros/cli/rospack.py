@@ -175,7 +175,7 @@ def _flags(option: str, prefix: str = "") -> Callable[[PackageQuery], list[str]]
         name = query.name
         if "--deps-only" in query.options:
             query.graph.all(name)
-            return [""]  # the flags of pkg-config already include those of the dependencies
+            return [""]  # pkg-config already includes the flags of the dependencies
         from pipros.workspace.pkg_config import flags
 
         return [" ".join(flags(name, option, prefix))]

@@ -79,7 +79,7 @@ def read_copies(
     """Parse the copies in words such as `a.txt b.txt DESTINATION share OPTIONAL`.
 
     Args:
-        in_source: makes the path of a source absolute.
+        in_source: function that makes the path of a source absolute.
         is_folder: whether the sources are folders.
         mode: the default permissions of files.
 

@@ -102,7 +102,7 @@ class Interpreter:
         """Execute a file with the current folders and variables.
 
         Raises:
-            CMakeError: the file cannot be read or has an error; with file and line.
+            CMakeError: the file cannot be read or has an error; the message names the file and line.
         """
         try:
             text = read_text(file, self.scope.limits.file_bytes, errors="replace")
@@ -114,7 +114,7 @@ class Interpreter:
         """Execute source text as if it were the content of `file`.
 
         Raises:
-            CMakeError: the text has an error; with file and line.
+            CMakeError: the text has an error; the message names the file and line.
         """
         commands = language.parse(text, file)
         with self._in_file(file, commands[0] if commands else None):

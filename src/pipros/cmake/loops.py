@@ -43,7 +43,7 @@ def _in(words: Sequence[str], variables: Mapping[str, str]) -> list[str]:
 
 
 def _range(numbers: list[int]) -> range:
-    """Return the numbers including the last one, as in CMake. Without a step, it may also count down."""
+    """Return the numbers including the last one, as in CMake. If there is no step, it may also count down."""
     first, last = (0, *numbers, 0)[:2] if len(numbers) < 2 else numbers[:2]
     direction = 1 if last >= first else -1
     step = numbers[2] if len(numbers) > 2 and numbers[2] else direction

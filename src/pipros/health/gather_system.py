@@ -223,7 +223,7 @@ def _stamp_offset(sock: socket.socket, begun: bytes) -> float | None:
 
 
 def _clock_offset(uri: str, timeout_s: float) -> float | None:
-    """Return the master's clock minus this machine's, in s, from the `Date` header; None without one."""
+    """Return the master's clock minus this machine's, in s, from the `Date` header; None if there is none."""
     from email.utils import parsedate_to_datetime
     from http.client import HTTPConnection, HTTPException
 

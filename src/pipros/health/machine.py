@@ -24,7 +24,7 @@ class Machine:
     Attributes:
         variables: the environment variables.
         hostname: the name of this machine.
-        addresses: its known IP addresses, loopback first.
+        addresses: the machine's known IP addresses, loopback first.
         resolved: host name to its addresses, empty if it cannot be resolved: for the name of this machine
             and the hosts of `ROS_MASTER_URI` and `ROS_HOSTNAME`.
         own_hosts: the hosts and addresses among these that refer to this machine.

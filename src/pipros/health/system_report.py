@@ -29,10 +29,10 @@ class NodeReport:
     """The answers of a registered node.
 
     Attributes:
-        api: its XML-RPC address according to the master.
+        api: the node's XML-RPC address according to the master.
         failure: why it did not answer; None if it did.
         master_uri: the master that it reports to use; empty if it reports none.
-        connections: its connections.
+        connections: the node's connections.
         subscriptions: topic to subscribed type, as reported by the node.
         publications: topic to published type, as reported by the node.
     """
@@ -69,7 +69,7 @@ class ServiceReport:
 
     Attributes:
         node: the node that provides the service.
-        uri: its address.
+        uri: the server's address.
         failure: why the server did not respond; None if it responded.
     """
 
@@ -83,7 +83,7 @@ class SystemReport:
     """A running system.
 
     Attributes:
-        master_uri: its master.
+        master_uri: the URI of the master.
         state: all registrations.
         types: topic to type, according to the master.
         nodes: node to its answers.

@@ -96,7 +96,7 @@ def _run_command(command_line: str) -> str:
     command = shlex.split(command_line)
     if not command:
         raise CommandFailed("the command is empty")
-    environment = program_environment(os.environ)  # `$(find xacro)/xacro` needs the Python of pipros
+    environment = program_environment(os.environ)  # `$(find xacro)/xacro` needs pipros's Python
     try:
         with subprocess.Popen(command, stdout=subprocess.PIPE, env=environment) as process:  # noqa: S603
             printed = _read_output(process, command)

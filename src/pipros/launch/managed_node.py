@@ -63,7 +63,7 @@ class ManagedNode:
     Attributes:
         process: the current process; None after one has ended and before the next has started.
         left_behind: an ended process whose own child processes are still running.
-        restart_at: when to restart the node, on the monotonic clock; None if no restart is due.
+        restart_at: time at which to restart the node, on the monotonic clock; None if no restart is due.
         latest: the latest process, running or ended.
     """
 

@@ -64,8 +64,8 @@ class Node:
     """A process to start.
 
     Attributes:
-        namespace: with a leading and a trailing slash.
-        arguments: as written; split into words by shell rules when the node is started.
+        namespace: the namespace, with a leading and a trailing slash.
+        arguments: the arguments as written; split into words by shell rules when the node is started.
         remappings: pairs (from, to) in order of declaration, outer scopes first.
         environment: pairs (name, value); later ones win.
         machine: the name of a `Machine`; empty for this computer.

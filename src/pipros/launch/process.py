@@ -29,7 +29,7 @@ class NodeProcess:
 
     Attributes:
         name: name in messages, such as `talker-2`.
-        pid: its process id, which is also the id of its group.
+        pid: the process id, which is also the id of the process group.
     """
 
     def __init__(

@@ -24,7 +24,7 @@ class ElementReader:
     """An element and everything needed to read it. All errors name the element and its place.
 
     Attributes:
-        element: as written.
+        element: the element as written.
         scope: inherited by the element, which may change it for later elements.
         builder: collects the contents of the element.
         context: access to packages, files and commands of this computer.
@@ -120,7 +120,7 @@ class ElementReader:
         raise self.error(f"{name} must be one of {allowed}")
 
     def is_wanted(self) -> bool:
-        """Evaluate `if` and `unless`; return True without them."""
+        """Evaluate `if` and `unless`; return True if there are none."""
         condition, exception = self.text("if"), self.text("unless")
         if condition is not None and exception is not None:
             raise self.error("cannot set both 'if' and 'unless' on the same tag")

@@ -122,7 +122,7 @@ class LaunchRun:
         apply_parameters(self._launch, self._master_uri)
 
     def start_nodes(self) -> list[str]:
-        """Start all nodes in file order. Return the names of those without a program.
+        """Start all nodes in file order. Return the names of the nodes without a program.
 
         Raises:
             LaunchError: a program exists but cannot be started; nodes started before it keep running.
@@ -300,7 +300,7 @@ class LaunchRun:
         now = time.monotonic()
         due = [SLICE_S if timeout_s is None else timeout_s]
         due += [managed.restart_at - now for managed in self._managed if managed.restart_at is not None]
-        # The end of a process that is not our child must be polled.
+        # A process that is not our child must be polled to detect its end.
         due += [_CHECK_EVERY_S for managed in self._managed if managed.left_behind is not None]
         return get_within_slice(self._events, min(due))
 

@@ -18,7 +18,7 @@ class LaunchScope:
     """The scope of an element.
 
     Attributes:
-        namespace: with a leading and a trailing slash.
+        namespace: the namespace, with a leading and a trailing slash.
         file: the current file, as shown in messages.
         substitution: holds the arguments of this scope.
         declared: the names of the `<arg>`s read so far in this file.

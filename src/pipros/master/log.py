@@ -44,7 +44,7 @@ class MasterLog(logging.Handler):
         """Open the file; create it and its folder if they do not exist.
 
         Args:
-            level: one of `LEVELS`, for the master's own messages; by default `info`.
+            level: one of `LEVELS`, for the master's own messages; defaults to `info`.
             loggers: the loggers to record, with their children; "" means all of the process.
             limits: `log_bytes` and `log_files` limit the file and its predecessors `x.log.1`, …; by default
                 the limits of the process.

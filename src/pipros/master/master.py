@@ -149,7 +149,7 @@ def tune_for_master() -> None:
     - The limit of descriptors is raised as far as possible, because a robot has many nodes.
     - Threads switch more often, so that decoding a large value in one does not delay the answers of others.
     - The garbage collector rarely makes a full pass: one takes 10 ms for 100,000 objects, and a master
-      creates no reference cycles but those of connections, which are collected while they are young. (Ten
+      creates no reference cycles except in connections, which are collected while they are young. (Ten
       thousand short connections are 127 ms of garbage at once.)
     """
     sys.setswitchinterval(0.0005)

@@ -74,9 +74,9 @@ class Notifier:
     """Delivers notices, in the event loop that uses it. `notify` returns at once.
 
     Attributes:
-        delivered: how many notices were answered by their nodes.
-        superseded: how many were replaced by a newer one in the queue.
-        dropped: how many were lost because a queue was full.
+        delivered: number of notices that their nodes answered.
+        superseded: number of notices that a newer notice in the queue replaced.
+        dropped: number of notices lost because a queue was full.
     """
 
     def __init__(

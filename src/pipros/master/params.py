@@ -186,7 +186,7 @@ class ParamTree:
     def search(self, ns: str, key: str) -> str | None:
         """Return the full name of `key` in the namespace `ns` (`/a/node`) or above; None if not found.
 
-        As in ROS, only the first component of the key has to exist: with `/a/x` set, the result for `x/y` is
+        As in ROS, only the first component of the key has to exist: if `/a/x` is set, the result for `x/y` is
         `/a/x/y`, whether or not that is set.
         """
         if names.is_global(key):

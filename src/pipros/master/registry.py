@@ -60,7 +60,7 @@ class NodeEntry:
     """The registrations of one node.
 
     Attributes:
-        registration_count: how often the node has registered, including repetitions.
+        registration_count: number of times the node has registered, including repetitions.
         names: the topics, services and parameter keys of each role, in order of registration. (A dictionary
             without values is an ordered set.)
     """
@@ -251,7 +251,7 @@ class Registry:
         """Raise `RegistryFull` if a registration would exceed the limit.
 
         Args:
-            detail: its type or URI.
+            detail: the type or URI.
             former: the type or URI that `detail` replaces.
         """
         growth = len(detail) - len(former or "")

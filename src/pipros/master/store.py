@@ -66,7 +66,7 @@ class StoredState:
 
     Attributes:
         parameters: keys and values in the order to set them; an `Absence` marks a missing value.
-        registrations: in their original order.
+        registrations: the registrations, in their original order.
         topic_types: topic to type.
     """
 

@@ -1,12 +1,12 @@
 """The address to bind, and the address to advertise.
 
 Genuine ROS binds every interface unless `ROS_IP` or `ROS_HOSTNAME` is a loopback address. pipros binds
-loopback unless the environment opens the node: with a local `ROS_MASTER_URI` and neither variable set, no
+loopback unless the environment opens the node: if `ROS_MASTER_URI` is local and neither variable is set, no
 port can be reached from the network.
 
-With `ROS_IPV6=on` the same holds for IPv6: `::1`, or `::` if opened, which accepts IPv4 as well. Genuine
-nodes support names that resolve to an IPv6 address. But roscpp does not support a URI with such an address,
-nor does rospy in the URI of a service; so a host name is advertised if the machine has one.
+If `ROS_IPV6=on`, the same holds for IPv6: `::1`, or `::` if opened, which accepts IPv4 as well. Genuine nodes
+support names that resolve to an IPv6 address. But roscpp does not support a URI with such an address, nor
+does rospy in the URI of a service; so a host name is advertised if the machine has one.
 """
 
 from __future__ import annotations

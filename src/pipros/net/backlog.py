@@ -27,7 +27,7 @@ class Backlog:
     __slots__ = ("_rest", "_waiting", "_waiting_bytes")
 
     def __init__(self) -> None:
-        self._rest: deque[Buffer] = deque()  # the rest of a frame that was written in part
+        self._rest: deque[Buffer] = deque()  # the rest of a partially written frame
         self._waiting: deque[tuple[Frame, int]] = deque()  # whole frames and their sizes
         self._waiting_bytes = 0
 

@@ -75,8 +75,8 @@ class ConnectionTable:
 
     Attributes:
         refusals: the refusals of peers.
-        accepted: how many connections were added.
-        evicted: how many were closed for new ones.
+        accepted: number of connections added.
+        evicted: number of connections closed to make room for new ones.
     """
 
     def __init__(

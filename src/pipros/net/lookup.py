@@ -89,7 +89,7 @@ class Lookups:
     ) -> None:
         """
         Args:
-            limit: how many look-ups may run at a time; further ones are queued. `find` and `ask` have
+            limit: maximum number of simultaneous look-ups; further look-ups are queued. `find` and `ask` have
                 separate limits of this size, and do not wait for each other.
             resolve: resolves a name, by default `socket.getaddrinfo`.
             now: the clock of the cache.

@@ -32,7 +32,7 @@ class MasterClient:
         Args:
             uri: the URI of the master, `http://HOST:PORT/`.
             caller_id: the full name of the node; the master resolves relative names in its namespace.
-            timeout_s: how long one call may take; None means no limit.
+            timeout_s: time limit of one call; None for no limit.
         """
         self.uri = uri
         self.caller_id = caller_id

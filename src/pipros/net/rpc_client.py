@@ -57,7 +57,7 @@ class RpcClient:
 
         Args:
             uri: `http://HOST:PORT/`.
-            timeout_s: how long one call may take in total; None means no limit. A call may override it.
+            timeout_s: time limit of one call in total; None for no limit. A call may override it.
             answer_limit_bytes: the largest response; by default the limit `answer_bytes`, because the user or
                 the user's program chose the server.
 

@@ -53,7 +53,7 @@ class RpcServer:
     answered in order.
 
     Attributes:
-        calls: how often each method of the table was called.
+        calls: number of calls of each method of the table.
         refusals: the refusals of peers.
         connections: the open connections.
         bodies: the bytes of incomplete requests and of unread answers.

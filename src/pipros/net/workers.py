@@ -76,7 +76,7 @@ class Workers:
             function, args = job
             try:
                 function(*args)
-            except BaseException:  # reported as for a thread that ends, but this one continues
+            except BaseException:  # reported as if the thread ended, but this thread continues
                 report = threading.ExceptHookArgs((*sys.exc_info(), threading.current_thread()))
                 threading.excepthook(report)
             del function, args, job

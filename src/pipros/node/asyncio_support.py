@@ -18,8 +18,8 @@ AnyMessage = TypeVar("AnyMessage")
 class MessageStream(Generic[AnyMessage]):
     """The messages of a subscription as an asynchronous iterator; ends with the node.
 
-    With `queue_size` n it keeps the n newest messages that were not consumed yet, and counts the others in
-    `dropped`; without one it keeps all.
+    If `queue_size` is n, it keeps the n newest messages that have not been consumed yet, and counts the
+    others in `dropped`; if it is not set, it keeps all.
     """
 
     def __init__(self, queue_size: int | None) -> None:
@@ -74,7 +74,7 @@ async def call(client: ServiceClient, request: Any, timeout_s: float | None) -> 
         client.calls.interrupt()
         task.add_done_callback(
             lambda ended: ended.exception()
-        )  # retrieve the exception: no caller awaits it any more
+        )  # retrieve the exception, because no caller awaits it now
         raise
 
 

@@ -18,13 +18,13 @@ class NodeContext:
     """The part of a node that its topics and services use.
 
     Attributes:
-        node_name: its full name, the `callerid` of connection headers.
+        node_name: the node's full name, the `callerid` of connection headers.
         loop: event loop that runs the node's control traffic.
         log: the node's logger.
         next_link_number: numbers its links, for `getBusInfo`.
         limits: the limits on the resources that peers can use.
-        connections: its TCPROS connections.
-        attempts: its attempts to connect to publishers.
+        connections: the node's TCPROS connections.
+        attempts: the node's attempts to connect to publishers.
         published: changes with each message that it publishes.
     """
 

@@ -135,7 +135,7 @@ class ConsoleHandler(logging.Handler):
             else:
                 write_line(stream, line)
         except (OSError, ValueError):
-            pass  # the console was closed: the node continues without one
+            pass  # the console was closed: the node continues without a console
 
     def _render(self, record: logging.LogRecord, severity: Severity) -> str:
         message = full_text(record)
@@ -244,7 +244,7 @@ def open_file_handler(path: Path) -> FileHandler:
 
 
 def find_log_config(environment: Environment) -> Path | None:
-    """Return the configuration file of Python's logging that replaces the default one; None without one.
+    """Return the configuration file of Python's logging that replaces the default one; None if there is none.
 
     This is `ROS_PYTHON_LOG_CONFIG_FILE`, else `config/python_logging.conf` or `.yaml` in `ROS_HOME`. Such a
     file can run code, so one in `ROS_HOME` is used only if no other user may write to it or its folder.

@@ -1,4 +1,4 @@
-"""A ROS node as an explicit object. `rospy` is a facade that holds one; a process may have several."""
+"""A ROS node as an explicit object. `rospy` is a facade that wraps a Node; a process may have several."""
 
 from __future__ import annotations
 
@@ -239,7 +239,7 @@ class Node:
 
     @property
     def is_ending(self) -> bool:
-        """Whether the shutdown has begun; Also True in the hooks."""
+        """Whether the shutdown has begun; also True in the hooks."""
         return self._ending_thread is not None
 
     def wait_for_shutdown(self, timeout_s: float | None = None) -> bool:
@@ -341,7 +341,7 @@ class Node:
         """Subscribe to a topic; call `callback` with each message, in the thread of its link.
 
         If `queue_size` is n, a slow callback gets the n newest messages and misses older ones. In an asyncio
-        loop and without a callback, the subscriber is an asynchronous iterator:
+        loop, if there is no callback, the subscriber is an asynchronous iterator:
 
         Examples:
             >>> async for message in node.subscribe("/chatter", String):  # doctest: +SKIP

@@ -4,10 +4,10 @@ Theory of operation. `get_cached` subscribes to a parameter on the first read: t
 value, and from then on sends `paramUpdate` notices when another node changes the parameter or one below it.
 Each cached parameter has a state:
 
-    JOINING    subscribed, the first value has not arrived. Reads query the master.
-    OVERTAKEN  as JOINING, but a notice arrived first, so the first value may be older than the notice.
-    CURRENT    reads return the cached value.
-    STALE      the value may be out of date. The next read queries the master and makes it CURRENT.
+    JOINING    subscribed, the first value has not arrived. Reads query the master. OVERTAKEN  as JOINING, but
+    a notice arrived first, so the first value may be older than the notice. CURRENT    reads return the
+    cached value. STALE      the value may be out of date. The next read queries the master and sets the state
+    to CURRENT.
 
     event                      JOINING    OVERTAKEN  CURRENT                    STALE
     first value, or a new one
@@ -65,7 +65,7 @@ class CachedParameter:
     """One cached parameter. The value `{}` means "not set": the master sends it for a deleted parameter.
 
     Attributes:
-        changes: how often it was changed or invalidated, to detect an outdated answer.
+        changes: number of times the value was changed or invalidated, to detect an outdated answer.
     """
 
     key: str

@@ -59,7 +59,7 @@ def make_folders_as_parent(folder: Path) -> None:
     """Create a folder and its missing parents, each with the owner and mode of its own parent.
 
     Raises:
-        OSError: one cannot be created.
+        OSError: a file or folder cannot be created.
     """
     folder = folder.absolute()
     if folder.exists():

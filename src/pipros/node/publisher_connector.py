@@ -34,7 +34,7 @@ class PublisherConnector:
     restarted does not know every node yet.
 
     Attributes:
-        attempts: how many attempts to reach a publisher were made.
+        attempts: number of attempts to reach a publisher.
     """
 
     def __init__(self, topic: str, context: NodeContext, connect: Connect) -> None:

@@ -26,7 +26,7 @@ class Rate:
     def remaining_ns(self) -> int:
         """Return the nanoseconds until the current cycle ends; negative if it is over."""
         now_ns = self._clock.now_ns()
-        if self.last_ns > now_ns:  # simulated time has gone back: the cycle begins now
+        if self.last_ns > now_ns:  # simulated time has moved backwards: the cycle begins now
             self.last_ns = now_ns
         return self.last_ns + self.period_ns - now_ns
 
@@ -55,11 +55,11 @@ class Tick:
     """The argument of a timer's callback.
 
     Attributes:
-        last_expected_ns: when the previous callback was due; None at first.
-        last_real_ns: when it was called.
-        current_expected_ns: when this callback was due.
-        current_real_ns: when it is called.
-        last_duration_s: how long the previous callback took.
+        last_expected_ns: time when the previous callback was due; None at first.
+        last_real_ns: time when the previous callback was called.
+        current_expected_ns: time when this callback was due.
+        current_real_ns: time when this callback is called.
+        last_duration_s: duration of the previous callback.
     """
 
     last_expected_ns: int | None

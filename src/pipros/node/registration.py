@@ -178,7 +178,7 @@ class Registrations:
             client.close()
 
     async def _watch(self, client: AsyncRpcClient) -> None:
-        # Over one connection and encoded once: a silent node should cost almost nothing.
+        # Uses one connection and one encoding: a silent node should cost almost nothing.
         question = encode_call("lookupNode", (self._node_name, self._node_name))
         is_away = False
         while True:

@@ -31,7 +31,7 @@ class RunningNode:
     Attributes:
         uri: the URI of the slave API.
         registrations: the node's registrations at the master.
-        endpoints: its topics and services.
+        endpoints: the node's topics and services.
     """
 
     uri: str

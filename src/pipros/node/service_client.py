@@ -109,7 +109,7 @@ class ServiceClient:
 
         Args:
             service: the global name.
-            service_class: its class.
+            service_class: the service class.
             master: the master that is queried for the service's URI.
             calls: the set of pending calls that this client's calls join, so that all can be interrupted
                 at once.

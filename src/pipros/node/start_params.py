@@ -22,8 +22,8 @@ def set_private_params(node: Node) -> None:
     """Set the private parameters from arguments of the form `_name:=yaml`.
 
     Raises:
-        YamlError: one of them is not valid YAML.
-        Unreachable, Refused: as `Parameters.set`.
+        YamlError: a value is not valid YAML.
+        Unreachable, Refused: as for `Parameters.set`.
     """
     given = node.identity.arguments.params
     if not given:

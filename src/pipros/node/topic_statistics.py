@@ -96,7 +96,7 @@ class TrafficMeter:
         )
 
     def _adapt(self) -> None:
-        """Adjust the length of the next window, so that it holds a sensible number of messages."""
+        """Adjust the length of the next window, so that it contains a reasonable number of messages."""
         limits = self.limits
         if len(self._arrivals_ns) > limits.max_elements and self.window_s / 2 >= limits.min_size_s:
             self.window_s /= 2

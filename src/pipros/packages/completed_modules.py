@@ -40,7 +40,7 @@ def spec(name: str, path: Sequence[str] | None, complete: Complete | None = None
 
     Args:
         name: one of `COMPLETED`.
-        complete: by default as `COMPLETED` says.
+        complete: defaults to the entry in `COMPLETED`.
     """
     found = PathFinder.find_spec(name, path)
     if found is not None and type(found.loader) is SourceFileLoader:

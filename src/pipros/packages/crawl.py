@@ -36,7 +36,7 @@ STACKS = (WET, META)
 _IGNORE_MARKERS = frozenset(("CATKIN_IGNORE", "COLCON_IGNORE", "AMENT_IGNORE"))
 _NO_DESCENT_MARKER = "rospack_nosubdirs"
 
-# A file system may give two changes within one clock tick the same time. Times as recent as this are
+# A file system may give the same time to two changes within one clock tick. Times as recent as this are
 # therefore never trusted later (git's rule for its index).
 _RACY_NS = 2_000_000_000
 
@@ -186,7 +186,7 @@ def _without_comments(manifest: bytes) -> bytes:
 
 
 def _name_in(manifest: bytes) -> str:
-    """Return the text of the first `<name>` that contains one word; empty without one."""
+    """Return the text of the first `<name>` that contains one word; empty if there is none."""
     for part in manifest.split(b"<name>")[1:]:
         text, closing, _ = part.partition(b"</name>")
         words = text.split()

@@ -81,7 +81,7 @@ class LaunchFixture:
 
         Raises:
             NoMasterToReuse: the existing master does not answer.
-            OSError: no port for a new one.
+            OSError: no port is available for a new master.
         """
         if self._reuse_master:
             self._join(self.master_uri)

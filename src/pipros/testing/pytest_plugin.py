@@ -60,7 +60,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
     if file_path.suffix not in (".test", ".launch"):
         return None
     content = file_path.read_bytes()
-    # The tests of a `.test` file may be in included files. Other programs use the suffix `.test`, too.
+    # The tests of a `.test` file may be in included files. Other programs also use the suffix `.test`.
     if b"<launch" not in content or (file_path.suffix == ".launch" and b"<test" not in content):
         return None
     from pipros.testing.pytest_items import LaunchFileCollector

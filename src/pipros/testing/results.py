@@ -22,8 +22,8 @@ class Case:
     Attributes:
         class_name: the class with its module, as in `__main__.TalkerTestCase`.
         name: the method, or another name chosen by the test program.
-        seconds: its duration.
-        outcome: its outcome.
+        seconds: the duration.
+        outcome: the outcome.
         kind: the type of the exception, if it did not pass.
         text: the message and the traceback of the exception.
     """

@@ -4,7 +4,7 @@ The output of cases is written to the result file, so that the console stays rea
 are written to the stream that was `sys.stdout` at the start of the run.
 """
 
-# ruff: noqa: N802 - the method names are those of unittest
+# ruff: noqa: N802 - these are unittest's method names
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ _WIDTH = 80
 
 
 def unittest_summary(tests: int, errors: Sequence[str], failures: Sequence[str]) -> str:
-    """Return the summary of a test program: the number of cases, and the names of those that failed."""
+    """Return the summary of a test program: the number of cases, and the names of the failed cases."""
     passed = not errors and not failures
     result = f"{_GREEN} * RESULT: SUCCESS{_PLAIN}" if passed else " * RESULT: FAIL"
     return "\n".join(

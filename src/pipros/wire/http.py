@@ -63,7 +63,7 @@ class Request(NamedTuple):
 
 
 class Response(NamedTuple):
-    """One response. `keep_alive` says whether the connection may carry another request."""
+    """One response. `keep_alive` is whether the connection may carry another request."""
 
     status: int
     reason: str

@@ -34,7 +34,7 @@ def why_not_here(
         programs: the package's programs on this machine, if the package was found. If there are any, C++ is
             not the reason.
     """
-    is_here = any(not name.endswith(".cfg") for name in programs)  # `.cfg` files are executable, too
+    is_here = any(not name.endswith(".cfg") for name in programs)  # `.cfg` files are also executable
     if package not in COMPILED or is_here:
         return None
     wanted = [package]

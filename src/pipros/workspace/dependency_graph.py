@@ -32,7 +32,7 @@ class DependencyGraph:
 
         Raises:
             NotFound: the package is not in the index.
-            XmlError: its manifest is malformed.
+            XmlError: the package's manifest is malformed.
         """
         return [needed for needed in self.manifest(name).depends("exec_depends") if self._index.get(needed)]
 

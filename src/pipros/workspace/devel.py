@@ -64,7 +64,7 @@ def write_devel_files(project: Project, layout: Layout, definitions: Definitions
     """Write the files of a package without compiled code to the devel space.
 
     Raises:
-        SetupPyError: its `setup.py` fails.
+        SetupPyError: the package's `setup.py` fails.
         NotFound, BadConfigFile: a `.cfg` file does not exist or raises an error.
         OSError: the devel space cannot be written.
     """
@@ -89,7 +89,7 @@ def write_over_genuine(project: Project, devel: Path) -> None:
     They replace catkin's own programs, which run Python scripts with the ROS installation's interpreter.
 
     Raises:
-        SetupPyError: its `setup.py` fails.
+        SetupPyError: the package's `setup.py` fails.
         OSError: the devel space cannot be written.
     """
     setup = read_setup_py(project.folder) if project.has_python_setup else None

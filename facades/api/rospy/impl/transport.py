@@ -27,7 +27,7 @@ class Transport:
         transport_type: `TCPROS` for example.
         direction: `i`, `o` or `b`.
         name: the topic or service.
-        id: its number in this process.
+        id: number of the connection in this process.
         endpoint_id: the peer.
         local_endpoint, remote_endpoint: addresses and ports.
         stat_bytes, stat_num_msg: the traffic so far.

@@ -1,4 +1,4 @@
-"""`rosrun tf tf_monitor`: print delays and rates of all transforms, or of those between two frames."""
+"""`rosrun tf tf_monitor`: print delays and rates of all transforms, or only those between two frames."""
 
 from __future__ import annotations
 

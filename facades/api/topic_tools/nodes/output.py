@@ -37,7 +37,7 @@ def check_names(kind: str, *given: str) -> None:
         kind: `topic` or `service`, for the error.
 
     Raises:
-        SystemExit: one is not a legal name.
+        SystemExit: a name is invalid.
     """
     for name in given:
         canonical = names.canonicalize(name)

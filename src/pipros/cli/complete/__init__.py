@@ -1,8 +1,8 @@
 """`pipros-complete`: completes the word at the cursor of a ROS command line in a shell.
 
 The shells' completion passes the position of the word and all words; one candidate is printed per line. A
-candidate of several lines is printed alone, after the character 0x1f. With `--find PACKAGE NAME` the command
-prints the files of that name in a package, for roscat, rosed and roscp.
+candidate of several lines is printed alone, after the character 0x1f. If called with `--find PACKAGE NAME`,
+the command prints the files with that name in a package, for roscat, rosed and roscp.
 """
 
 from __future__ import annotations

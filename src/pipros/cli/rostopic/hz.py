@@ -50,7 +50,7 @@ def measure_rate(argv: Sequence[str]) -> int:
             topics = [wait_for_topic(graph.master, graph.resolve(name)).topic for name in names]
         except KeyboardInterrupt:
             return 1  # like Noetic, which fails without a topic to subscribe to
-    # Noetic logs the report of one topic; that of several is a table, which a terminal updates in place.
+    # Noetic logs the report for one topic; for several topics it is a table, updated in place on a terminal.
     block = LiveBlock() if len(topics) > 1 else None
     show = block.show if block else partial(print, flush=True)
     rates = Rates(topics, options.window, say=block.say if block else show)

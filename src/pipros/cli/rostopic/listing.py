@@ -63,7 +63,7 @@ def _below(registrations: Registrations, ns: str) -> Registrations:
 def _lines(
     state: SystemState, types: Mapping[str, str], sections: tuple[bool, bool], verbose: bool
 ) -> list[str]:
-    """Return the lines to print; `sections` says whether to list publishers and subscribers."""
+    """Return the lines to print; `sections` selects whether to list publishers and subscribers."""
     if not verbose:
         return [listed(topic) for topic in state.topics()]
     lines = [""]

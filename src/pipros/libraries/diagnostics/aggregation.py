@@ -36,7 +36,7 @@ class Aggregation:
         """Add analyzers of another node.
 
         Raises:
-            BadAnalyzer: one of them is invalid, or the node has already added analyzers. Nothing is added.
+            BadAnalyzer: an analyzer is invalid, or the node has already added analyzers. Nothing is added.
         """
         if owner in self._added:
             raise BadAnalyzer("", f"{owner} has already added analyzers")

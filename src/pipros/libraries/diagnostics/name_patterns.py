@@ -50,7 +50,7 @@ class NamePatterns:
         """Checks the patterns.
 
         Raises:
-            ValueError: one is not a regular expression, or is too long.
+            ValueError: a pattern is not a regular expression, or is too long.
         """
         for pattern in patterns:
             if len(pattern) > PATTERN_CHARACTERS:

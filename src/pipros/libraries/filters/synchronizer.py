@@ -91,7 +91,10 @@ class ApproximateSynchronizer(ExactSynchronizer):
     def add(
         self, message: Any, stamp: int, queue: Queue, index: int | None, simulated_now: int | None
     ) -> Iterable[Sequence[Any]]:
-        """Like the base class. Without `index`, the message's own queue is searched like all others."""
+        """Like the base class.
+
+        If `index` is not given, the message's own queue is searched like all others.
+        """
         is_behind = self._is_behind(queue, simulated_now, index)
         queue[stamp] = message
         while len(queue) > self.queue_size:

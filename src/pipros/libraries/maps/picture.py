@@ -1,4 +1,4 @@
-"""Reader of map images: PGM without a library, other formats with Pillow."""
+"""Reader of map images: PGM requires no library; other formats require Pillow."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Picture:
 
     Attributes:
         colors: the grey channel, or red, green and blue.
-        alpha: the alpha channel, 0 for transparent; None without one.
+        alpha: the alpha channel, 0 for transparent; None if there is none.
     """
 
     width: int
@@ -37,7 +37,7 @@ def read_picture(file: str) -> Picture:
     try:
         content = read_file(file, _FILE_BYTES)
     except OSError as error:
-        raise NoMapFile(f"cannot read the picture {file}: {error.strerror}") from None
+        raise NoMapFile(f"cannot read the image {file}: {error.strerror}") from None
     if is_pgm(content):
         width, height, pixels = read_pgm(content, file)
         return Picture(width, height, (pixels,))
@@ -68,6 +68,6 @@ def _read_with_pillow(content: bytes, file: str) -> Picture:
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         if isinstance(error, BadMapImage):
             raise
-        raise BadMapImage(f"{file} is not a picture that Pillow can read: {error}") from None
+        raise BadMapImage(f"{file} is not an image that Pillow can read: {error}") from None
     alpha = bands.pop() if has_alpha else None
     return Picture(size[0], size[1], tuple(bands), alpha)

@@ -176,7 +176,7 @@ class Markers:
         """Handle the feedback of a viewer. A move of the marker becomes a pending change.
 
         Returns:
-            The callback to call; None without one, or if another viewer was active within `CONFLICT_S`.
+            The callback to call; None if there is none, or if another viewer was active within `CONFLICT_S`.
         """
         context = self.contexts.get(feedback.marker_name)
         if context is None:

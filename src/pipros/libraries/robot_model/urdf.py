@@ -152,7 +152,7 @@ def _check_tree(links: tuple[str, ...], joints: tuple[Joint, ...]) -> None:
     if len(roots) != 1:
         found = " and ".join(roots) if roots else "none"
         raise UrdfError(f"exactly one link, the root, must have no parent, got {found}")
-    # With one root, and one parent for every other link, links that are not reached form a circle.
+    # If there is one root, and every other link has one parent, unreachable links form a cycle.
     reached, new = {roots[0]}, [roots[0]]
     children: dict[str, list[str]] = {}
     for child, parent in parent_of.items():

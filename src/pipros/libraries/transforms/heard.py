@@ -1,4 +1,4 @@
-"""Diagnosis of recorded transforms: stamps, rotations, parents, publishers and loops. Without I/O."""
+"""Diagnosis of recorded transforms: stamps, rotations, parents, publishers and loops. Performs no I/O."""
 
 from __future__ import annotations
 

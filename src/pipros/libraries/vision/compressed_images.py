@@ -87,7 +87,7 @@ def decompressed(format_text: str, data: bytes, codec: Codec) -> tuple[Any, str]
             return _depth(name, data, codec), name
         image = codec.decode(data)
         if not semicolon:
-            # The format does not contain an encoding: use that of the picture.
+            # The format does not contain an encoding: use the image's own.
             return image, _encoding_of_picture(image)
         if "jpeg" in how and encoding(name).bits == 16 and image.dtype == np.uint8:
             image = image.astype(np.uint16) * _JPEG_TO_16_BITS

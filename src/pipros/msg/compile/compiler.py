@@ -49,7 +49,7 @@ def message_source(
         `{"std_msgs/Header": "_0_std_msgs_Header"}`.
 
     Raises:
-        DefinitionError: when the definition cannot become a class.
+        DefinitionError: the definition cannot become a class.
     """
     names = Names()
     whole, layout = _checked(spec, lookup, limits or process_limits())
@@ -102,7 +102,7 @@ def _checked(spec: MessageSpec, lookup: Lookup, limits: Limits) -> tuple[Complet
     """The definition with all that it embeds, and its layout.
 
     Raises:
-        DefinitionError: when the definition cannot become a class.
+        DefinitionError: the definition cannot become a class.
     """
     _slots(spec)
     for constant in spec.constants:

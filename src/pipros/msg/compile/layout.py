@@ -22,11 +22,11 @@ class Layout:
     """A message type with the properties that decide which code reads and writes it.
 
     Attributes:
-        spec: its definition.
+        spec: the definition of the type.
         members: the layouts of the message types of its fields, by name.
         has_octets: a variable array of octets is somewhere in it.
         takes_bytes: false if its messages take no bytes at all, so that an array of them can have any length.
-        is_one_unpack: its messages all have the same size, and one call of `struct` reads one.
+        is_one_unpack: whether all messages have the same size, so that one call of `struct` reads one.
         only_code: the code of `struct` that all its fields share, if they are single numbers.
         field_count: its fields with those of embedded messages, each counted wherever its type is embedded,
             and with each element of the arrays that are unpacked with their neighbours.
@@ -73,7 +73,7 @@ class Layouts:
         self._known: dict[str, Layout] = {}
 
     def of(self, spec: MessageSpec) -> Layout:
-        """The layout of a type. `lookup` must know those that it embeds, not the type itself."""
+        """The layout of a type. `lookup` must know the embedded types, but not the type itself."""
         members: dict[str, Layout] = {}
         for field in spec.fields:
             base = field.type.base

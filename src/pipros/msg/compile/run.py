@@ -1,4 +1,4 @@
-"""Runs the code that `compiler.py` makes: the one place in pipros where text becomes code.
+"""Runs the code that `compiler.py` generates: the only place in pipros where text becomes code.
 
 Every name in that code was checked against the grammar of definitions, and all other text from a definition
 went through `repr`.

@@ -47,7 +47,7 @@ def read_strings(data: Buffer, offset: int, count: int, errors: str) -> tuple[li
                 offset += length + 4
                 length = following
         except IndexError:
-            pass  # a long one: it and those after it are read below
+            pass  # a long string: it and the strings after it are read below
         offset -= 4
     for _ in range(count - len(strings)):
         (length,) = _read_length(data, offset)

@@ -6,8 +6,8 @@ and `my_pkg.srv`: otherwise a folder `my_pkg/msg` of definitions below the worki
 for a Python namespace package. Real Python packages, such as those that catkin generates into a devel
 space, always win.
 
-`modules.py` makes the modules when the first type is needed. Every interpreter start imports this
-module, so it imports next to nothing.
+`modules.py` creates the modules when the first type is needed. Every interpreter start imports this module,
+so it imports next to nothing.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ class Library:
 
     Args:
         find_package: function that returns the folder of a package.
-        cache_folder: where compiled types are kept between processes; None for nowhere.
+        cache_folder: folder in which compiled types are kept between processes; None to keep none.
     """
 
     def __init__(self, find_package: FindPackage, cache_folder: str | None) -> None:

@@ -1,4 +1,4 @@
-"""The modules that the import hook makes: one for all messages of a package, one for each type.
+"""The modules that the import hook creates: one for all of a package's messages, one for each type.
 
 `std_msgs.msg` knows the names of its types and compiles a type when it is first needed. The class is in
 `std_msgs.msg._String`, as in packages that genpy generates, so that pickles of either world find their class

@@ -47,7 +47,7 @@ def parse_message(text: str, type_name: str, file: str | None = None, *, first_l
 
     Args:
         text: the definition.
-        type_name: its name, `package/Name`.
+        type_name: the full type name, `package/Name`.
         file: the file name to use in error messages.
         first_line: the number of the text's first line within the file.
 
@@ -104,7 +104,7 @@ def parse_action(text: str, type_name: str, file: str | None = None) -> ActionSp
     binds the three.
 
     Raises:
-        DefinitionError: also when there are not exactly two lines `---`.
+        DefinitionError: there are not exactly two lines `---`, or as for `parse_message`.
     """
     file = file or f"<definition of {type_name}>"
     name = type_name.partition("/")[2]
@@ -232,7 +232,7 @@ def constant_value(type_name: str, text: str) -> bool | int | float | str:
     """Return the value of a constant of the given type, parsed from its text.
 
     Raises:
-        ValueError: it means none, or one that the type cannot hold.
+        ValueError: the text is not a value of the type, or the value is out of range.
     """
     if type_name == "string":
         return text

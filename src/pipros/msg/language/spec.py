@@ -111,7 +111,7 @@ class MessageSpec:
     Attributes:
         type: `package/Name`.
         text: the definition as written.
-        file: where it was read from, for error messages.
+        file: the source file, for error messages.
     """
 
     type: str

@@ -91,8 +91,8 @@ class FaultProxy:
     def inject(self, *kinds: Kind, **faults: Any) -> None:
         """Replace the faults on connections of these kinds (by default `topics`), including open ones.
 
-        Without faults, everything is forwarded unchanged. The keywords are the attributes of `Faults`:
-        `proxy.inject("topics", "services", delay_s=0.05, split_bytes=7)`.
+        If there are no faults, everything is forwarded unchanged. The keywords are the attributes of
+        `Faults`: `proxy.inject("topics", "services", delay_s=0.05, split_bytes=7)`.
 
         Raises:
             TypeError: unknown fault.
@@ -110,8 +110,8 @@ class FaultProxy:
     def cut(self, *kinds: Kind, reset: bool = True) -> int:
         """End all open connections of these kinds (by default `topics`) and return their number.
 
-        New connections are still accepted. With `reset=False` both ends see an orderly end of the stream, as
-        if the other process had been killed.
+        New connections are still accepted. If `reset` is false, both ends see an orderly end of the stream,
+        as if the other process had been killed.
         """
 
         async def cut() -> int:

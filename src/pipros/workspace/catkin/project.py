@@ -16,7 +16,7 @@ class Interface:
 
     Attributes:
         kind: `msg`, `srv` or `action`.
-        folder: its install folder below the share folder of the package; None if it is not installed.
+        folder: the install folder below the package's share folder; None if it is not installed.
     """
 
     kind: str
@@ -70,8 +70,8 @@ class EnvironmentHook:
     """A file that the setup files of a workspace source.
 
     Attributes:
-        text: its content; None to copy `source`.
-        installed: its content in the install space; None if it is the same.
+        text: the content; None to copy `source`.
+        installed: the content in the install space; None if it is the same.
     """
 
     name: str
@@ -86,7 +86,7 @@ class Project:
 
     Attributes:
         folder, file: the package's folder, and its `CMakeLists.txt`.
-        binary: its folder in the build space.
+        binary: the folder in the build space.
         components, catkin_depends: package names, each with the line that lists it.
         generate_messages_line: the line of `generate_messages()`; 0 if it is not called.
         has_reconfigure_options: whether `generate_dynamic_reconfigure_options()` was called.
@@ -95,7 +95,7 @@ class Project:
         status_lines: output of `message(STATUS)` and the like.
         warnings: warnings with file and line.
         cfg_extras: CMake files for the packages that find this one.
-        targets: the names of targets that can be made individually.
+        targets: the names of targets that can be built individually.
     """
 
     name: str

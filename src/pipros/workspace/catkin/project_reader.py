@@ -1,8 +1,8 @@
 """Reader for the `CMakeLists.txt` of a package.
 
 The file is executed command by command, as CMake does, to the extent that packages without compiled code
-need. Commands that only CMake itself can run are recorded with file and line. The command handlers are in the
-tables of `*_commands.py`.
+need. Commands that only CMake itself can run are recorded the message names the file and line. The command
+handlers are in the tables of `*_commands.py`.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def read_project(
         status_lines: receives the output of `message()`, even if an error follows.
 
     Raises:
-        CMakeError: CMake would also reject the file; with file and line.
+        CMakeError: CMake would also reject the file; the message names the file and line.
     """
     project = Project(name, folder, os.path.join(folder, "CMakeLists.txt"))
     if status_lines is not None:

@@ -43,7 +43,7 @@ class StepRunner:
         """Run the targets that belong to `all`, and the steps that make the given files.
 
         Raises:
-            CMakeError: a command failed, or no step makes a missing file.
+            CMakeError: a command failed, or no step creates a missing file.
         """
         for name, steps in self._steps.targets.items():
             if any(step.is_wanted for step in steps):
@@ -56,7 +56,7 @@ class StepRunner:
         """Run a target, or make a file; return False if the package has neither with that name.
 
         Raises:
-            CMakeError: a command failed, or no step makes a missing file.
+            CMakeError: a command failed, or no step creates a missing file.
         """
         path = os.path.join(self._binary, name)
         if name not in self._steps.targets and name not in self._steps.rules and path in self._steps.rules:

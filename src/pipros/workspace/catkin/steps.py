@@ -27,7 +27,7 @@ class Step:
         file, line: the position in a CMake file.
         outputs: the files that the commands make. A target has no outputs; its commands always run.
         commands: command lines, each with its working folder.
-        depends: files and targets that must be made first.
+        depends: files and targets that must be built first.
         is_wanted: whether it belongs to the target `all`.
     """
 

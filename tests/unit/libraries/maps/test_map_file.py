@@ -78,7 +78,7 @@ def test_a_wrong_description_is_refused(tmp_path: Path, old: str, new: str, comp
 def test_files_that_are_missing_are_named(tmp_path: Path) -> None:
     with pytest.raises(NoMapFile, match=r"could not open .*nowhere\.yaml"):
         read_map(str(tmp_path / "nowhere.yaml"))
-    with pytest.raises(NoMapFile, match=r"cannot read the picture .*other\.pgm"):
+    with pytest.raises(NoMapFile, match=r"cannot read the image .*other\.pgm"):
         read_map(write(tmp_path, GOOD.replace("map.pgm", "other.pgm")))
 
 
@@ -113,5 +113,5 @@ def test_a_png_is_read_with_its_channels(tmp_path: Path) -> None:
         made.save(tmp_path / "map.png")
         assert list(read_map(write(tmp_path, text)).cells) == expected, mode
     (tmp_path / "map.png").write_bytes(b"\x89PNG\r\n\x1a\nno more")
-    with pytest.raises(BadMapImage, match="not a picture that Pillow can read"):
+    with pytest.raises(BadMapImage, match="not an image that Pillow can read"):
         read_map(write(tmp_path, text))

@@ -102,9 +102,9 @@ def test_depths_are_read() -> None:
 @pytest.mark.parametrize(
     ("kind", "data", "text"),
     [
-        ("jpeg", b"", "cannot read the picture of 0 bytes"),
-        ("jpeg", b"\xff\xd8\xff broken", "cannot read the picture"),
-        ("rgb8; png compressed bgr8", PILLOW.encode(RAMP, "png", 9)[:-60], "cannot read the picture"),
+        ("jpeg", b"", "cannot decode the image of 0 bytes"),
+        ("jpeg", b"\xff\xd8\xff broken", "cannot decode the image"),
+        ("rgb8; png compressed bgr8", PILLOW.encode(RAMP, "png", 9)[:-60], "cannot decode the image"),
         ("xyz; jpeg compressed ", PILLOW.encode(RAMP, "jpeg", 80), r"Unrecognized image encoding \[xyz\]"),
         ("32FC1; compressedDepth", b"short", "must have more than 12 bytes, got 5"),
         ("32FC1; compressedDepth", bytes(12) + PILLOW.encode(RAMP, "png", 9), "must have one channel, got 3"),
@@ -172,7 +172,7 @@ def test_opencv_is_taken_where_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     assert opencv.encode(RAMP, "png", 3) == b".png [16, 3]"
     assert opencv.decode(b"good") is RAMP
     for wrong in (b"", b"bad"):
-        with pytest.raises(PictureError, match="OpenCV cannot read"):
+        with pytest.raises(PictureError, match="OpenCV cannot decode"):
             opencv.decode(wrong)
     for image in (RAMP.astype(np.int8), RAMP[:0]):
         with pytest.raises(PictureError, match="OpenCV cannot write"):
