@@ -435,5 +435,5 @@ def test_a_multicall_whose_answers_are_too_large_together_is_cut_short() -> None
         call = {"methodName": "echo", "params": ["x" * 4000]}
         *good, bad = client.call("system.multicall", [call] * 3)
     assert good == [["x" * 4000]] * 2
-    assert "too large together" in bad["faultString"]
+    assert "the combined answers of a system.multicall are too large" in bad["faultString"]
     serving.close()
