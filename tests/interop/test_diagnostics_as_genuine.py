@@ -111,4 +111,4 @@ def test_sparse_csv_names_what_it_cannot_read(plain_ros: RosSystem) -> None:
     missing = plain_ros.pipros.run(*program, "nothing.csv")
     assert (missing.returncode, "nothing.csv" in missing.output) == (1, True)
     assert plain_ros.pipros.run(*program, "log.txt").stdout == ["File log.txt is not a CSV file. Aborting."]
-    assert "not by 0" in plain_ros.pipros.run(*program, "-s", "0", "log.csv").output
+    assert "skip must be >= 1, got 0" in plain_ros.pipros.run(*program, "-s", "0", "log.csv").output

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import difflib
+import itertools
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import pytest
 
@@ -37,6 +38,8 @@ OPEN = (
     (r"(?m)^(\x1b\[\d+m)?\[(INFO|WARN)\].*\n(\x1b\[0m)?", ""),
     (r"(?m)^.*SyntaxWarning.*\n  pub = .*\n", ""),
 )
+
+_NODE_ENDS = re.compile(r"\[\w+-(\d+)\] killing on exit")
 
 
 def screen(
@@ -72,7 +75,16 @@ def shown(terminal: Terminal) -> tuple[int, list[str]]:
     text = terminal.output.removesuffix(f"[{code}]> ")
     for pattern, name in OPEN:
         text = re.sub(pattern, name, text)
-    return code, text.splitlines()
+    return code, list(_in_order(text.splitlines()))
+
+
+def _in_order(lines: Sequence[str]) -> Iterator[str]:
+    """The lines; nodes that genuine roslaunch ends in one thread each are listed by number, the last first."""
+    for is_end, group in itertools.groupby(lines, lambda line: bool(_NODE_ENDS.fullmatch(line))):
+        found = list(group)
+        if is_end:
+            found.sort(key=lambda line: int(_NODE_ENDS.sub(r"\1", line)), reverse=True)
+        yield from found
 
 
 def assert_same(ours: tuple[int, list[str]], theirs: tuple[int, list[str]]) -> None:
