@@ -79,7 +79,7 @@ def shown(terminal: Terminal) -> tuple[int, list[str]]:
 
 
 def _in_order(lines: Sequence[str]) -> Iterator[str]:
-    """The lines; nodes that genuine roslaunch ends in one thread each are listed by number, the last first."""
+    """The lines; nodes that genuine roslaunch ends in one thread each are sorted by number, last first."""
     for is_end, group in itertools.groupby(lines, lambda line: bool(_NODE_ENDS.fullmatch(line))):
         found = list(group)
         if is_end:
