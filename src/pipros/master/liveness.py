@@ -260,8 +260,8 @@ async def ask_node(api: str, method: str, timeout_s: float) -> Any:
 async def find_live_nodes(nodes: dict[str, str], timeout_s: float, *, ask: Ask = ask_node) -> set[str]:
     """Return the names of the nodes to keep from the master's previous run, given each node's API URI.
 
-    Keep nodes that answer with the expected name or time out; drop nodes that answer with another name or
-    refuse the connection.
+    Drop nodes that answer with another name, violate the protocol or refuse the connection. Keep all others,
+    including those that time out or cannot be reached for another reason.
     """
     slots = asyncio.Semaphore(PROBES_AT_A_TIME * 5)
 
