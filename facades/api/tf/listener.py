@@ -20,7 +20,7 @@ from std_msgs.msg import Header
 
 import tf2_ros
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.transforms.pose import IDENTITY, composed, composed_exactly, normalized
+from pipros.libraries.transforms.pose import IDENTITY, compose_via_matrices, composed, normalized
 from pipros.libraries.transforms.pose import Pose as Numbers
 from tf.transformer import Transformer as Transformer
 from tf.transformer import strip_leading_slash as strip_leading_slash
@@ -70,13 +70,13 @@ class TransformerROS(Transformer):
 
     def transformQuaternion(self, target_frame: str, ps: QuaternionStamped) -> QuaternionStamped:
         """Transform an orientation to `target_frame`."""
-        found = composed_exactly(self._frame(target_frame, ps.header), _pose_of(Point(), ps.quaternion))
+        found = compose_via_matrices(self._frame(target_frame, ps.header), _pose_of(Point(), ps.quaternion))
         return QuaternionStamped(_header(target_frame, ps), Quaternion(*found[3:]))
 
     def transformPose(self, target_frame: str, ps: PoseStamped) -> PoseStamped:
         """Transform a pose to `target_frame`."""
         pose = _pose_of(ps.pose.position, ps.pose.orientation)
-        found = composed_exactly(self._frame(target_frame, ps.header), pose)
+        found = compose_via_matrices(self._frame(target_frame, ps.header), pose)
         return PoseStamped(_header(target_frame, ps), Pose(Point(*found[:3]), Quaternion(*found[3:])))
 
     def transformPointCloud(self, target_frame: str, point_cloud: PointCloud) -> PointCloud:

@@ -9,7 +9,7 @@ from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from std_msgs.msg import Header
 
 import rospy
-from pipros.libraries.transforms.buffer import DEFAULT_LENGTH, FrameBuffer
+from pipros.libraries.transforms.buffer import DEFAULT_LENGTH, TransformBuffer
 from pipros.libraries.transforms.errors import InvalidArgumentException
 from pipros.libraries.transforms.pose import Pose
 from pipros.msg.time import NS_PER_S
@@ -26,7 +26,7 @@ class BufferCore:
     """Stream for the reasons of rejected transforms; None for standard error."""
 
     def __init__(self, cache_time: Any = None) -> None:
-        self._buffer = FrameBuffer(DEFAULT_LENGTH if cache_time is None else in_ns(cache_time))
+        self._buffer = TransformBuffer(DEFAULT_LENGTH if cache_time is None else in_ns(cache_time))
 
     def set_transform(self, transform: Any, authority: str) -> None:
         """Add a TransformStamped. `authority` is the name of the node that published it."""

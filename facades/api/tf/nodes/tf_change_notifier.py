@@ -10,7 +10,7 @@ from tf2_msgs.msg import TFMessage
 import rospy
 import tf2_ros
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.transforms.moves import BadFramePair, FramePair, distance_of, frame_pairs
+from pipros.libraries.transforms.change_filter import BadFramePair, FramePair, distance_of, frame_pairs
 from tf.transformer import strip_leading_slash
 
 _DEFAULT = [{"source_frame": "/base_link", "target_frame": "/map"}]

@@ -9,7 +9,7 @@ import rospy
 import tf2_ros
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.printable import listed, printable
-from pipros.libraries.transforms.heard import UNKNOWN_SENDER
+from pipros.libraries.transforms.diagnose import UNKNOWN_SENDER
 from pipros.libraries.transforms.monitor import Delays, Monitor
 from pipros.msg import load_message_class
 from tf.transformer import strip_leading_slash

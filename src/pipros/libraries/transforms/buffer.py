@@ -16,9 +16,9 @@ from pipros.libraries.transforms.errors import (
     LookupException,
     TransformException,
 )
+from pipros.libraries.transforms.formatting import edges, frames_as_dot, frames_as_string, frames_as_yaml
 from pipros.libraries.transforms.history import MovingFrame, StaticFrame
-from pipros.libraries.transforms.listing import edges, frames_as_dot, frames_as_string, frames_as_yaml
-from pipros.libraries.transforms.pose import IDENTITY, Pose, composed_exactly
+from pipros.libraries.transforms.pose import IDENTITY, Pose, compose_via_matrices
 from pipros.libraries.transforms.tree import Frames, find_path, latest_common_time
 from pipros.msg.time import NS_PER_S
 
@@ -31,7 +31,7 @@ NORM_TOLERANCE = 10e-3
 """Maximum deviation of a quaternion's squared norm from 1."""
 
 
-class FrameBuffer:
+class TransformBuffer:
     """Buffer of the transforms of the last `length` nanoseconds, and of static transforms.
 
     They may take `transform_bytes` of the limits. A frame that gets a transform beyond that loses the older
@@ -131,7 +131,7 @@ class FrameBuffer:
             self._require(fixed, "lookupTransform argument fixed_frame")
         _, in_fixed = self.lookup(fixed, source, source_time)
         time, in_target = self.lookup(target, fixed, target_time)
-        return time, composed_exactly(in_target, in_fixed)
+        return time, compose_via_matrices(in_target, in_fixed)
 
     def can_transform(self, target: str, source: str, time: int) -> str | None:
         """Return None if `lookup` would succeed, otherwise the reason why not, with tf2's text.

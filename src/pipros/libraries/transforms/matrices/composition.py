@@ -158,5 +158,5 @@ def _horn(source: Array, target: Array) -> Array:
         )
     )
     _, vectors = np.linalg.eigh(symmetric)
-    w, x, y, z = vectors[:, -1].tolist()  # of the largest eigenvalue
-    return quaternion_matrix((x, y, z, w))[:3, :3]
+    qw, qx, qy, qz = vectors[:, -1].tolist()  # of the largest eigenvalue
+    return quaternion_matrix((qx, qy, qz, qw))[:3, :3]

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from pipros.libraries.transforms.moves import BadFramePair, FramePair, frame_pairs
+from pipros.libraries.transforms.change_filter import BadFramePair, FramePair, frame_pairs
 
 
 def test_the_first_pose_is_told_and_then_what_is_far_from_the_last() -> None:
