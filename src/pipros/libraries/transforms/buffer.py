@@ -1,7 +1,7 @@
 """A buffer of transforms over time, with the lookups and error texts of tf2's buffer.
 
 Times are nanoseconds; 0 means the latest common time. All methods may be called from any thread; none waits
-for transforms.
+for transforms, but `TransformBuffer.waiter` does.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from pipros.libraries.transforms.formatting import edges, frames_as_dot, frames_
 from pipros.libraries.transforms.history import MovingFrame, StaticFrame
 from pipros.libraries.transforms.pose import IDENTITY, Pose, compose_via_matrices
 from pipros.libraries.transforms.tree import Frames, find_path, latest_common_time
+from pipros.libraries.transforms.waiter import TransformWaiter
 from pipros.msg.time import NS_PER_S
 
 DEFAULT_LENGTH = 10 * NS_PER_S
@@ -36,6 +37,9 @@ class TransformBuffer:
 
     They may take `transform_bytes` of the limits. A frame that gets a transform beyond that loses the older
     half of its own; a new frame is refused.
+
+    Attributes:
+        waiter: the threads that wait for transforms of this buffer.
     """
 
     def __init__(self, length: int = DEFAULT_LENGTH, limits: Limits | None = None) -> None:
@@ -44,6 +48,7 @@ class TransformBuffer:
         self._size_bytes = 0
         self._lock = Lock()
         self._frames: Frames = {}
+        self.waiter = TransformWaiter()
 
     def insert(
         self, parent: str, child: str, stamp: int, pose: Pose, authority: str, is_static: bool = False
@@ -86,7 +91,9 @@ class TransformBuffer:
                 self._size_bytes += frame.size_bytes - before
             if refusal is None:
                 frame.authority = authority
-                return []
+        if refusal is None:
+            self.waiter.notify()
+            return []
         return [
             f"{refusal} for frame {child} at time {stamp / NS_PER_S:.6f} according to authority {authority}"
         ]

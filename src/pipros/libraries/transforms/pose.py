@@ -10,6 +10,8 @@ from math import acos, asin, atan2, cos, pi, sin, sqrt
 
 Pose = tuple[float, float, float, float, float, float, float]
 
+Vector = tuple[float, float, float]
+
 IDENTITY: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
@@ -40,6 +42,16 @@ def inverted(pose: Pose) -> Pose:
     px, py, pz, qx, qy, qz, qw = pose
     rotation = (0.0, 0.0, 0.0, -qx, -qy, -qz, qw)
     return (*composed(rotation, (-px, -py, -pz, -qx, -qy, -qz, qw))[:3], -qx, -qy, -qz, qw)
+
+
+def transform_point(frame: Pose, point: Vector) -> Vector:
+    """Return a point that is given in the frame with the pose `frame`, in the parent of that frame."""
+    return composed(frame, (*point, *IDENTITY[3:]))[:3]
+
+
+def rotate(frame: Pose, vector: Vector) -> Vector:
+    """Return a vector that is given in the frame with the pose `frame`, in the parent of that frame."""
+    return transform_point((*IDENTITY[:3], *frame[3:]), vector)
 
 
 def interpolate(older: Pose, newer: Pose, ratio: float) -> Pose:
@@ -142,7 +154,7 @@ def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> tuple[float, f
     )
 
 
-def roll_pitch_yaw(pose: Pose) -> tuple[float, float, float]:
+def roll_pitch_yaw(pose: Pose) -> Vector:
     """Return the orientation of a pose as angles in radians about the fixed axes x, y and z."""
     m = rotation_matrix(pose)
     if abs(m[6]) >= 1.0:  # gimbal lock: roll and yaw have the same axis
