@@ -12,7 +12,7 @@ from bondpy.machine import BondMachine
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.basics.printable import printable
 from pipros.libraries.bonds.life import Event, State
-from pipros.libraries.bonds.side import BondSide, Change, RestartableTimer
+from pipros.libraries.bonds.side import BondSide, RestartableTimer
 from pipros.msg import load_message_class
 
 _star_names(__name__, "time")
@@ -49,6 +49,26 @@ class Timeout:
     def cancel(self) -> None:
         """Stop the timer without calling the function."""
         self._timer.cancel()
+
+
+Getter = Callable[["Bond"], float]
+Setter = Callable[["Bond", Seconds], None]
+
+
+def _accessors(event: Event, meaning: str) -> tuple[Getter, Setter, property]:
+    """Return a getter and a setter of a timeout, and both as a property."""
+
+    def get(self: Bond) -> float:
+        return self._side.durations_s[event]
+
+    def set_(self: Bond, dur: Seconds) -> None:
+        if self._started:
+            raise AssertionError("timeouts can only be set before start()")
+        self._side.durations_s[event] = as_float_duration(dur)
+
+    get.__doc__ = f"Return the {meaning}, in seconds."
+    set_.__doc__ = f"Set the {meaning}. Raises AssertionError after `start`."
+    return get, set_, property(get, set_)
 
 
 class Bond:
@@ -109,43 +129,15 @@ class Bond:
 
     # -- settings ----------------------------------------------------------------
 
-    def _set(self, event: Event, duration: Seconds) -> None:
-        if self._started:
-            raise AssertionError("timeouts can only be set before start()")
-        self._side.durations_s[event] = as_float_duration(duration)
-
-    def _seconds(self, event: Event) -> float:
-        return self._side.durations_s[event]
-
-    def get_connect_timeout(self) -> float:
-        """Return the maximum time to wait for the other side, in seconds."""
-        return self._seconds(Event.CONNECT_TIMEOUT)
-
-    def set_connect_timeout(self, dur: Seconds) -> None:
-        """Set the timeout. Raises AssertionError after `start`."""
-        self._set(Event.CONNECT_TIMEOUT, dur)
-
-    connect_timeout = property(get_connect_timeout, set_connect_timeout)
-
-    def get_heartbeat_timeout(self) -> float:
-        """Return the maximum time between messages of the other side, in seconds."""
-        return self._seconds(Event.HEARTBEAT_TIMEOUT)
-
-    def set_heartbeat_timeout(self, dur: Seconds) -> None:
-        """Set the timeout. Raises AssertionError after `start`."""
-        self._set(Event.HEARTBEAT_TIMEOUT, dur)
-
-    heartbeat_timeout = property(get_heartbeat_timeout, set_heartbeat_timeout)
-
-    def get_disconnect_timeout(self) -> float:
-        """Return the maximum time to wait until the other side confirms the end, in seconds."""
-        return self._seconds(Event.DISCONNECT_TIMEOUT)
-
-    def set_disconnect_timeout(self, dur: Seconds) -> None:
-        """Set the timeout. Raises AssertionError after `start`."""
-        self._set(Event.DISCONNECT_TIMEOUT, dur)
-
-    disconnect_timeout = property(get_disconnect_timeout, set_disconnect_timeout)
+    get_connect_timeout, set_connect_timeout, connect_timeout = _accessors(
+        Event.CONNECT_TIMEOUT, "maximum time to wait for the other side"
+    )
+    get_heartbeat_timeout, set_heartbeat_timeout, heartbeat_timeout = _accessors(
+        Event.HEARTBEAT_TIMEOUT, "maximum time between messages of the other side"
+    )
+    get_disconnect_timeout, set_disconnect_timeout, disconnect_timeout = _accessors(
+        Event.DISCONNECT_TIMEOUT, "maximum time to wait until the other side confirms the end"
+    )
 
     def get_heartbeat_period(self) -> float:
         """Return the period of this side's messages, in seconds."""
@@ -242,8 +234,8 @@ class Bond:
                 "use a different ID for each pair of processes"
             )
 
-    def _call_back(self, change: Change) -> None:
-        call = self.on_formed if change is Change.FORMED else self.on_broken
+    def _call_back(self, state: State) -> None:
+        call = self.on_formed if state is State.ALIVE else self.on_broken
         try:
             if call:
                 call()

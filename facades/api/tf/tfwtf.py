@@ -24,29 +24,21 @@ def _recorded(ctx: Any) -> Sequence[ReceivedTransform]:
     return getattr(ctx, "received_transforms", ())
 
 
-def rostime_delta(ctx: Any) -> list[str]:
-    return diagnose.of_other_times(_recorded(ctx))
-
-
-def reparenting(ctx: Any) -> list[str]:
-    return diagnose.reparented(_recorded(ctx))
-
-
-def cycle_detection(ctx: Any) -> list[str]:
-    return diagnose.loops(_recorded(ctx))
-
-
-def multiple_authority(ctx: Any) -> list[str]:
-    return diagnose.of_several_senders(_recorded(ctx))
-
-
 def no_msgs(ctx: Any) -> bool:
     return not _recorded(ctx)
 
 
-def not_normalized(ctx: Any) -> list[str]:
-    return diagnose.not_normalized(_recorded(ctx))
+def _rule(
+    check: Callable[[Sequence[ReceivedTransform]], list[str]],
+) -> Callable[[Any], list[str]]:
+    return lambda ctx: check(_recorded(ctx))
 
+
+rostime_delta = _rule(diagnose.of_other_times)
+reparenting = _rule(diagnose.reparented)
+cycle_detection = _rule(diagnose.loops)
+multiple_authority = _rule(diagnose.of_several_senders)
+not_normalized = _rule(diagnose.not_normalized)
 
 Rule = tuple[Callable[[Any], Any], str]
 

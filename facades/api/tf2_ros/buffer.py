@@ -16,6 +16,7 @@ from tf2_ros.buffer_interface import BufferInterface
 _star_names(__name__, "rosgraph tf2=tf2_py tf2_ros")
 
 DEFAULT_CAN_TRANSFORM_POLLING_SCALE = 0.01
+_NO_TIME = rospy.Duration(0.0)
 
 
 class Buffer(BufferCore, BufferInterface):
@@ -47,11 +48,7 @@ class Buffer(BufferCore, BufferInterface):
         return FrameGraphResponse(self.all_frames_as_yaml())
 
     def lookup_transform(
-        self,
-        target_frame: str,
-        source_frame: str,
-        time: Any,
-        timeout: Any = rospy.Duration(0.0),  # noqa: B008 # as its documentation shows it
+        self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_TIME
     ) -> Any:
         """Return the transform (TransformStamped) from the source frame to the target frame.
 
@@ -74,7 +71,7 @@ class Buffer(BufferCore, BufferInterface):
         source_frame: str,
         source_time: Any,
         fixed_frame: str,
-        timeout: Any = rospy.Duration(0.0),  # noqa: B008
+        timeout: Any = _NO_TIME,
     ) -> Any:
         """Like `lookup_transform`, but with the source at `source_time` and the target at `target_time`.
 
@@ -90,7 +87,7 @@ class Buffer(BufferCore, BufferInterface):
         target_frame: str,
         source_frame: str,
         time: Any,
-        timeout: Any = rospy.Duration(0.0),  # noqa: B008
+        timeout: Any = _NO_TIME,
         return_debug_tuple: bool = False,
     ) -> Any:
         """Return whether `lookup_transform` would succeed, as 1 or 0, waiting up to `timeout`.
@@ -107,7 +104,7 @@ class Buffer(BufferCore, BufferInterface):
         source_frame: str,
         source_time: Any,
         fixed_frame: str,
-        timeout: Any = rospy.Duration(0.0),  # noqa: B008
+        timeout: Any = _NO_TIME,
         return_debug_tuple: bool = False,
     ) -> Any:
         """Like `can_transform`, for `lookup_transform_full`."""

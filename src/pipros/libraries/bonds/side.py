@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from enum import Enum, auto
 from threading import Condition, RLock, Timer
 
 from pipros.libraries.bonds.life import Event, Life, State
@@ -14,13 +13,6 @@ TIMEOUTS: Mapping[State, Event] = {
     State.ENDING: Event.DISCONNECT_TIMEOUT,
 }
 """The timeout that runs in a state."""
-
-
-class Change(Enum):
-    """What the owner of a side is notified of, each at most once."""
-
-    FORMED = auto()
-    BROKEN = auto()
 
 
 class RestartableTimer:
@@ -49,7 +41,7 @@ class BondSide:
     Args:
         durations_s: length of each timeout. Changes apply when the timeout is started.
         publish: publish a status message, with whether this side is alive.
-        notify: called with each change, without a lock held.
+        notify: called with ALIVE once the bond is formed and DEAD once it is broken, without a lock held.
         enter: called with each new state, with the lock held.
         ignores_silence: whether a heartbeat timeout is to be ignored. It may block.
         is_over: whether heartbeats and waits are to end (after `wake`).
@@ -63,7 +55,7 @@ class BondSide:
         self,
         durations_s: dict[Event, float],
         publish: Callable[[bool], object],
-        notify: Callable[[Change], object],
+        notify: Callable[[State], object],
         enter: Callable[[State], object],
         ignores_silence: Callable[[], bool],
         is_over: Callable[[], bool],
@@ -79,7 +71,7 @@ class BondSide:
         self._life = Life()
         self._timer = RestartableTimer()
         self._changed = Condition(RLock())
-        self._pending: list[Change] = []
+        self._pending: list[State] = []
 
     @property
     def state(self) -> State:
@@ -119,23 +111,17 @@ class BondSide:
             if event is Event.SISTER_ENDS and before in (State.WAITING, State.ALIVE):
                 self.sister_ended_first = True
             if self._life.was_formed and not was_formed:
-                self._pending.append(Change.FORMED)
+                self._pending.append(State.ALIVE)
             if state is not before:
-                self._enter_state(state)
+                self._enter(state)
+                self.start_timeout()
+                if state is State.DEAD:
+                    self._pending.append(State.DEAD)
+                self._changed.notify_all()
             elif event is Event.SISTER_ALIVE and state is State.ALIVE:
                 self.start_timeout()
         if state is State.ENDING and before is not State.ENDING:
             self.publish()
-        self._notify_pending()
-
-    def _enter_state(self, state: State) -> None:
-        self._enter(state)
-        self.start_timeout()
-        if state is State.DEAD:
-            self._pending.append(Change.BROKEN)
-        self._changed.notify_all()
-
-    def _notify_pending(self) -> None:
         with self._changed:
             pending, self._pending = self._pending, []
         for change in pending:

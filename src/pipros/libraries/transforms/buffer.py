@@ -231,13 +231,6 @@ class TransformBuffer:
         with self._lock:
             return list(self._frames)
 
-    def parent(self, name: str, time: int) -> str | None:
-        """Return the parent of a frame at a time, or None if it is not known."""
-        with self._lock:
-            frame = self._frames.get(name)
-            number = -1 if frame is None else frame.locate(time)
-            return None if frame is None or number < 0 else frame.parents[number]
-
     def as_string(self) -> str:
         """Return one line per frame, with its parent."""
         with self._lock:

@@ -4,15 +4,7 @@ from __future__ import annotations
 
 from math import atan2, sqrt
 
-from pipros.libraries.transforms.pose import (
-    Pose,
-    Vector,
-    composed,
-    inverted,
-    normalized,
-    rotate,
-    transform_point,
-)
+from pipros.libraries.transforms.pose import Pose, Vector, composed, inverted, normalized, rotate
 from pipros.msg.time import NS_PER_S
 
 _EARLIEST = 100_000
@@ -45,14 +37,10 @@ def twist(
     ax, ay, az = rotate(tracked, (turned[0] / seconds, turned[1] / seconds, turned[2] / seconds))
     dx, dy, dz = ((after - before) / seconds for after, before in zip(end[:3], start[:3], strict=True))
     lx, ly, lz = rotate(tracked, (dx, dy, dz))
-    px, py, pz = origin = tracked[:3]
-    mx, my, mz = transform_point(reference_point, origin)
+    px, py, pz = tracked[:3]
+    mx, my, mz = composed(reference_point, tracked)[:3]
     share = ax * (mx - px) + ay * (my - py) + az * (mz - pz)
-    linear = (
-        lx + py * az - pz * ay + share,
-        ly + pz * ax - px * az + share,
-        lz + px * ay - py * ax + share,
-    )
+    linear = (lx + py * az - pz * ay + share, ly + pz * ax - px * az + share, lz + px * ay - py * ax + share)
     return linear, (ax, ay, az)
 
 

@@ -139,11 +139,7 @@ def test_a_chain_names_the_frames_on_the_path(buffer: TransformBuffer) -> None:
         buffer.chain("island", 2 * S, "camera", 2 * S, "map")
 
 
-def test_a_parent_is_known_where_its_time_is(buffer: TransformBuffer) -> None:
-    assert buffer.parent("camera", 2 * S) == "left"
-    assert buffer.parent("camera", 9 * S) is None
-    assert buffer.parent("map", 0) is None
-    assert buffer.parent("nowhere", 0) is None
+def test_frames_are_known_from_their_first_transform(buffer: TransformBuffer) -> None:
     assert buffer.frame_exists("camera")
     assert not buffer.frame_exists("nowhere")
     assert buffer.frame_names()[:3] == ["odom", "map", "base"]
