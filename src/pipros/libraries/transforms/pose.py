@@ -2,6 +2,10 @@
 
 As in tf, the norm of a quaternion may differ slightly from 1. Uses the formulas of tf2, so that results are
 equal even then. Compositions compose right to left: `composed(outer, inner)` applies `inner` first.
+
+`matrices` computes matrices, norms and angles a second time, with the formulas and arrays of
+`tf.transformations`. Look-ups need no numpy (an extra that is slow to import), and tf2's bits;
+`tests/unit/libraries/transforms/test_pose_and_matrices.py` compares the two.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Quaternions, as arrays (x, y, z, w)."""
+"""Quaternions, as arrays (qx, qy, qz, qw) of shape (4,)."""
 
 from __future__ import annotations
 
