@@ -105,7 +105,7 @@ class Bond:
                 Event.HEARTBEAT_TIMEOUT: float(Constants.DEFAULT_HEARTBEAT_TIMEOUT),
                 Event.DISCONNECT_TIMEOUT: float(Constants.DEFAULT_DISCONNECT_TIMEOUT),
             },
-            publish=self._publish_status,
+            send=self._publish_status,
             notify=self._call_back,
             enter=self.sm.enter,
             ignores_silence=_timeouts_are_off,

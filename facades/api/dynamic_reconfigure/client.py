@@ -133,43 +133,29 @@ class Client:
         self._descriptions_sub.unregister()
         self._updates_sub.unregister()
 
-    @property
-    def config_callback(self) -> Callable[[Any], object] | None:
-        """Callback for each new configuration. Setting it calls it with the current one (or None)."""
+    def get_config_callback(self) -> Callable[[Any], object] | None:
+        """Return the function to call with each new configuration."""
         return self._config_callback
 
-    @config_callback.setter
-    def config_callback(self, value: Callable[[Any], object] | None) -> None:
+    def set_config_callback(self, value: Callable[[Any], object] | None) -> None:
+        """Set the function, and call it with the current configuration (or None)."""
         self._config_callback = value
         if value is not None:
             value(self.config)
 
-    def get_config_callback(self) -> Callable[[Any], object] | None:
-        """Return `config_callback`."""
-        return self.config_callback
+    config_callback = property(get_config_callback, set_config_callback)
 
-    def set_config_callback(self, value: Callable[[Any], object] | None) -> None:
-        """Set `config_callback`."""
-        self.config_callback = value
-
-    @property
-    def description_callback(self) -> Callable[[Any], object] | None:
-        """Callback for the list of parameters. Setting it calls it with the current list (or None)."""
+    def get_description_callback(self) -> Callable[[Any], object] | None:
+        """Return the function to call with each list of parameters."""
         return self._description_callback
 
-    @description_callback.setter
-    def description_callback(self, value: Callable[[Any], object] | None) -> None:
+    def set_description_callback(self, value: Callable[[Any], object] | None) -> None:
+        """Set the function, and call it with the current list of parameters (or None)."""
         self._description_callback = value
         if value is not None:
             value(self.param_description)
 
-    def get_description_callback(self) -> Callable[[Any], object] | None:
-        """Return `description_callback`."""
-        return self.description_callback
-
-    def set_description_callback(self, value: Callable[[Any], object] | None) -> None:
-        """Set `description_callback`."""
-        self.description_callback = value
+    description_callback = property(get_description_callback, set_description_callback)
 
     def _updates_msg(self, msg: Any) -> None:
         with self._cv:

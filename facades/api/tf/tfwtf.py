@@ -28,9 +28,10 @@ def no_msgs(ctx: Any) -> bool:
     return not _recorded(ctx)
 
 
-def _rule(
-    check: Callable[[Sequence[ReceivedTransform]], list[str]],
-) -> Callable[[Any], list[str]]:
+_Check = Callable[[Sequence[ReceivedTransform]], list[str]]
+
+
+def _rule(check: _Check) -> Callable[[Any], list[str]]:
     return lambda ctx: check(_recorded(ctx))
 
 

@@ -62,9 +62,7 @@ class Services:
         """Serve `List`."""
         service: Any = load_service_class(f"topic_tools/{self._kind}List")
         rospy.Service(
-            f"{self._namespace}/list",
-            service,
-            lambda _: service._response_class(self._selection.topics),
+            f"{self._namespace}/list", service, lambda _: service._response_class(self._selection.topics)
         )
 
     def announce(self) -> None:

@@ -80,10 +80,7 @@ TRANSITIONS: dict[State, dict[Status, tuple[State, ...]]] = {
         Status.PREEMPTING: (_PREEMPTING,),
         **dict.fromkeys(_FINISHED, (_PREEMPTING, _WAIT)),
     },
-    State.PREEMPTING: {
-        Status.PREEMPTING: STAYS,
-        **dict.fromkeys((Status.PREEMPTED, *_FINISHED), (_WAIT,)),
-    },
+    State.PREEMPTING: {Status.PREEMPTING: STAYS, **dict.fromkeys((Status.PREEMPTED, *_FINISHED), (_WAIT,))},
 }
 """The states entered on a status, in order. A status that is not listed is invalid in that state."""
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from threading import Condition, RLock, Timer
+from dataclasses import dataclass, field
+from threading import Condition, Timer
 
 from pipros.libraries.bonds.life import Event, Life, State
 
@@ -35,12 +36,13 @@ class RestartableTimer:
             self._timer = None
 
 
+@dataclass(eq=False)
 class BondSide:
     """One side of a bond. All methods may be called from any thread.
 
     Args:
         durations_s: length of each timeout. Changes apply when the timeout is started.
-        publish: publish a status message, with whether this side is alive.
+        send: publish a status message, with whether this side is alive.
         notify: called with ALIVE once the bond is formed and DEAD once it is broken, without a lock held.
         enter: called with each new state, with the lock held.
         ignores_silence: whether a heartbeat timeout is to be ignored. It may block.
@@ -51,27 +53,18 @@ class BondSide:
         sister_ended_first: whether the other side has ended before this one.
     """
 
-    def __init__(
-        self,
-        durations_s: dict[Event, float],
-        publish: Callable[[bool], object],
-        notify: Callable[[State], object],
-        enter: Callable[[State], object],
-        ignores_silence: Callable[[], bool],
-        is_over: Callable[[], bool],
-    ) -> None:
-        self.durations_s = durations_s
-        self.sister_id: str | None = None
-        self.sister_ended_first = False
-        self._publish = publish
-        self._notify = notify
-        self._enter = enter
-        self._ignores_silence = ignores_silence
-        self._is_over = is_over
-        self._life = Life()
-        self._timer = RestartableTimer()
-        self._changed = Condition(RLock())
-        self._pending: list[State] = []
+    durations_s: dict[Event, float]
+    send: Callable[[bool], object]
+    notify: Callable[[State], object]
+    enter: Callable[[State], object]
+    ignores_silence: Callable[[], bool]
+    is_over: Callable[[], bool]
+    sister_id: str | None = field(default=None, init=False)
+    sister_ended_first: bool = field(default=False, init=False)
+    _life: Life = field(default_factory=Life, init=False)
+    _timer: RestartableTimer = field(default_factory=RestartableTimer, init=False)
+    _changed: Condition = field(default_factory=Condition, init=False)  # its lock may be taken again
+    _pending: list[State] = field(default_factory=list, init=False)
 
     @property
     def state(self) -> State:
@@ -87,7 +80,7 @@ class BondSide:
                 self._timer.restart(self.durations_s[event], lambda: self._expire(event))
 
     def _expire(self, event: Event) -> None:
-        if event is Event.HEARTBEAT_TIMEOUT and self._ignores_silence():
+        if event is Event.HEARTBEAT_TIMEOUT and self.ignores_silence():
             self.start_timeout()
         else:
             self.handle(event)
@@ -113,7 +106,7 @@ class BondSide:
             if self._life.was_formed and not was_formed:
                 self._pending.append(State.ALIVE)
             if state is not before:
-                self._enter(state)
+                self.enter(state)
                 self.start_timeout()
                 if state is State.DEAD:
                     self._pending.append(State.DEAD)
@@ -125,25 +118,25 @@ class BondSide:
         with self._changed:
             pending, self._pending = self._pending, []
         for change in pending:
-            self._notify(change)
+            self.notify(change)
 
     def publish(self) -> None:
         """Publish the status of this side."""
-        self._publish(self.state in (State.WAITING, State.ALIVE))
+        self.send(self.state in (State.WAITING, State.ALIVE))
 
     def publish_heartbeats(self, period_s: float, ending_period_s: float) -> None:
         """Publish the status periodically until the bond is broken, then once more."""
-        while (state := self.state) is not State.DEAD and not self._is_over():
+        while (state := self.state) is not State.DEAD and not self.is_over():
             self.publish()
             with self._changed:
-                if self.state is state and not self._is_over():
+                if self.state is state and not self.is_over():
                     self._changed.wait(ending_period_s if state is State.ENDING else period_s)
         self.publish()
 
     def wait(self, is_reached: Callable[[State], bool], timeout_s: float | None) -> bool:
         """Wait for a state, without limit if `timeout_s` is None. Return whether it was reached."""
         with self._changed:
-            self._changed.wait_for(lambda: is_reached(self.state) or self._is_over(), timeout_s)
+            self._changed.wait_for(lambda: is_reached(self.state) or self.is_over(), timeout_s)
             return is_reached(self.state)
 
     def wake(self) -> None:

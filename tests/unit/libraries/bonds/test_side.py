@@ -22,7 +22,7 @@ class Owner:
         self.is_over = is_over
         self.side = BondSide(
             dict.fromkeys(Event, NEVER_S) | durations_s,
-            publish=self.published.append,
+            send=self.published.append,
             notify=self.changes.append,
             enter=self.states.append,
             ignores_silence=self._ignores_silence,
