@@ -57,7 +57,8 @@ class BufferCore:
         Raises:
             LookupException, ConnectivityException, ExtrapolationException, InvalidArgumentException.
         """
-        return stamped(*self._lookup(target_frame, source_frame, time), target_frame, source_frame)
+        stamp, pose = self._lookup(target_frame, source_frame, time)
+        return stamped(stamp, pose, target_frame, source_frame)
 
     def _lookup(self, target_frame: str, source_frame: str, time: Any) -> tuple[int, Pose]:
         return self._buffer.lookup(_require_str(target_frame, 1), _require_str(source_frame, 2), in_ns(time))

@@ -89,3 +89,13 @@ def test_heartbeats_and_waits_end_when_their_owner_does() -> None:
     owner.side.wake()
 
     assert owner.published == [True]
+
+
+def test_more_messages_of_a_living_sister_change_nothing() -> None:
+    owner = Owner({})
+    owner.side.receive("sister", is_alive=True)
+    owner.side.receive("sister", is_alive=True)
+
+    assert (owner.changes, owner.states, owner.published) == ([State.ALIVE], [State.ALIVE], [])
+    owner.side.handle(Event.HEARTBEAT_TIMEOUT)
+    assert owner.side.state is State.DEAD
