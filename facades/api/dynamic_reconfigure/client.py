@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable
+from functools import partial
 from threading import Condition
 from typing import Any
 
@@ -14,6 +14,7 @@ from dynamic_reconfigure.encoding import decode_config, decode_description, enco
 from dynamic_reconfigure.msg import Config as ConfigMsg
 from dynamic_reconfigure.msg import ConfigDescription as ConfigDescrMsg
 from dynamic_reconfigure.srv import Reconfigure as ReconfigureSrv
+from pipros.basics.interruptible_wait import wait_in_slices
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.reconfigure.config import BadValue
 from pipros.reconfigure.config import converted as converted_value
@@ -21,9 +22,6 @@ from pipros.reconfigure.generator import TYPES
 from rospy import ServiceException
 
 _star_names(__name__, "roslib threading")
-
-_SLICE_S = 0.1
-"""Interval at which a wait checks for Ctrl-C and shutdown."""
 
 
 class Client:
@@ -75,13 +73,11 @@ class Client:
         return self._wait("group_description", timeout)
 
     def _wait(self, what: str, timeout: float | None) -> Any:
-        end = time.monotonic() + timeout if timeout else None
+        def is_ended() -> bool:
+            return getattr(self, what) is not None or rospy.is_shutdown()
+
         with self._cv:
-            while getattr(self, what) is None and not rospy.is_shutdown():
-                left = _SLICE_S if end is None else end - time.monotonic()
-                if left <= 0.0:
-                    break
-                self._cv.wait(min(left, _SLICE_S))
+            wait_in_slices(partial(self._cv.wait_for, is_ended), timeout or None)
             return getattr(self, what)
 
     def update_configuration(self, changes: dict[str, Any]) -> Any:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from threading import Condition, Timer
 
+from pipros.basics.interruptible_wait import wait_in_slices
 from pipros.libraries.bonds.life import Event, Life, State
 
 TIMEOUTS: Mapping[State, Event] = {
@@ -46,7 +48,7 @@ class BondSide:
         notify: called with ALIVE once the bond is formed and DEAD once it is broken, without a lock held.
         enter: called with each new state, with the lock held.
         ignores_silence: whether a heartbeat timeout is to be ignored. It may block.
-        is_over: whether heartbeats and waits are to end (after `wake`).
+        is_over: whether heartbeats and waits are to end; `wake` ends them at once.
 
     Attributes:
         sister_id: ID of the other side; None before its first message.
@@ -135,8 +137,12 @@ class BondSide:
 
     def wait(self, is_reached: Callable[[State], bool], timeout_s: float | None) -> bool:
         """Wait for a state, without limit if `timeout_s` is None. Return whether it was reached."""
+
+        def is_ended() -> bool:
+            return is_reached(self.state) or self.is_over()
+
         with self._changed:
-            self._changed.wait_for(lambda: is_reached(self.state) or self.is_over(), timeout_s)
+            wait_in_slices(partial(self._changed.wait_for, is_ended), timeout_s)
             return is_reached(self.state)
 
     def wake(self) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from threading import Thread
+
 from pipros.libraries.bonds.life import Event, State
 from pipros.libraries.bonds.side import BondSide
 from tests.support.waiting import wait_until
@@ -99,3 +101,13 @@ def test_more_messages_of_a_living_sister_change_nothing() -> None:
     assert (owner.changes, owner.states, owner.published) == ([State.ALIVE], [State.ALIVE], [])
     owner.side.handle(Event.HEARTBEAT_TIMEOUT)
     assert owner.side.state is State.DEAD
+
+
+def test_a_wait_without_limit_ends_with_its_owner_even_before_the_start() -> None:
+    owner = Owner({})
+    waiting = Thread(target=owner.side.wait, args=(lambda state: state is State.ALIVE, None), daemon=True)
+    waiting.start()
+
+    owner.is_over = True  # nothing wakes the side: it was not started
+
+    wait_until(lambda: not waiting.is_alive())
