@@ -25,24 +25,20 @@ COMMANDS = """Commands: edit (the goal, in $EDITOR), set YAML, send, cancel, sho
 _SLICE_S = 0.1
 
 
-class WrongAction(ValueError):
-    """The action or its type does not exist."""
-
-
 def type_of_action(name: str) -> str:
     """Return the type of a running action server, from its goal topic.
 
     Raises:
-        WrongAction: no server is running, or the topic does not have the type of an action goal.
+        ValueError: no server is running, or the topic does not have the type of an action goal.
     """
     found = rostopic.get_topic_type(rospy.resolve_name(f"{name}/goal"))[0]
     if found is None:
-        raise WrongAction(
+        raise ValueError(
             f"unable to retrieve the topic type for goal topic '{name}/goal'. Is the action server for "
             f"'{name}' running?"
         )
     if not found.endswith("ActionGoal"):
-        raise WrongAction(f"topic '{name}/goal' is not an action goal topic: its type is {found}")
+        raise ValueError(f"topic '{name}/goal' is not an action goal topic: its type is {found}")
     return str(found[: -len("Goal")])
 
 
@@ -109,7 +105,7 @@ def main() -> int:
         return 0 if arguments[:1] in (["-h"], ["--help"]) else 2
     try:
         return _run(*arguments)
-    except (WrongAction, ValueError) as error:
+    except ValueError as error:
         print(f"axclient.py: error: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
@@ -126,7 +122,7 @@ def _run(name: str, action_type: str | None = None) -> int:
     if action_type is None:
         action_type = type_of_action(name)
     if not action_type.endswith("Action"):
-        raise WrongAction(f"the action type '{action_type}' doesn't end with the 'Action' suffix")
+        raise ValueError(f"the action type '{action_type}' doesn't end with the 'Action' suffix")
     client = Client(name, DynamicAction(action_type))
     if not client.wait_for_server():
         return 1

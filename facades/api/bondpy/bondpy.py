@@ -33,22 +33,18 @@ def as_float_duration(d: Seconds) -> float:
     return d.to_sec() if isinstance(d, rospy.Duration) else float(d)
 
 
-class Timeout:
+class Timeout(RestartableTimer):
     """Timer that calls a function once, `duration` after the last `reset`, in a thread of its own."""
 
     def __init__(self, duration: Seconds, on_timeout: Callable[[], object] | None = None) -> None:
+        super().__init__()
         self.duration = as_ros_duration(duration)
         self.on_timeout = on_timeout
-        self._timer = RestartableTimer()
 
     def reset(self) -> Timeout:
         """Start or restart the timer. Return self."""
-        self._timer.restart(self.duration.to_sec(), self.on_timeout or (lambda: None))
+        self.restart(self.duration.to_sec(), self.on_timeout or (lambda: None))
         return self
-
-    def cancel(self) -> None:
-        """Stop the timer without calling the function."""
-        self._timer.cancel()
 
 
 Getter = Callable[["Bond"], float]
