@@ -82,9 +82,9 @@ for compression in ("none", "bz2"):
 TRANSFORMS = """
 import rospy, tf2_ros
 from geometry_msgs.msg import TransformStamped
-from pipros.libraries.transforms.buffer import FrameBuffer
+from pipros.libraries.transforms.buffer import TransformBuffer
 
-frames = FrameBuffer()
+frames = TransformBuffer()
 for second in (1, 3):
     frames.insert("map", "base", second * 10**9, (second, 0, 0, 0, 0, 0, 1), "test")
 assert frames.lookup("map", "base", 2 * 10**9)[1][0] == 2.0

@@ -17,7 +17,7 @@ from actionlib.action_types import ActionTypes
 from actionlib.exceptions import ActionException as ActionException
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.libraries.actions.client_goal import MAY_BE_CANCELLED, ClientGoal, State
-from pipros.libraries.actions.status import TERMINAL
+from pipros.libraries.actions.status import TERMINAL, Status
 
 _star_names(__name__, "std_msgs.msg:Header threading time weakref")
 
@@ -36,15 +36,15 @@ def get_name_of_constant(C: Any, n: int) -> str:
 class CommState:
     """States of a goal at its client."""
 
-    WAITING_FOR_GOAL_ACK = 0
-    PENDING = 1
-    ACTIVE = 2
-    WAITING_FOR_RESULT = 3
-    WAITING_FOR_CANCEL_ACK = 4
-    RECALLING = 5
-    PREEMPTING = 6
-    DONE = 7
-    LOST = 8
+    WAITING_FOR_GOAL_ACK = State.WAITING_FOR_GOAL_ACK.value
+    PENDING = State.PENDING.value
+    ACTIVE = State.ACTIVE.value
+    WAITING_FOR_RESULT = State.WAITING_FOR_RESULT.value
+    WAITING_FOR_CANCEL_ACK = State.WAITING_FOR_CANCEL_ACK.value
+    RECALLING = State.RECALLING.value
+    PREEMPTING = State.PREEMPTING.value
+    DONE = State.DONE.value
+    LOST = State.LOST.value
 
     to_string = classmethod(get_name_of_constant)
 
@@ -116,16 +116,17 @@ class CommStateMachine:
     def update_status(self, status_array: Any) -> None:
         """Handle a status list of the server."""
         with self.mutex:
-            wanted = self.goal_id
-            found = next((each for each in status_array.status_list if each.goal_id.id == wanted), None)
-            if found is not None and self._goal.state is not State.DONE:
+            if self._goal.state is State.DONE:
+                return
+            found = next((each for each in status_array.status_list if each.goal_id.id == self.goal_id), None)
+            if found is not None:
                 self.latest_goal_status = found
             try:
                 states = self._goal.on_status(None if found is None else found.status)
             except ValueError as error:
-                rospy.logerr("goal %s: %s", wanted, error)
+                rospy.logerr("goal %s: %s", self.goal_id, error)
                 return
-            if found is None and states:
+            if self._goal.status is Status.LOST:
                 self.latest_goal_status.status = GoalStatus.LOST
             self._unreported.extend(states)
         self._notify()

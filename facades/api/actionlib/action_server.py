@@ -174,31 +174,24 @@ class ActionServer:
         with self.lock:
             if not self.started:
                 return []
-            stamp, wanted = goal_id.stamp, goal_id.id
-            found = self._goals.find(wanted)
-            if stamp.is_zero() and wanted:
-                meant = [] if found is None else [found]
-            else:
-                meant = [
-                    tracker
-                    for tracker in self._goals
-                    if stamp.is_zero() or tracker is found or tracker.status.goal_id.stamp <= stamp
-                ]
-            for tracker in meant:
+            for tracker in self._goals.meant_by(goal_id.id, goal_id.stamp.to_nsec(), _stamp_of):
                 if tracker.handle_tracker is None:
                     tracker.handle_tracker = HandleTrackerDeleter(self, tracker)
                     tracker.handle_destruction_time = rospy.Time.now()
                 handle = ServerGoalHandle(tracker, self, tracker.handle_tracker)
                 if handle.set_cancel_requested():
                     cancelled.append(handle)
-            if wanted and found is None:  # the goal may still arrive
-                tracker = StatusTracker(goal_id, GoalStatus.RECALLING)
-                tracker.handle_destruction_time = rospy.Time.now()
-                if not self._goals.add(wanted, tracker):
-                    self._warn_of_refusal()
-            if stamp > self.last_cancel:
-                self.last_cancel = stamp
+            if goal_id.id and self._goals.find(goal_id.id) is None:
+                self._expect_cancelled(goal_id)
+            self.last_cancel = max(self.last_cancel, goal_id.stamp)
         return cancelled
+
+    def _expect_cancelled(self, goal_id: Any) -> None:
+        """Remember the cancellation of a goal that may still arrive."""
+        tracker = StatusTracker(goal_id, GoalStatus.RECALLING)
+        tracker.handle_destruction_time = rospy.Time.now()
+        if not self._goals.add(goal_id.id, tracker):
+            self._warn_of_refusal()
 
     def internal_goal_callback(self, goal: Any) -> None:
         """Handle a goal message."""
@@ -214,11 +207,7 @@ class ActionServer:
                 return None
             known = self._goals.find(goal.goal_id.id)
             if known is not None:
-                if known.status.status == GoalStatus.RECALLING:
-                    known.status.status = GoalStatus.RECALLED
-                    self.publish_result(known.status, self.ActionResultType())
-                if known.handle_tracker is None:
-                    known.handle_destruction_time = rospy.Time.now()
+                self._handle_known(known)
                 return None
             # Only a stamp of the client can precede a cancellation; the server's is set on arrival.
             is_late = not goal.goal_id.stamp.is_zero() and goal.goal_id.stamp <= self.last_cancel
@@ -234,6 +223,14 @@ class ActionServer:
                 )
                 return None
             return handle
+
+    def _handle_known(self, tracker: StatusTracker) -> None:
+        """Handle a goal that arrived before, or was cancelled before it arrived."""
+        if tracker.status.status == GoalStatus.RECALLING:
+            tracker.status.status = GoalStatus.RECALLED
+            self.publish_result(tracker.status, self.ActionResultType())
+        if tracker.handle_tracker is None:
+            tracker.handle_destruction_time = rospy.Time.now()
 
     def _reject(self, tracker: StatusTracker) -> None:
         """Tell the client of a goal for which there is no room."""
@@ -278,3 +275,7 @@ class ActionServer:
 
 def _has_ended(tracker: StatusTracker) -> bool:
     return not tracker.handle_destruction_time.is_zero()
+
+
+def _stamp_of(tracker: StatusTracker) -> int:
+    return int(tracker.status.goal_id.stamp.to_nsec())

@@ -159,22 +159,22 @@ class SimpleActionClient:
 
     def _handle_transition(self, gh: ClientGoalHandle, number: int) -> None:
         state = gh.get_comm_state()
-        call: Callable[[], object] | None = None
         with self.done_condition:
             if number != self._number or self.simple_state == SimpleGoalState.DONE:
                 return
             self.gh = gh
-            if state in (CommState.ACTIVE, CommState.PREEMPTING):
-                if self.simple_state == SimpleGoalState.PENDING:
-                    self.simple_state = SimpleGoalState.ACTIVE
-                    call = self.active_cb
-            elif state != CommState.DONE:
-                return
-            done_cb = self.done_cb
-        if state != CommState.DONE:
-            if call:
-                call()
-            return
+            active_cb, done_cb = self.active_cb, self.done_cb
+            is_started = state in (CommState.ACTIVE, CommState.PREEMPTING)
+            if is_started and self.simple_state == SimpleGoalState.PENDING:
+                self.simple_state = SimpleGoalState.ACTIVE
+            else:
+                active_cb = None
+        if active_cb:
+            active_cb()
+        if state == CommState.DONE:
+            self._finish(gh, number, done_cb)
+
+    def _finish(self, gh: ClientGoalHandle, number: int, done_cb: Callable[..., object] | None) -> None:
         try:
             if done_cb:
                 done_cb(gh.get_goal_status(), gh.get_result())

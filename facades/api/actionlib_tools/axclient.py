@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from threading import Event
 from typing import Any
 
@@ -11,8 +12,8 @@ import rostopic
 from actionlib import SimpleActionClient, TerminalState
 from actionlib_tools.dynamic_action import DynamicAction
 from actionlib_tools.edit import edited
-from actionlib_tools.library import to_yaml, yaml_msg_str
-from actionlib_tools.prompt import Prompt
+from actionlib_tools.library import to_yaml
+from actionlib_tools.prompt import Prompt, indented, read_message
 from pipros.basics.printable import listed
 
 USAGE = """Usage: axclient.py /action_name [action_type]
@@ -24,24 +25,20 @@ COMMANDS = """Commands: edit (the goal, in $EDITOR), set YAML, send, cancel, sho
 _SLICE_S = 0.1
 
 
-class WrongAction(ValueError):
-    """The action or its type does not exist."""
-
-
 def type_of_action(name: str) -> str:
     """Return the type of a running action server, from its goal topic.
 
     Raises:
-        WrongAction: no server is running, or the topic does not have the type of an action goal.
+        ValueError: no server is running, or the topic does not have the type of an action goal.
     """
     found = rostopic.get_topic_type(rospy.resolve_name(f"{name}/goal"))[0]
     if found is None:
-        raise WrongAction(
+        raise ValueError(
             f"unable to retrieve the topic type for goal topic '{name}/goal'. Is the action server for "
             f"'{name}' running?"
         )
     if not found.endswith("ActionGoal"):
-        raise WrongAction(f"topic '{name}/goal' is not an action goal topic: its type is {found}")
+        raise ValueError(f"topic '{name}/goal' is not an action goal topic: its type is {found}")
     return str(found[: -len("Goal")])
 
 
@@ -68,14 +65,7 @@ class Client:
         Raises:
             ValueError: the text is not a goal of this action.
         """
-        try:
-            goal = yaml_msg_str(self.action.goal, text)
-            goal._check_types()
-        except rospy.ROSException as error:
-            raise ValueError(str(error)) from None
-        except Exception as error:  # messages and YAML raise various exceptions
-            raise ValueError(f"not a valid {self.action.goal._type}: {error}") from None
-        self.goal = goal
+        self.goal = read_message(self.action.goal, text)
 
     def send(self) -> None:
         """Send the goal. Does not wait for the result."""
@@ -98,17 +88,13 @@ class Client:
         print("The goal is active.", flush=True)
 
     def _on_feedback(self, feedback: Any) -> None:
-        print(f"feedback:\n{_indented(feedback)}", flush=True)
+        print(f"feedback:\n{indented(feedback)}", flush=True)
 
     def _on_end(self, status: int, result: Any) -> None:
         text = self._client.get_goal_status_text()
-        print(f"result:\n{_indented(result)}" if result is not None else "result: none")
+        print(f"result:\n{indented(result)}" if result is not None else "result: none")
         print(f"{TerminalState.to_string(status)}{f': {listed(text)}' if text else ''}", flush=True)
         self._ended.set()
-
-
-def _indented(message: Any) -> str:
-    return "\n".join(f"  {line}" for line in to_yaml(message).split("\n"))
 
 
 def main() -> int:
@@ -117,20 +103,9 @@ def main() -> int:
     if len(arguments) not in (1, 2) or arguments[0] in ("-h", "--help"):
         print(USAGE)
         return 0 if arguments[:1] in (["-h"], ["--help"]) else 2
-    name = arguments[0]
-    is_terminal = sys.stdin.isatty()
     try:
-        goal = "" if is_terminal else sys.stdin.read()  # before the node starts
-        # On a terminal, the first Ctrl-C cancels the goal instead of shutting down the node.
-        rospy.init_node("axclient", anonymous=True, disable_signals=True)
-        action_type = arguments[1] if len(arguments) == 2 else type_of_action(name)
-        if not action_type.endswith("Action"):
-            raise WrongAction(f"the action type '{action_type}' doesn't end with the 'Action' suffix")
-        client = Client(name, DynamicAction(action_type))
-        if not client.wait_for_server():
-            return 1
-        return _run_prompt(client) if is_terminal else _send_once(client, goal)
-    except (WrongAction, ValueError) as error:
+        return _run(*arguments)
+    except ValueError as error:
         print(f"axclient.py: error: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
@@ -139,48 +114,51 @@ def main() -> int:
         rospy.signal_shutdown("axclient ends")
 
 
-def _send_once(client: Client, goal: str) -> int:
-    client.set_goal(goal)
+def _run(name: str, action_type: str | None = None) -> int:
+    is_terminal = sys.stdin.isatty()
+    goal = "" if is_terminal else sys.stdin.read()  # before the node starts
+    # On a terminal, the first Ctrl-C cancels the goal instead of shutting down the node.
+    rospy.init_node("axclient", anonymous=True, disable_signals=True)
+    if action_type is None:
+        action_type = type_of_action(name)
+    if not action_type.endswith("Action"):
+        raise ValueError(f"the action type '{action_type}' doesn't end with the 'Action' suffix")
+    client = Client(name, DynamicAction(action_type))
+    if not client.wait_for_server():
+        return 1
+    if not is_terminal:
+        client.set_goal(goal)
+        return 0 if _send(client) == TerminalState.SUCCEEDED else 1
+    print(f"{client.action.goal._type}:\n{indented(client.goal)}\n{COMMANDS}")
+    Prompt("axclient> ").run(partial(_do, client))
+    return 0
+
+
+def _send(client: Client, notice: str = "") -> int:
+    """Send the goal and return its status; Ctrl-C prints `notice` and cancels the goal."""
     client.send()
     try:
-        status = client.wait()
+        return client.wait()
     except KeyboardInterrupt:
+        print(notice, end="", flush=True)
         client.cancel()
-        status = client.wait()
-    return 0 if status == TerminalState.SUCCEEDED else 1
+        return client.wait()
 
 
-def _run_prompt(client: Client) -> int:
-    print(f"{client.action.goal._type}:\n{_indented(client.goal)}\n{COMMANDS}")
-    prompt = Prompt("axclient> ")
-    while (line := prompt.read()) is not None:
-        word, _, rest = line.partition(" ")
-        try:
-            if word == "quit":
-                return 0
-            if word == "send":
-                client.send()
-                try:
-                    client.wait()
-                except KeyboardInterrupt:
-                    print("Cancelling the goal …")
-                    client.cancel()
-                    client.wait()
-                continue
-            if word == "cancel":
-                client.cancel()
-                continue
-            if word == "edit":
-                client.set_goal(edited(to_yaml(client.goal)))
-            elif word == "set":
-                client.set_goal(rest)
-            elif word != "show" and line:
-                print(COMMANDS)
-                continue
-            print(_indented(client.goal))
-        except ValueError as error:
-            print(error)
-    return 0
+def _do(client: Client, word: str, rest: str) -> None:
+    """Execute a command of the user. Raises ValueError if its text is not a goal."""
+    if word == "send":
+        _send(client, "Cancelling the goal …\n")
+    elif word == "cancel":
+        client.cancel()
+    elif word in ("edit", "set", "show", ""):
+        if word == "edit":
+            client.set_goal(edited(to_yaml(client.goal)))
+        elif word == "set":
+            client.set_goal(rest)
+        print(indented(client.goal))
+    else:
+        print(COMMANDS)
 
 
 if __name__ == "__main__":

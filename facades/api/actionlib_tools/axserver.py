@@ -9,8 +9,7 @@ from typing import Any
 import rospy
 from actionlib import SimpleActionServer
 from actionlib_tools.dynamic_action import DynamicAction
-from actionlib_tools.library import to_yaml, yaml_msg_str
-from actionlib_tools.prompt import Prompt
+from actionlib_tools.prompt import Prompt, indented, read_message
 
 USAGE = """Usage: axserver.py /action_name action_type
 
@@ -36,7 +35,7 @@ class Server:
             goal = self._server.accept_new_goal()
         if goal is None:
             return
-        print("goal:\n" + "\n".join(f"  {line}" for line in to_yaml(goal).split("\n")), flush=True)
+        print(f"goal:\n{indented(goal)}", flush=True)
         if self._answer is not None:
             self._server.set_succeeded(self._answer)
 
@@ -66,20 +65,6 @@ class Server:
             endings[word](message)
 
 
-def read_message(wanted: Any, text: str) -> Any:
-    """Parse a message of the class `wanted` from YAML.
-
-    Raises:
-        ValueError: the text is not a message of this type.
-    """
-    try:
-        message = yaml_msg_str(wanted, text)
-        message._check_types()
-    except Exception as error:  # messages and YAML raise various exceptions
-        raise ValueError(f"not a valid {wanted._type}: {error}") from None
-    return message
-
-
 def main() -> int:
     """Serve until the node is shut down or standard input ends. Return the exit code."""
     arguments = rospy.myargv()[1:]
@@ -89,31 +74,26 @@ def main() -> int:
     name, action_type = arguments
     if not action_type.endswith("Action"):
         action_type += "Action"
-    is_terminal = sys.stdin.isatty()
     try:
-        text = "" if is_terminal else sys.stdin.read()  # before rospy handles Ctrl-C
-        rospy.init_node("axserver", anonymous=True, disable_signals=is_terminal)
-        action = DynamicAction(action_type)
-        if not is_terminal:
-            server = Server(name, action, read_message(action.result, text))
-            rospy.spin()
-            return 0
-        server = Server(name, action)
-        print(COMMANDS)
-        prompt = Prompt("axserver> ")
-        while (line := prompt.read()) is not None:
-            word, _, rest = line.partition(" ")
-            if word == "quit":
-                return 0
-            try:
-                server.do(word, rest)
-            except ValueError as error:
-                print(error)
+        return _serve(name, action_type)
     except ValueError as error:
         print(f"axserver.py: error: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 130
+
+
+def _serve(name: str, action_type: str) -> int:
+    is_terminal = sys.stdin.isatty()
+    text = "" if is_terminal else sys.stdin.read()  # before rospy handles Ctrl-C
+    rospy.init_node("axserver", anonymous=True, disable_signals=is_terminal)
+    action = DynamicAction(action_type)
+    server = Server(name, action, None if is_terminal else read_message(action.result, text))
+    if is_terminal:
+        print(COMMANDS)
+        Prompt("axserver> ").run(server.do)
+    else:
+        rospy.spin()
     return 0
 
 

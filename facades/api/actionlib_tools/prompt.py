@@ -1,8 +1,12 @@
-"""`Prompt`, which reads commands from a terminal while a node runs."""
+"""`Prompt`, which reads commands from a terminal while a node runs, and messages as the user types them."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import rospy
+from actionlib_tools.library import to_yaml, yaml_msg_str
 from pipros.basics.interrupts import interrupt_main_thread
 from rospy.core import is_shutdown_requested
 
@@ -41,3 +45,33 @@ class Prompt:
     def _wake(self) -> None:
         if self._is_reading:
             interrupt_main_thread()
+
+    def run(self, do: Callable[[str, str], object]) -> None:
+        """Call `do(word, rest)` for each line until `quit` or shutdown; print its ValueErrors."""
+        while (line := self.read()) is not None:
+            word, _, rest = line.partition(" ")
+            if word == "quit":
+                return
+            try:
+                do(word, rest)
+            except ValueError as error:
+                print(error)
+
+
+def indented(message: Any) -> str:
+    """Return a message as indented YAML."""
+    return "\n".join(f"  {line}" for line in to_yaml(message).split("\n"))
+
+
+def read_message(wanted: Any, text: str) -> Any:
+    """Parse a message of the class `wanted` from YAML.
+
+    Raises:
+        ValueError: the text is not a message of this type.
+    """
+    try:
+        message = yaml_msg_str(wanted, text)
+        message._check_types()
+    except Exception as error:  # messages and YAML raise various exceptions
+        raise ValueError(f"not a valid {wanted._type}: {error}") from None
+    return message

@@ -5,16 +5,16 @@ from __future__ import annotations
 from pipros.libraries.bonds.life import State
 from smclib import statemap
 
-_STATES = {state.value: statemap.State(state.value, number) for number, state in enumerate(State)}
+_STATES = {state: statemap.State(state.value, number) for number, state in enumerate(State)}
 
 
 class BondMachine(statemap.FSMContext):
     """Mirror of the bond's state, without transitions of its own."""
 
     def __init__(self) -> None:
-        super().__init__(_STATES[State.WAITING.value])
+        super().__init__(_STATES[State.WAITING])
 
-    def enter(self, name: str) -> None:
-        """Set the state by name."""
+    def enter(self, state: State) -> None:
+        """Set the state."""
         self.clearState()
-        self.setState(_STATES[name])
+        self.setState(_STATES[state])

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable
+from functools import partial
 from threading import Condition
 from typing import Any
 
@@ -14,6 +14,7 @@ from dynamic_reconfigure.encoding import decode_config, decode_description, enco
 from dynamic_reconfigure.msg import Config as ConfigMsg
 from dynamic_reconfigure.msg import ConfigDescription as ConfigDescrMsg
 from dynamic_reconfigure.srv import Reconfigure as ReconfigureSrv
+from pipros.basics.interruptible_wait import wait_in_slices
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.reconfigure.config import BadValue
 from pipros.reconfigure.config import converted as converted_value
@@ -21,9 +22,6 @@ from pipros.reconfigure.generator import TYPES
 from rospy import ServiceException
 
 _star_names(__name__, "roslib threading")
-
-_SLICE_S = 0.1
-"""Interval at which a wait checks for Ctrl-C and shutdown."""
 
 
 class Client:
@@ -75,13 +73,11 @@ class Client:
         return self._wait("group_description", timeout)
 
     def _wait(self, what: str, timeout: float | None) -> Any:
-        end = time.monotonic() + timeout if timeout else None
+        def is_ended() -> bool:
+            return getattr(self, what) is not None or rospy.is_shutdown()
+
         with self._cv:
-            while getattr(self, what) is None and not rospy.is_shutdown():
-                left = _SLICE_S if end is None else end - time.monotonic()
-                if left <= 0.0:
-                    break
-                self._cv.wait(min(left, _SLICE_S))
+            wait_in_slices(partial(self._cv.wait_for, is_ended), timeout or None)
             return getattr(self, what)
 
     def update_configuration(self, changes: dict[str, Any]) -> Any:
@@ -133,43 +129,29 @@ class Client:
         self._descriptions_sub.unregister()
         self._updates_sub.unregister()
 
-    @property
-    def config_callback(self) -> Callable[[Any], object] | None:
-        """Callback for each new configuration. Setting it calls it with the current one (or None)."""
+    def get_config_callback(self) -> Callable[[Any], object] | None:
+        """Return the function to call with each new configuration."""
         return self._config_callback
 
-    @config_callback.setter
-    def config_callback(self, value: Callable[[Any], object] | None) -> None:
+    def set_config_callback(self, value: Callable[[Any], object] | None) -> None:
+        """Set the function, and call it with the current configuration (or None)."""
         self._config_callback = value
         if value is not None:
             value(self.config)
 
-    def get_config_callback(self) -> Callable[[Any], object] | None:
-        """Return `config_callback`."""
-        return self.config_callback
+    config_callback = property(get_config_callback, set_config_callback)
 
-    def set_config_callback(self, value: Callable[[Any], object] | None) -> None:
-        """Set `config_callback`."""
-        self.config_callback = value
-
-    @property
-    def description_callback(self) -> Callable[[Any], object] | None:
-        """Callback for the list of parameters. Setting it calls it with the current list (or None)."""
+    def get_description_callback(self) -> Callable[[Any], object] | None:
+        """Return the function to call with each list of parameters."""
         return self._description_callback
 
-    @description_callback.setter
-    def description_callback(self, value: Callable[[Any], object] | None) -> None:
+    def set_description_callback(self, value: Callable[[Any], object] | None) -> None:
+        """Set the function, and call it with the current list of parameters (or None)."""
         self._description_callback = value
         if value is not None:
             value(self.param_description)
 
-    def get_description_callback(self) -> Callable[[Any], object] | None:
-        """Return `description_callback`."""
-        return self.description_callback
-
-    def set_description_callback(self, value: Callable[[Any], object] | None) -> None:
-        """Set `description_callback`."""
-        self.description_callback = value
+    description_callback = property(get_description_callback, set_description_callback)
 
     def _updates_msg(self, msg: Any) -> None:
         with self._cv:

@@ -76,26 +76,30 @@ def changes_of(options: Any) -> dict[str, Any]:
     raise ValueError("too many arguments: give a name and a value, or a YAML mapping")
 
 
+def _run(options: Any) -> None:
+    if options.command == "list":
+        print("\n".join(map(listed, find_reconfigure_services())))
+        return
+    changes = None if options.command in ("get", "dump") else changes_of(options)
+    client = Client(options.node, timeout=options.timeout)
+    if changes is not None:
+        client.update_configuration(changes)
+        return
+    config = client.get_configuration(timeout=options.timeout)
+    if config is None:
+        raise ValueError(f"couldn't get parameters from node {options.node}")
+    if options.command == "get":
+        print(dict(config))
+    else:
+        Path(options.file).write_text(_as_yaml(config), encoding="utf-8")
+
+
 def main() -> int:
     """Run the command line, and return the exit code."""
     options = parser().parse_args(rospy.myargv()[1:])
     try:
         rospy.init_node("dynparam", anonymous=True, disable_signals=True)
-        if options.command == "list":
-            print("\n".join(map(listed, find_reconfigure_services())))
-            return 0
-        changes = None if options.command in ("get", "dump") else changes_of(options)
-        client = Client(options.node, timeout=options.timeout)
-        if changes is not None:
-            client.update_configuration(changes)
-            return 0
-        config = client.get_configuration(timeout=options.timeout)
-        if config is None:
-            raise ValueError(f"couldn't get parameters from node {options.node}")
-        if options.command == "get":
-            print(dict(config))
-        else:
-            Path(options.file).write_text(_as_yaml(config), encoding="utf-8")
+        _run(options)
     except (ValueError, DynamicReconfigureParameterException, DynamicReconfigureCallbackException) as error:
         print(f"error updating parameters: {printable_lines(str(error))}", file=sys.stderr)
         return 1

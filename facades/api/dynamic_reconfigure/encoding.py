@@ -69,19 +69,24 @@ def encode_groups(parent: Any, group: Any) -> list[Any]:  # noqa: ARG001 # part 
     return [message, *(found for inner in group["groups"] for found in encode_groups(message, inner))]
 
 
+_PARTS: tuple[tuple[type, str, Any], ...] = (
+    (bool, "bools", BoolParameter),  # before int: a bool is one
+    (int, "ints", IntParameter),
+    (str, "strs", StrParameter),
+    (float, "doubles", DoubleParameter),
+)
+"""Type, field of a message, and message of each kind of parameter."""
+
+
 def encode_config(config: Any, flat: bool = True) -> ConfigMsg:
     """Encode a configuration as a message. A dictionary value is the configuration's tree of groups."""
     message = ConfigMsg()
     for name, value in config.items():
-        if isinstance(value, bool):
-            message.bools.append(BoolParameter(name, value))
-        elif isinstance(value, int):
-            message.ints.append(IntParameter(name, value))
-        elif isinstance(value, str):
-            message.strs.append(StrParameter(name, value))
-        elif isinstance(value, float):
-            message.doubles.append(DoubleParameter(name, value))
-        elif isinstance(value, dict) and flat:
+        for kind, part, parameter in _PARTS:
+            if isinstance(value, kind):
+                getattr(message, part).append(parameter(name, value))
+                break
+        if isinstance(value, dict) and flat:
             message.groups += [_state(value), *_states_below(value)]
         elif isinstance(value, dict | list):
             message.groups = [_state(each) for each in value]

@@ -82,12 +82,7 @@ class LaserProjection:
         channels: dict[str, Any] = {}
         option = self.ChannelOption
         if options & option.INTENSITY and len(scan_in.intensities):
-            if len(kept) and kept[-1] >= len(scan_in.intensities):
-                raise IndexError(
-                    f"a scan must have an intensity for each range, got {len(scan_in.intensities)} for "
-                    f"{len(scan_in.ranges)}"
-                )
-            channels["intensity"] = np.asarray(scan_in.intensities)[kept]
+            channels["intensity"] = self._intensities(scan_in, kept)
         if options & option.INDEX:
             channels["index"] = kept
         if options & option.DISTANCE:
@@ -97,6 +92,14 @@ class LaserProjection:
         if options & option.VIEWPOINT:
             channels |= dict.fromkeys(("vp_x", "vp_y", "vp_z"), 0.0)
         return channels
+
+    def _intensities(self, scan_in: LaserScan, kept: Any) -> Any:
+        if len(kept) and kept[-1] >= len(scan_in.intensities):
+            raise IndexError(
+                f"a scan must have an intensity for each range, got {len(scan_in.intensities)} for "
+                f"{len(scan_in.ranges)}"
+            )
+        return np.asarray(scan_in.intensities)[kept]
 
     def _directions(self, scan_in: LaserScan, count: int) -> tuple[Any, Any]:
         shape = (count, scan_in.angle_min, scan_in.angle_increment)

@@ -42,13 +42,17 @@ def read_arguments(arguments: Sequence[str]) -> tuple[str, int, int]:
         if option == "-f":
             name = value
             continue
-        what, lowest = _THRESHOLDS[option]
-        if not (value.isdecimal() and lowest <= int(value) <= 100):
-            raise WrongArguments(f"{what} must be between {lowest} and 100, got {value}")
-        thresholds[option] = int(value)
+        thresholds[option] = _threshold(option, value)
     if thresholds["--occ"] <= thresholds["--free"]:
         raise WrongArguments("threshold_free must be smaller than threshold_occupied")
     return name, thresholds["--occ"], thresholds["--free"]
+
+
+def _threshold(option: str, value: str) -> int:
+    what, lowest = _THRESHOLDS[option]
+    if not (value.isdecimal() and lowest <= int(value) <= 100):
+        raise WrongArguments(f"{what} must be between {lowest} and 100, got {value}")
+    return int(value)
 
 
 def save_map(message: Any, name: str, occupied: int, free: int) -> None:

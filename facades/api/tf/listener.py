@@ -20,8 +20,9 @@ from std_msgs.msg import Header
 
 import tf2_ros
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.transforms.pose import IDENTITY, composed, composed_exactly, normalized
+from pipros.libraries.transforms.messages import pose_of, vector_of
 from pipros.libraries.transforms.pose import Pose as Numbers
+from pipros.libraries.transforms.pose import compose_via_matrices, normalized, rotate, transform_point
 from tf.transformer import Transformer as Transformer
 from tf.transformer import strip_leading_slash as strip_leading_slash
 
@@ -60,50 +61,37 @@ class TransformerROS(Transformer):
 
     def transformPoint(self, target_frame: str, ps: PointStamped) -> PointStamped:
         """Transform a point to `target_frame`."""
-        frame = self._frame(target_frame, ps.header)
-        return PointStamped(_header(target_frame, ps), Point(*_transform_point(frame, ps.point)))
+        point = transform_point(normalized(self._frame(target_frame, ps)), vector_of(ps.point))
+        return PointStamped(_header(target_frame, ps), Point(*point))
 
     def transformVector3(self, target_frame: str, v3s: Vector3Stamped) -> Vector3Stamped:
         """Rotate a vector to `target_frame`, without translating it."""
-        frame = (*IDENTITY[:3], *self._frame(target_frame, v3s.header)[3:])
-        return Vector3Stamped(_header(target_frame, v3s), Vector3(*_transform_point(frame, v3s.vector)))
+        vector = rotate(normalized(self._frame(target_frame, v3s)), vector_of(v3s.vector))
+        return Vector3Stamped(_header(target_frame, v3s), Vector3(*vector))
 
     def transformQuaternion(self, target_frame: str, ps: QuaternionStamped) -> QuaternionStamped:
         """Transform an orientation to `target_frame`."""
-        found = composed_exactly(self._frame(target_frame, ps.header), _pose_of(Point(), ps.quaternion))
+        found = compose_via_matrices(self._frame(target_frame, ps), pose_of(Point(), ps.quaternion))
         return QuaternionStamped(_header(target_frame, ps), Quaternion(*found[3:]))
 
     def transformPose(self, target_frame: str, ps: PoseStamped) -> PoseStamped:
         """Transform a pose to `target_frame`."""
-        pose = _pose_of(ps.pose.position, ps.pose.orientation)
-        found = composed_exactly(self._frame(target_frame, ps.header), pose)
+        pose = pose_of(ps.pose.position, ps.pose.orientation)
+        found = compose_via_matrices(self._frame(target_frame, ps), pose)
         return PoseStamped(_header(target_frame, ps), Pose(Point(*found[:3]), Quaternion(*found[3:])))
 
     def transformPointCloud(self, target_frame: str, point_cloud: PointCloud) -> PointCloud:
         """Transform a point cloud to `target_frame`. The result shares the channels of the input."""
-        frame = self._frame(target_frame, point_cloud.header)
-        points = [Point32(*_transform_point(frame, point)) for point in point_cloud.points]
+        frame = normalized(self._frame(target_frame, point_cloud))
+        points = [Point32(*transform_point(frame, vector_of(point))) for point in point_cloud.points]
         return PointCloud(_header(target_frame, point_cloud), points, point_cloud.channels)
 
-    def _frame(self, target_frame: str, header: Any) -> Numbers:
-        translation, rotation = self.lookupTransform(target_frame, header.frame_id, header.stamp)
-        px, py, pz = translation
-        qx, qy, qz, qw = rotation
-        return normalized((px, py, pz, qx, qy, qz, qw))
+    def _frame(self, target_frame: str, stamped: Any) -> Numbers:
+        return self._pose(target_frame, stamped.header.frame_id, stamped.header.stamp)
 
 
 def _header(target_frame: str, stamped: Any) -> Header:
     return Header(stamp=stamped.header.stamp, frame_id=target_frame)
-
-
-def _pose_of(position: Any, rotation: Any) -> Numbers:
-    if rotation.x == rotation.y == rotation.z == rotation.w == 0:  # unset: treat as identity
-        return (position.x, position.y, position.z, *IDENTITY[3:])
-    return (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
-
-
-def _transform_point(frame: Numbers, point: Any) -> tuple[float, float, float]:
-    return composed(frame, (point.x, point.y, point.z, *IDENTITY[3:]))[:3]
 
 
 class TransformListener(TransformerROS):

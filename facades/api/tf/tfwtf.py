@@ -10,8 +10,8 @@ from tf2_msgs.msg import TFMessage
 
 import rospy
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.transforms import heard
-from pipros.libraries.transforms.heard import HeardTransform
+from pipros.libraries.transforms import diagnose
+from pipros.libraries.transforms.diagnose import ReceivedTransform
 from roswtf.rules import error_rule, warning_rule
 
 _star_names(__name__, "math rosgraph tf")
@@ -19,34 +19,27 @@ _star_names(__name__, "math rosgraph tf")
 _LISTEN_S = 1.0
 
 
-def _recorded(ctx: Any) -> Sequence[HeardTransform]:
+def _recorded(ctx: Any) -> Sequence[ReceivedTransform]:
     """Return the transforms that `roswtf_plugin_online` recorded."""
-    return getattr(ctx, "heard_transforms", ())
-
-
-def rostime_delta(ctx: Any) -> list[str]:
-    return heard.of_other_times(_recorded(ctx))
-
-
-def reparenting(ctx: Any) -> list[str]:
-    return heard.reparented(_recorded(ctx))
-
-
-def cycle_detection(ctx: Any) -> list[str]:
-    return heard.loops(_recorded(ctx))
-
-
-def multiple_authority(ctx: Any) -> list[str]:
-    return heard.of_several_senders(_recorded(ctx))
+    return getattr(ctx, "received_transforms", ())
 
 
 def no_msgs(ctx: Any) -> bool:
     return not _recorded(ctx)
 
 
-def not_normalized(ctx: Any) -> list[str]:
-    return heard.not_normalized(_recorded(ctx))
+_Check = Callable[[Sequence[ReceivedTransform]], list[str]]
 
+
+def _rule(check: _Check) -> Callable[[Any], list[str]]:
+    return lambda ctx: check(_recorded(ctx))
+
+
+rostime_delta = _rule(diagnose.of_other_times)
+reparenting = _rule(diagnose.reparented)
+cycle_detection = _rule(diagnose.loops)
+multiple_authority = _rule(diagnose.of_several_senders)
+not_normalized = _rule(diagnose.not_normalized)
 
 Rule = tuple[Callable[[Any], Any], str]
 
@@ -75,7 +68,7 @@ def roswtf_plugin_online(ctx: Any) -> None:
     if not is_tf_active():
         return
     print("running tf checks, this will take a second...", flush=True)
-    ctx.heard_transforms = _listen()
+    ctx.received_transforms = _listen()
     print("... tf checks complete")
     for function, text in tf_warnings:
         warning_rule((function, text), function(ctx), ctx)
@@ -83,11 +76,11 @@ def roswtf_plugin_online(ctx: Any) -> None:
         error_rule((function, text), function(ctx), ctx)
 
 
-def _listen() -> list[HeardTransform]:
-    found: list[HeardTransform] = []
+def _listen() -> list[ReceivedTransform]:
+    found: list[ReceivedTransform] = []
 
     def on_message(message: Any) -> None:
-        found.extend(heard.heard_in(message, rospy.get_rostime()))
+        found.extend(diagnose.received_in(message, rospy.get_rostime()))
 
     subscriber = rospy.Subscriber("/tf", TFMessage, on_message)
     time.sleep(_LISTEN_S)

@@ -2,6 +2,7 @@
 
 import math as math
 import warnings as warnings
+from typing import Any as _Any
 
 from pipros.libraries.transforms.matrices import numpy as numpy
 from pipros.libraries.transforms.matrices.affine import reflection_from_matrix as reflection_from_matrix
@@ -14,7 +15,7 @@ from pipros.libraries.transforms.matrices.affine import shear_from_matrix as she
 from pipros.libraries.transforms.matrices.affine import shear_matrix as shear_matrix
 from pipros.libraries.transforms.matrices.affine import translation_from_matrix as translation_from_matrix
 from pipros.libraries.transforms.matrices.affine import translation_matrix as translation_matrix
-from pipros.libraries.transforms.matrices.arcball import Arcball as Arcball
+from pipros.libraries.transforms.matrices.arcball import Arcball as _Ball
 from pipros.libraries.transforms.matrices.arcball import (
     arcball_constrain_to_axis as arcball_constrain_to_axis,
 )
@@ -52,5 +53,22 @@ from pipros.libraries.transforms.matrices.quaternions import quaternion_multiply
 from pipros.libraries.transforms.matrices.quaternions import quaternion_slerp as quaternion_slerp
 from pipros.libraries.transforms.matrices.quaternions import random_quaternion as random_quaternion
 from pipros.libraries.transforms.matrices.quaternions import random_rotation_matrix as random_rotation_matrix
+
+
+class Arcball(_Ball):
+    """The library's arcball, with the names of Noetic's methods."""
+
+    def setaxes(self, *axes: _Any) -> None:
+        """Set the axes of a constrained rotation; None removes them."""
+        self.axes = None if axes and axes[0] is None else [unit_vector(axis) for axis in axes]
+
+    def setconstrain(self, constrain: bool) -> None:
+        """Enable or disable the constraint to the axes of `setaxes`."""
+        self.is_constrained = constrain is True
+
+    def getconstrain(self) -> bool:
+        """Return whether rotations are constrained to the axes of `setaxes`."""
+        return self.is_constrained
+
 
 _NEXT_AXIS = [1, 2, 0, 1]

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
 import rospy
 import tf2_ros
-from pipros.libraries.transforms.pose import IDENTITY, Pose, composed, inverted, normalized
+from pipros.libraries.transforms.messages import in_ns
+from pipros.libraries.transforms.pose import Pose, Vector
+from pipros.libraries.transforms.twist import interval_around, twist
+from pipros.msg.time import NS_PER_S
 
 PositionAndRotation = tuple[list[float], list[float]]
-Vector = tuple[float, float, float]
 
 
 def strip_leading_slash(s: str) -> str:
@@ -123,7 +124,7 @@ class Transformer:
             tf.LookupException, tf.ConnectivityException, tf.ExtrapolationException, tf.Exception.
         """
         target, source = strip_leading_slash(target_frame), strip_leading_slash(source_frame)
-        return _as_lists(self._buffer.lookup_transform(target, source, time))
+        return _as_lists(self._buffer._lookup(target, source, time))
 
     def lookupTransformFull(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
@@ -133,7 +134,7 @@ class Transformer:
         `fixed_frame` does not move between these times.
         """
         arguments = _without_slashes(target_frame, target_time, source_frame, source_time, fixed_frame)
-        return _as_lists(self._buffer.lookup_transform_full(*arguments))
+        return _as_lists(self._buffer._lookup_full(*arguments))
 
     def lookupTwist(
         self, tracking_frame: str, observation_frame: str, time: Any, averaging_interval: Any
@@ -162,29 +163,14 @@ class Transformer:
         """Like `lookupTwist`, expressed in `reference_frame`, for the origin of `reference_point_frame`."""
         latest = self.getLatestCommonTime(observation_frame, tracking_frame)
         target_time = time or latest
-        end = min(target_time + rospy.Duration(0.5 * averaging_interval.to_sec()), latest)
-        start = max(rospy.Time(0.0001) + averaging_interval, end) - averaging_interval
-        seconds = (end - start).to_sec()
-        before = self._pose(observation_frame, tracking_frame, start)
-        after = self._pose(observation_frame, tracking_frame, end)
-        rotation = _rotation_vector(composed(inverted(before), after))
-        tracked = self._pose(reference_frame, tracking_frame, target_time)
-        point = self._pose(reference_frame, reference_point_frame, target_time)
-
-        turn = (*IDENTITY[:3], *tracked[3:])
-        moved = tuple(
-            (later - earlier) / seconds for later, earlier in zip(after[:3], before[:3], strict=True)
+        start, end = interval_around(in_ns(target_time), in_ns(latest), in_ns(averaging_interval))
+        return twist(
+            self._pose(observation_frame, tracking_frame, rospy.Time(*divmod(start, NS_PER_S))),
+            self._pose(observation_frame, tracking_frame, rospy.Time(*divmod(end, NS_PER_S))),
+            end - start,
+            self._pose(reference_frame, tracking_frame, target_time),
+            self._pose(reference_frame, reference_point_frame, target_time),
         )
-        linear = composed(turn, (*moved, *IDENTITY[3:]))[:3]
-        angular = composed(turn, (*(part / seconds for part in rotation), *IDENTITY[3:]))[:3]
-        origin = tracked[:3]
-        # Change of the reference point. Like Noetic (compared in tests/interop), this adds a cross product of
-        # the origin and a scalar product to each component, which is not the usual kinematic formula.
-        moved_point = composed(point, (*origin, *IDENTITY[3:]))[:3]
-        around = _cross(origin, angular)
-        share = sum(a * (p - o) for a, p, o in zip(angular, moved_point, origin, strict=True))
-        x, y, z = (v + a + share for v, a in zip(linear, around, strict=True))
-        return (x, y, z), angular
 
     def setUsingDedicatedThread(self, value: bool) -> None:
         """Declare whether another thread fills the buffer; if there is none, `waitForTransform` raises."""
@@ -195,8 +181,9 @@ class Transformer:
         return ""
 
     def _pose(self, target: str, source: str, time: Any) -> Pose:
+        # By lookupTransform, which subclasses may override, as in Noetic.
         (px, py, pz), (qx, qy, qz, qw) = self.lookupTransform(target, source, time)
-        return normalized((px, py, pz, qx, qy, qz, qw))
+        return px, py, pz, qx, qy, qz, qw
 
     def _require_listener(self) -> None:
         if not self._using_dedicated_thread:
@@ -222,22 +209,6 @@ def _require_success(result: tuple[int, str], source: str, target: str) -> None:
         raise tf2_ros.TransformException(result[1] or f'no such transformation: "{source}" -> "{target}"')
 
 
-def _as_lists(message: Any) -> PositionAndRotation:
-    position, rotation = message.transform.translation, message.transform.rotation
-    return [position.x, position.y, position.z], [rotation.x, rotation.y, rotation.z, rotation.w]
-
-
-def _cross(one: Vector, other: Vector) -> Vector:
-    a, b, c = one
-    x, y, z = other
-    return b * z - c * y, c * x - a * z, a * y - b * x
-
-
-def _rotation_vector(pose: Pose) -> Vector:
-    """Return the rotation vector of a pose: the axis, scaled by the angle in radians (0 to pi)."""
-    x, y, z, w = pose[3:]
-    if w < 0.0:
-        x, y, z, w = -x, -y, -z, -w
-    length = math.sqrt(x * x + y * y + z * z)
-    factor = 2.0 * math.atan2(length, w) / length if length else 2.0
-    return x * factor, y * factor, z * factor
+def _as_lists(found: tuple[int, Pose]) -> PositionAndRotation:
+    _, pose = found
+    return [*pose[:3]], [*pose[3:]]

@@ -18,8 +18,9 @@ from geometry_msgs.msg import (
 
 import tf2_ros
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.transforms.pose import IDENTITY, composed, normalized
+from pipros.libraries.transforms.messages import pose_of, vector_of
 from pipros.libraries.transforms.pose import Pose as Numbers
+from pipros.libraries.transforms.pose import composed, normalized, rotate, transform_point
 
 _star_names(__name__, "copy PyKDL rospy")
 
@@ -45,36 +46,25 @@ def transform_to_kdl(t: Any) -> Any:
     )
 
 
-def _pose_of(position: Any, rotation: Any) -> Numbers:
-    if rotation.x == rotation.y == rotation.z == rotation.w == 0:  # unset: treat as identity
-        return (position.x, position.y, position.z, *IDENTITY[3:])
-    return (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
-
-
-def _transform_point(point: Any, transform: Any) -> tuple[float, float, float]:
-    frame = _pose_of(transform.transform.translation, transform.transform.rotation)
-    return composed(frame, (point.x, point.y, point.z, *IDENTITY[3:]))[:3]
-
-
-def _rotate(vector: Any, transform: Any) -> tuple[float, float, float]:
-    frame = (*IDENTITY[:3], *_pose_of(transform.transform.translation, transform.transform.rotation)[3:])
-    return composed(frame, (vector.x, vector.y, vector.z, *IDENTITY[3:]))[:3]
+def _frame(transform: Any) -> Numbers:
+    return pose_of(transform.transform.translation, transform.transform.rotation)
 
 
 def do_transform_point(point: PointStamped, transform: Any) -> PointStamped:
     """Apply the transform to a point."""
-    return PointStamped(transform.header, Point(*_transform_point(point.point, transform)))
+    found = transform_point(_frame(transform), vector_of(point.point))
+    return PointStamped(transform.header, Point(*found))
 
 
 def do_transform_vector3(vector3: Vector3Stamped, transform: Any) -> Vector3Stamped:
     """Apply the rotation of the transform to a vector, without translating it."""
-    return Vector3Stamped(transform.header, Vector3(*_rotate(vector3.vector, transform)))
+    found = rotate(_frame(transform), vector_of(vector3.vector))
+    return Vector3Stamped(transform.header, Vector3(*found))
 
 
 def do_transform_pose(pose: PoseStamped, transform: Any) -> PoseStamped:
     """Apply the transform to a pose."""
-    frame = _pose_of(transform.transform.translation, transform.transform.rotation)
-    found = normalized(composed(frame, _pose_of(pose.pose.position, pose.pose.orientation)))
+    found = normalized(composed(_frame(transform), pose_of(pose.pose.position, pose.pose.orientation)))
     return PoseStamped(transform.header, Pose(Point(*found[:3]), Quaternion(*found[3:])))
 
 
@@ -83,7 +73,8 @@ def do_transform_wrench(wrench: WrenchStamped, transform: Any) -> WrenchStamped:
 
     The torque of the translated force is not added, as in Noetic.
     """
-    force, torque = _rotate(wrench.wrench.force, transform), _rotate(wrench.wrench.torque, transform)
+    frame = _frame(transform)
+    force, torque = (rotate(frame, vector_of(part)) for part in (wrench.wrench.force, wrench.wrench.torque))
     return WrenchStamped(transform.header, Wrench(Vector3(*force), Vector3(*torque)))
 
 

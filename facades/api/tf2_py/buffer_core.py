@@ -9,8 +9,9 @@ from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from std_msgs.msg import Header
 
 import rospy
-from pipros.libraries.transforms.buffer import DEFAULT_LENGTH, FrameBuffer
+from pipros.libraries.transforms.buffer import DEFAULT_LENGTH, TransformBuffer
 from pipros.libraries.transforms.errors import InvalidArgumentException
+from pipros.libraries.transforms.messages import in_ns, pose_of_transform
 from pipros.libraries.transforms.pose import Pose
 from pipros.msg.time import NS_PER_S
 
@@ -26,7 +27,7 @@ class BufferCore:
     """Stream for the reasons of rejected transforms; None for standard error."""
 
     def __init__(self, cache_time: Any = None) -> None:
-        self._buffer = FrameBuffer(DEFAULT_LENGTH if cache_time is None else in_ns(cache_time))
+        self._buffer = TransformBuffer(DEFAULT_LENGTH if cache_time is None else in_ns(cache_time))
 
     def set_transform(self, transform: Any, authority: str) -> None:
         """Add a TransformStamped. `authority` is the name of the node that published it."""
@@ -38,16 +39,7 @@ class BufferCore:
 
     def _insert(self, transform: Any, authority: str, is_static: bool) -> None:
         header = transform.header
-        position, rotation = transform.transform.translation, transform.transform.rotation
-        pose = (
-            float(position.x),
-            float(position.y),
-            float(position.z),
-            float(rotation.x),
-            float(rotation.y),
-            float(rotation.z),
-            float(rotation.w),
-        )
+        pose = pose_of_transform(transform.transform)
         stamp = in_ns(header.stamp)
         if authority.__class__ is not str and not isinstance(authority, str):
             raise TypeError(f"argument 2 must be str, not {type(authority).__name__}")
@@ -65,10 +57,11 @@ class BufferCore:
         Raises:
             LookupException, ConnectivityException, ExtrapolationException, InvalidArgumentException.
         """
-        stamp, pose = self._buffer.lookup(
-            _require_str(target_frame, 1), _require_str(source_frame, 2), in_ns(time)
-        )
-        return stamped(stamp, target_frame, source_frame, pose)
+        stamp, pose = self._lookup(target_frame, source_frame, time)
+        return stamped(stamp, pose, target_frame, source_frame)
+
+    def _lookup(self, target_frame: str, source_frame: str, time: Any) -> tuple[int, Pose]:
+        return self._buffer.lookup(_require_str(target_frame, 1), _require_str(source_frame, 2), in_ns(time))
 
     def lookup_transform_full_core(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
@@ -77,14 +70,19 @@ class BufferCore:
 
         `fixed_frame` must not move between these times.
         """
-        stamp, pose = self._buffer.lookup_full(
+        found = self._lookup_full(target_frame, target_time, source_frame, source_time, fixed_frame)
+        return stamped(*found, target_frame, source_frame)
+
+    def _lookup_full(
+        self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
+    ) -> tuple[int, Pose]:
+        return self._buffer.lookup_full(
             _require_str(target_frame, 1),
             in_ns(target_time),
             _require_str(source_frame, 3),
             in_ns(source_time),
             _require_str(fixed_frame, 5),
         )
-        return stamped(stamp, target_frame, source_frame, pose)
 
     def can_transform_core(self, target_frame: str, source_frame: str, time: Any) -> tuple[int, str]:
         """Return (1, "") if `lookup_transform_core` would succeed, otherwise 0 and the reason."""
@@ -113,9 +111,8 @@ class BufferCore:
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> rospy.Time:
         """Return the latest time at which a transform between the frames is available."""
-        return in_time(
-            self._buffer.latest_common_time(_require_str(target_frame, 1), _require_str(source_frame, 2))
-        )
+        target, source = _require_str(target_frame, 1), _require_str(source_frame, 2)
+        return rospy.Time(*divmod(self._buffer.latest_common_time(target, source), NS_PER_S))
 
     def clear(self) -> None:
         """Remove all transforms except static ones."""
@@ -152,30 +149,11 @@ class BufferCore:
         print(f"Warning: {text}", file=self._warning_stream or sys.stderr, flush=True)
 
 
-def stamped(stamp: int, parent: str, child: str, pose: Pose) -> TransformStamped:
+def stamped(stamp: int, pose: Pose, parent: str, child: str) -> TransformStamped:
     """Return a pose as a message. `stamp` is in nanoseconds."""
     px, py, pz, qx, qy, qz, qw = pose
-    header = Header(0, in_time(stamp), parent)
+    header = Header(0, rospy.Time(stamp // NS_PER_S, stamp % NS_PER_S), parent)
     return TransformStamped(header, child, Transform(Vector3(px, py, pz), Quaternion(qx, qy, qz, qw)))
-
-
-def in_time(ns: int) -> rospy.Time:
-    """Convert nanoseconds to a `rospy.Time`."""
-    return rospy.Time(ns // NS_PER_S, ns % NS_PER_S)
-
-
-def in_ns(time: Any) -> int:
-    """Convert a time or a duration to nanoseconds.
-
-    Raises:
-        TypeError: the value is neither.
-    """
-    try:
-        return int(time.secs * NS_PER_S + time.nsecs)
-    except AttributeError:
-        if hasattr(time, "to_sec"):
-            return round(float(time.to_sec()) * NS_PER_S)
-        raise TypeError("time must have a to_sec method, e.g. rospy.Time or rospy.Duration") from None
 
 
 def _require_str(value: Any, number: int) -> str:

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from threading import Condition
 from typing import Any
 
 from tf2_msgs.srv import FrameGraph, FrameGraphResponse
 
 import rospy
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.libraries.transforms.messages import in_ns
 from tf2_py import BufferCore
 from tf2_ros.buffer_interface import BufferInterface
 
 _star_names(__name__, "rosgraph tf2=tf2_py tf2_ros")
 
 DEFAULT_CAN_TRANSFORM_POLLING_SCALE = 0.01
-
-_SLICE_S = 0.1
-"""Maximum time between checks for Ctrl-C, shutdown and simulated time while waiting."""
+_NO_TIME = rospy.Duration(0.0)
 
 
 class Buffer(BufferCore, BufferInterface):
@@ -34,8 +32,6 @@ class Buffer(BufferCore, BufferInterface):
     def __init__(self, cache_time: Any = None, debug: bool = True) -> None:
         BufferCore.__init__(self, cache_time)
         BufferInterface.__init__(self)
-        self._changed = Condition()
-        self._waiters = 0
         self.CAN_TRANSFORM_POLLING_SCALE = DEFAULT_CAN_TRANSFORM_POLLING_SCALE
         if debug:
             self._advertise_frames()
@@ -51,18 +47,8 @@ class Buffer(BufferCore, BufferInterface):
     def _frames_as_response(self, _: Any) -> Any:
         return FrameGraphResponse(self.all_frames_as_yaml())
 
-    def _insert(self, transform: Any, authority: str, is_static: bool) -> None:
-        super()._insert(transform, authority, is_static)
-        if self._waiters:
-            with self._changed:
-                self._changed.notify_all()
-
     def lookup_transform(
-        self,
-        target_frame: str,
-        source_frame: str,
-        time: Any,
-        timeout: Any = rospy.Duration(0.0),  # noqa: B008 # as its documentation shows it
+        self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_TIME
     ) -> Any:
         """Return the transform (TransformStamped) from the source frame to the target frame.
 
@@ -85,7 +71,7 @@ class Buffer(BufferCore, BufferInterface):
         source_frame: str,
         source_time: Any,
         fixed_frame: str,
-        timeout: Any = rospy.Duration(0.0),  # noqa: B008
+        timeout: Any = _NO_TIME,
     ) -> Any:
         """Like `lookup_transform`, but with the source at `source_time` and the target at `target_time`.
 
@@ -101,7 +87,7 @@ class Buffer(BufferCore, BufferInterface):
         target_frame: str,
         source_frame: str,
         time: Any,
-        timeout: Any = rospy.Duration(0.0),  # noqa: B008
+        timeout: Any = _NO_TIME,
         return_debug_tuple: bool = False,
     ) -> Any:
         """Return whether `lookup_transform` would succeed, as 1 or 0, waiting up to `timeout`.
@@ -118,7 +104,7 @@ class Buffer(BufferCore, BufferInterface):
         source_frame: str,
         source_time: Any,
         fixed_frame: str,
-        timeout: Any = rospy.Duration(0.0),  # noqa: B008
+        timeout: Any = _NO_TIME,
         return_debug_tuple: bool = False,
     ) -> Any:
         """Like `can_transform`, for `lookup_transform_full`."""
@@ -127,26 +113,13 @@ class Buffer(BufferCore, BufferInterface):
         return result if return_debug_tuple else result[0]
 
     def _wait(self, ask: Callable[[], tuple[int, str]], timeout: Any) -> tuple[int, str]:
-        """Re-evaluate `ask` on each new transform until it succeeds or `timeout` expires; return its result.
-
-        If the clock jumps back by more than 3 s, the wait ends: a bag was restarted.
-        """
+        """Return the answer of `ask`, repeated on each new transform until it succeeds or time is up."""
         result = ask()
         if result[0] or not (timeout.secs or timeout.nsecs):
             return result
-        start = rospy.Time.now()
-        end = start + timeout
-        with self._changed:
-            self._waiters += 1
-            try:
-                while not (result := ask())[0]:
-                    now = rospy.Time.now()
-                    if now >= end or now + rospy.Duration(3) < start:
-                        break
-                    if rospy.is_shutdown():
-                        raise rospy.ROSInterruptException("node was shut down while waiting for a transform")
-                    left = (end - now).to_sec() if rospy.rostime.is_wallclock() else _SLICE_S
-                    self._changed.wait(min(left, _SLICE_S))
-            finally:
-                self._waiters -= 1
-        return result
+        return self._buffer.waiter.wait(ask, in_ns(timeout), rospy.rostime.clock, _check_for_shutdown)
+
+
+def _check_for_shutdown() -> None:
+    if rospy.is_shutdown():
+        raise rospy.ROSInterruptException("node was shut down while waiting for a transform")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from actionlib_msgs.msg import GoalStatus
-from tf2_msgs.msg import LookupTransformAction, LookupTransformGoal
+from tf2_msgs.msg import LookupTransformAction, LookupTransformGoal, TF2Error
 
 import rospy
 from actionlib import SimpleActionClient
@@ -20,8 +20,15 @@ from tf2_py import (
 )
 from tf2_ros.buffer_interface import BufferInterface
 
-_star_names(__name__, "actionlib tf2=tf2_py tf2_ros")
+_star_names(__name__, "actionlib tf2=tf2_py tf2_ros", hidden="ERRORS TF2Error")
 
+ERRORS: dict[int, type[TransformException]] = {
+    TF2Error.LOOKUP_ERROR: LookupException,
+    TF2Error.CONNECTIVITY_ERROR: ConnectivityException,
+    TF2Error.EXTRAPOLATION_ERROR: ExtrapolationException,
+    TF2Error.INVALID_ARGUMENT_ERROR: InvalidArgumentException,
+    TF2Error.TIMEOUT_ERROR: TimeoutException,
+}
 _PADDING = rospy.Duration.from_sec(2.0)
 _NO_TIME = rospy.Duration(0.0)
 
@@ -123,11 +130,4 @@ class BufferClient(BufferInterface):
         error = result.error
         if error.error == error.NO_ERROR:
             return result.transform
-        kinds: dict[int, type[TransformException]] = {
-            error.LOOKUP_ERROR: LookupException,
-            error.CONNECTIVITY_ERROR: ConnectivityException,
-            error.EXTRAPOLATION_ERROR: ExtrapolationException,
-            error.INVALID_ARGUMENT_ERROR: InvalidArgumentException,
-            error.TIMEOUT_ERROR: TimeoutException,
-        }
-        raise kinds.get(error.error, TransformException)(error.error_string)
+        raise ERRORS.get(error.error, TransformException)(error.error_string)

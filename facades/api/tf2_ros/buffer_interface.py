@@ -13,6 +13,8 @@ from pipros.basics.lazy_names import star_names as _star_names
 
 _star_names(__name__, "tf2=tf2_py tf2_ros")
 
+_NO_TIME = rospy.Duration(0.0)
+
 
 class BufferInterface:
     """Base class of buffers, which transforms objects of registered types. Subclasses implement lookups."""
@@ -24,7 +26,7 @@ class BufferInterface:
         self,
         object_stamped: Any,
         target_frame: str,
-        timeout: Any = rospy.Duration(0.0),  # noqa: B008 # as its documentation shows it
+        timeout: Any = _NO_TIME,
         new_type: type[Any] | None = None,
     ) -> Any:
         """Transform an object to `target_frame` at its own stamp, and convert it to `new_type` if given.
@@ -45,7 +47,7 @@ class BufferInterface:
         target_frame: str,
         target_time: Any,
         fixed_frame: str,
-        timeout: Any = rospy.Duration(0.0),  # noqa: B008
+        timeout: Any = _NO_TIME,
         new_type: type[Any] | None = None,
     ) -> Any:
         """Transform an object to `target_frame` at `target_time`, and convert it to `new_type` if given.
@@ -65,11 +67,7 @@ class BufferInterface:
         return convert(moved, new_type) if new_type else moved
 
     def lookup_transform(
-        self,
-        target_frame: str,
-        source_frame: str,
-        time: Any,
-        timeout: Any = rospy.Duration(0.0),  # noqa: B008
+        self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_TIME
     ) -> Any:
         """Return the transform from the source frame to the target frame."""
         raise NotImplementedException
@@ -81,18 +79,12 @@ class BufferInterface:
         source_frame: str,
         source_time: Any,
         fixed_frame: str,
-        timeout: Any = rospy.Duration(0.0),  # noqa: B008
+        timeout: Any = _NO_TIME,
     ) -> Any:
         """Like `lookup_transform`, but with the source at `source_time` and the target at `target_time`."""
         raise NotImplementedException
 
-    def can_transform(
-        self,
-        target_frame: str,
-        source_frame: str,
-        time: Any,
-        timeout: Any = rospy.Duration(0.0),  # noqa: B008
-    ) -> Any:
+    def can_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_TIME) -> Any:
         """Return whether `lookup_transform` would succeed."""
         raise NotImplementedException
 
@@ -103,7 +95,7 @@ class BufferInterface:
         source_frame: str,
         source_time: Any,
         fixed_frame: str,
-        timeout: Any = rospy.Duration(0.0),  # noqa: B008
+        timeout: Any = _NO_TIME,
     ) -> Any:
         """Return whether `lookup_transform_full` would succeed."""
         raise NotImplementedException

@@ -9,24 +9,12 @@ from tf2_msgs.msg import LookupTransformAction, LookupTransformResult, TF2Error
 
 import rospy
 from actionlib import ActionServer
-from tf2_py import (
-    ConnectivityException,
-    ExtrapolationException,
-    InvalidArgumentException,
-    LookupException,
-    TimeoutException,
-    TransformException,
-)
+from tf2_py import TransformException
+from tf2_ros.buffer_client import ERRORS
 
 _CHECK_PERIOD = rospy.Duration(0.01)
 
-_KINDS = {
-    LookupException: TF2Error.LOOKUP_ERROR,
-    ConnectivityException: TF2Error.CONNECTIVITY_ERROR,
-    ExtrapolationException: TF2Error.EXTRAPOLATION_ERROR,
-    InvalidArgumentException: TF2Error.INVALID_ARGUMENT_ERROR,
-    TimeoutException: TF2Error.TIMEOUT_ERROR,
-}
+_CODES = {kind: code for code, kind in ERRORS.items()}
 
 
 class BufferServer:
@@ -102,7 +90,7 @@ class BufferServer:
                     goal.target_frame, goal.source_frame, goal.source_time
                 )
         except TransformException as error:
-            result.error.error = _KINDS.get(type(error), TF2Error.TRANSFORM_ERROR)
+            result.error.error = _CODES.get(type(error), TF2Error.TRANSFORM_ERROR)
             result.error.error_string = str(error)
         handle.set_succeeded(result)
 

@@ -10,7 +10,8 @@ from sensor_msgs.point_cloud2 import read_points as read_points
 
 import tf2_ros
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.transforms.pose import IDENTITY, composed
+from pipros.libraries.transforms.messages import pose_of_transform
+from pipros.libraries.transforms.pose import transform_point
 from tf2_geometry_msgs import from_msg_msg as from_msg_msg
 from tf2_geometry_msgs import to_msg_msg as to_msg_msg
 from tf2_geometry_msgs import transform_to_kdl as transform_to_kdl
@@ -23,12 +24,9 @@ def do_transform_cloud(cloud: PointCloud2, transform: Any) -> PointCloud2:
 
     Other fields keep their values. The result is unorganised (one row of points), as made by `create_cloud`.
     """
-    position, rotation = transform.transform.translation, transform.transform.rotation
-    frame = (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
+    frame = pose_of_transform(transform.transform)
     # The images of the origin and of the axes' unit points give the columns of the matrix.
-    origin, *ends = (
-        composed(frame, (*at, *IDENTITY[3:]))[:3] for at in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
-    )
+    origin, *ends = (transform_point(frame, at) for at in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)))
     ox, oy, oz = origin
     (a, d, g), (b, e, h), (c, f, i) = ((end[0] - ox, end[1] - oy, end[2] - oz) for end in ends)
     points = (

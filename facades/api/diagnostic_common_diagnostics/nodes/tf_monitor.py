@@ -14,24 +14,24 @@ from diagnostic_updater import Updater
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.diagnostics.items import ERROR, OK, WARN
 from pipros.libraries.diagnostics.machine import Report
-from pipros.libraries.transforms import heard
-from pipros.libraries.transforms.heard import HeardTransform
+from pipros.libraries.transforms import diagnose
+from pipros.libraries.transforms.diagnose import ReceivedTransform
 
 PERIOD_S = 1.0
 
-Check = Callable[[Sequence[HeardTransform]], list[str] | bool]
+Check = Callable[[Sequence[ReceivedTransform]], list[str] | bool]
 
 
-def _is_silent(received: Sequence[HeardTransform]) -> bool:
+def _is_silent(received: Sequence[ReceivedTransform]) -> bool:
     return not received
 
 
 TASKS: list[tuple[str, Check, int, str]] = [
     ("Messaging status", _is_silent, WARN, "No tf messages received"),
-    ("Time status", heard.of_other_times, WARN, "Received out-of-date/future transforms"),
-    ("Reparenting status", heard.reparented, ERROR, "TF re-parenting contention"),
-    ("Cycle status", heard.loops, ERROR, "TF cycle detection"),
-    ("Multiple authority status", heard.of_several_senders, ERROR, "TF multiple authority contention"),
+    ("Time status", diagnose.of_other_times, WARN, "Received out-of-date/future transforms"),
+    ("Reparenting status", diagnose.reparented, ERROR, "TF re-parenting contention"),
+    ("Cycle status", diagnose.loops, ERROR, "TF cycle detection"),
+    ("Multiple authority status", diagnose.of_several_senders, ERROR, "TF multiple authority contention"),
 ]
 """The statuses: name, check, and level and message if the check finds a problem."""
 
@@ -40,12 +40,12 @@ class Listener:
     """Collector of the transforms received in each period."""
 
     def __init__(self) -> None:
-        self._received: list[HeardTransform] = []
-        self._reported: list[HeardTransform] = []
+        self._received: list[ReceivedTransform] = []
+        self._reported: list[ReceivedTransform] = []
         rospy.Subscriber("/tf", TFMessage, self._on_message)
 
     def _on_message(self, message: Any) -> None:
-        self._received.extend(heard.heard_in(message, rospy.get_rostime()))
+        self._received.extend(diagnose.received_in(message, rospy.get_rostime()))
 
     def end_period(self) -> None:
         """Pass the transforms received since the last call to subsequent calls of `report`."""

@@ -10,7 +10,8 @@ from tf2_msgs.msg import TFMessage
 import rospy
 import tf2_ros
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.transforms.moves import BadFramePair, FramePair, distance_of, frame_pairs
+from pipros.libraries.transforms.change_filter import BadFramePair, FramePair, distance_of, frame_pairs
+from pipros.libraries.transforms.messages import pose_of_transform
 from tf.transformer import strip_leading_slash
 
 _DEFAULT = [{"source_frame": "/base_link", "target_frame": "/map"}]
@@ -39,8 +40,7 @@ def changes(pairs: list[FramePair], buffer: tf2_ros.Buffer) -> TFMessage:
         except tf2_ros.TransformException as error:
             rospy.logdebug("%s", error)
             continue
-        t, q = found.transform.translation, found.transform.rotation
-        if pair.has_moved((t.x, t.y, t.z, q.x, q.y, q.z, q.w)):
+        if pair.has_moved(pose_of_transform(found.transform)):
             # Frame ids start with a slash, as in Noetic.
             found.header.frame_id, found.child_frame_id = f"/{target}", f"/{source}"
             message.transforms.append(found)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import rospy
 import tf2_ros
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.printable import listed
-from pipros.libraries.transforms.pose import roll_pitch_yaw
+from pipros.libraries.transforms.formatting import pose_as_text
+from pipros.libraries.transforms.messages import pose_of_transform
 from tf.transformer import strip_leading_slash
 
 USAGE = """\
@@ -21,30 +21,12 @@ Note: This is the transform to get data from target_frame into the source_frame.
 Default echo rate is 1 if echo_rate is not given."""
 
 
-def text_of(stamp: float, position: Sequence[float], rotation: Sequence[float]) -> str:
-    """Format a transform as genuine tf_echo does. `stamp` is in seconds."""
-    x, y, z, w = rotation
-    angles = roll_pitch_yaw((0.0, 0.0, 0.0, x, y, z, w))
-    return (
-        f"At time {stamp:.3f}\n"
-        f"- Translation: [{_join(position)}]\n"
-        f"- Rotation: in Quaternion [{_join(rotation)}]\n"
-        f"            in RPY (radian) [{_join(angles)}]\n"
-        f"            in RPY (degree) [{_join([math.degrees(angle) for angle in angles])}]"
-    )
-
-
-def _join(numbers: Sequence[float]) -> str:
-    return ", ".join(f"{number:.3f}" for number in numbers)
-
-
 def _echo(buffer: tf2_ros.Buffer, source: str, target: str) -> str:
     try:
         found = buffer.lookup_transform(source, target, rospy.Time())
     except tf2_ros.TransformException as error:
         return f"Failure at {rospy.get_time():.6f}\nException thrown:{listed(error)}"
-    t, q = found.transform.translation, found.transform.rotation
-    return text_of(found.header.stamp.to_sec(), (t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
+    return f"At time {found.header.stamp.to_sec():.3f}\n{pose_as_text(pose_of_transform(found.transform))}"
 
 
 @exits_after_ctrl_c()

@@ -9,7 +9,7 @@ import rospy
 import tf2_ros
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.printable import listed, printable
-from pipros.libraries.transforms.heard import UNKNOWN_SENDER
+from pipros.libraries.transforms.diagnose import UNKNOWN_SENDER
 from pipros.libraries.transforms.monitor import Delays, Monitor
 from pipros.msg import load_message_class
 from tf.transformer import strip_leading_slash
@@ -51,6 +51,15 @@ class Watch:
                     return
                 self._net.add(now - latest.to_sec(), now)
 
+    def wait_for_chain(self) -> None:
+        """Wait without limit until the pair is connected. Raises ROSInterruptException at shutdown."""
+        if self.pair is None:
+            return
+        source, target = self.pair
+        print(f"Waiting for transform chain to become available between {source} and {target} ", flush=True)
+        while not self.buffer.can_transform(source, target, rospy.Time(), rospy.Duration(1.0)):
+            pass
+
     def text(self) -> str:
         """Return the report. Raises `tf2_ros.TransformException` if the frames are not connected."""
         if self.pair is None:
@@ -79,12 +88,7 @@ def main() -> int:
     source, target = map(strip_leading_slash, arguments or ("", ""))
     watch = Watch((source, target) if arguments else None)
     try:
-        if arguments:
-            print(
-                f"Waiting for transform chain to become available between {source} and {target} ", flush=True
-            )
-            while not watch.buffer.can_transform(source, target, rospy.Time(), rospy.Duration(1.0)):
-                pass
+        watch.wait_for_chain()
         pause = rospy.Rate(1.0 / PRINT_S)
         while not rospy.is_shutdown():
             pause.sleep()

@@ -9,7 +9,8 @@ from collections.abc import Sequence
 import rospy
 import tf2_ros
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.transforms.pose import roll_pitch_yaw
+from pipros.libraries.transforms.formatting import pose_as_text
+from pipros.libraries.transforms.messages import pose_of_transform
 
 
 def _options(arguments: Sequence[str]) -> argparse.Namespace:
@@ -41,20 +42,22 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
     return options
 
 
-def text_of(position: Sequence[float], rotation: Sequence[float], digits: int) -> str:
-    """Format a transform for printing, without its time."""
-
-    def joined(numbers: Sequence[float]) -> str:
-        return ", ".join(f"{number:.{digits}f}" for number in numbers)
-
-    x, y, z, w = rotation
-    angles = roll_pitch_yaw((0.0, 0.0, 0.0, x, y, z, w))
-    return (
-        f"- Translation: [{joined(position)}]\n"
-        f"- Rotation: in Quaternion [{joined(rotation)}]\n"
-        f"            in RPY (radian) [{joined(angles)}]\n"
-        f"            in RPY (degree) [{joined([math.degrees(angle) for angle in angles])}]"
-    )
+def _echo(buffer: tf2_ros.Buffer, options: argparse.Namespace) -> None:
+    """Print the transform at the time that the options give."""
+    now = rospy.Time.now()
+    time = rospy.Time()
+    if options.time is not None:
+        time = rospy.Time.from_sec(options.time)
+    elif options.offset is not None:
+        time = now + rospy.Duration.from_sec(options.offset)
+    at = f"(current time {now.to_sec()})"
+    try:
+        found = buffer.lookup_transform(options.source_frame, options.target_frame, time)
+    except tf2_ros.TransformException as error:
+        rospy.logerr("At time %s, %s %s", time.to_sec(), at, error)
+    else:
+        print(f"At time {found.header.stamp.to_sec()}, {at}")
+        print(pose_as_text(pose_of_transform(found.transform), options.precision), flush=True)
 
 
 @exits_after_ctrl_c()
@@ -71,21 +74,7 @@ def main() -> int:
             rate.sleep()
         except rospy.ROSInterruptException:
             break
-        now = rospy.Time.now()
-        time = rospy.Time()
-        if options.time is not None:
-            time = rospy.Time.from_sec(options.time)
-        elif options.offset is not None:
-            time = now + rospy.Duration.from_sec(options.offset)
-        at = f"(current time {now.to_sec()})"
-        try:
-            found = buffer.lookup_transform(options.source_frame, options.target_frame, time)
-        except tf2_ros.TransformException as error:
-            rospy.logerr("At time %s, %s %s", time.to_sec(), at, error)
-        else:
-            t, q = found.transform.translation, found.transform.rotation
-            print(f"At time {found.header.stamp.to_sec()}, {at}")
-            print(text_of((t.x, t.y, t.z), (q.x, q.y, q.z, q.w), options.precision), flush=True)
+        _echo(buffer, options)
         left -= 1
     listener.unregister()
     return 0

@@ -74,14 +74,9 @@ def main() -> int:
     demux = Demux(selection)
     services = Services("Demux", selection)
 
-    def select(topic: str) -> str:
-        before = demux.select(topic)
-        services.announce()
-        return before
-
     services.announce()
     Input(source, demux.pass_on).subscribe()
-    services.serve("Select", select)
+    services.serve("Select", demux.select)
     services.serve("Add", demux.add)
     services.serve("Delete", demux.delete)
     services.serve_list()

@@ -102,17 +102,12 @@ def main() -> int:
     mux = Mux(target, selection, lazy=lazy, latch=latch)
     services = Services("Mux", selection)
 
-    def select(topic: str) -> str:
-        before = mux.select(topic)
-        services.announce()
-        return before
-
     def select_by_old_name(topic: str) -> str:
         rospy.logwarn("the <topic>_select service is deprecated; use mux/select instead")
-        return select(topic)
+        return mux.select(topic)
 
     services.announce()
-    services.serve("Select", select)
+    services.serve("Select", mux.select)
     services.serve("Select", select_by_old_name, f"{target}_select")
     services.serve("Add", mux.add)
     services.serve("Delete", mux.delete)

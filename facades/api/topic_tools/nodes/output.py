@@ -140,13 +140,15 @@ class Input:
             subscriber.unregister()
         return subscriber is not None
 
-    def unsubscribe_unless(self, is_needed: Callable[[], bool]) -> bool:
-        """Unsubscribe unless `is_needed` returns True. Atomic with respect to `subscribe`.
+    def is_idle(self, output: Output) -> bool:
+        """Unsubscribe if `output` has no subscribers, and return whether it has none.
 
-        Return whether the topic was unsubscribed from.
+        Atomic with respect to `subscribe`.
         """
         with self._lock:
-            return not is_needed() and self.unsubscribe()
+            if not output.subscribers and self.unsubscribe():
+                rospy.logdebug("lazy mode; unsubscribing")
+        return not output.subscribers
 
 
 def is_latched(message: RawMessage) -> bool:

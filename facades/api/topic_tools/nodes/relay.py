@@ -17,29 +17,25 @@ class Relay:
     """Republisher of a topic; in lazy and stealth mode it subscribes only while another node does."""
 
     def __init__(self, source: str, target: str, *, lazy: bool, stealth: bool) -> None:
-        self._lazy, self._stealth = lazy, stealth
+        self._lazy, self._stealth = lazy and not stealth, stealth
         self._is_watched = False
         self._output = Output(target, self._on_subscriber)
         self.source = Input(source, self._on_message)
 
     def _on_message(self, message: RawMessage) -> None:
-        if not self._output.is_advertised:
-            latch = is_latched(message)
-            if self._output.advertise_like(message, latch):
-                if latch:
-                    rospy.logdebug("input topic is latched; latching output topic to match")
-                rospy.loginfo("advertised as %s\n", self._output.topic)
+        latch = is_latched(message)
+        if self._output.advertise_like(message, latch):
+            if latch:
+                rospy.logdebug("input topic is latched; latching output topic to match")
+            rospy.loginfo("advertised as %s\n", self._output.topic)
         if self._stealth and not self._is_watched:
             return
-        if self._lazy and not self._stealth and not self._output.subscribers:
-            if self.source.unsubscribe_unless(lambda: self._output.subscribers > 0):
-                rospy.logdebug("lazy mode; unsubscribing")
-            if not self._output.subscribers:
-                return
+        if self._lazy and self.source.is_idle(self._output):
+            return
         self._output.publish(message)
 
     def _on_subscriber(self) -> None:
-        if self._lazy and not self._stealth and self.source.subscribe():
+        if self._lazy and self.source.subscribe():
             rospy.logdebug("lazy mode; resubscribing")
 
     def look_at(self, topic: str) -> None:

@@ -41,7 +41,7 @@ class Services:
     def serve(self, verb: str, act: Callable[[str], object], name: str | None = None) -> None:
         """Serve `Add`, `Delete` or `Select`; `act` is called with the topic.
 
-        If `act` raises `Refused`, the call fails with its message.
+        If `act` raises `Refused`, the call fails with its message. A selection is announced.
         """
         service: Any = load_service_class(f"topic_tools/{self._kind}{verb}")
 
@@ -51,7 +51,10 @@ class Services:
             except Refused as error:
                 rospy.logwarn(str(error))
                 raise rospy.ServiceException(str(error)) from None
-            return service._response_class(*([result] if verb == "Select" else []))
+            if verb != "Select":
+                return service._response_class()
+            self.announce()
+            return service._response_class(result)
 
         rospy.Service(name or f"{self._namespace}/{verb.lower()}", service, handle)
 
@@ -59,9 +62,7 @@ class Services:
         """Serve `List`."""
         service: Any = load_service_class(f"topic_tools/{self._kind}List")
         rospy.Service(
-            f"{self._namespace}/list",
-            service,
-            lambda _: service._response_class(self._selection.topics),
+            f"{self._namespace}/list", service, lambda _: service._response_class(self._selection.topics)
         )
 
     def announce(self) -> None:

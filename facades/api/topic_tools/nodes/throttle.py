@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
+from collections.abc import Sequence
 
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
@@ -25,29 +26,31 @@ OR
 """
 
 
+_NUMBERS = {"messages": 1, "bytes": 2}
+"""How many numbers each kind of rule needs."""
+
+
 class Throttle:
     """Republisher of the messages that pass a rule."""
 
     def __init__(self, source: str, target: str, rule: Rule, *, lazy: bool, latch: bool | None) -> None:
         """Set up the topics. If `latch` is None, latch the output if the input's publisher latches."""
-        self._rule, self._lazy, self._latch = rule, lazy, latch
-        self._wall_clock = bool(rospy.get_param("~wall_clock", False))
+        self._rule, self._lazy = rule, lazy
+        self._latches = is_latched if latch is None else lambda _: latch
+        self._is_wall_clock = bool(rospy.get_param("~wall_clock", False))
         self._turn = threading.Lock()
         self._output = Output(target, self._on_subscriber)
         self.source = Input(source, self._on_message)
 
     def _on_message(self, message: RawMessage) -> None:
-        latch = is_latched(message) if self._latch is None else self._latch
-        if self._output.advertise_like(message, latch):
+        if self._output.advertise_like(message, self._latches(message)):
             print(f"advertised as {self._output.topic}", flush=True)
-        if self._lazy and not self._output.subscribers:
-            self.source.unsubscribe_unless(lambda: self._output.subscribers > 0)
-            if not self._output.subscribers:
-                return
-        now = time.time_ns() if self._wall_clock else rospy.get_rostime().to_nsec()
+        if self._lazy and self.source.is_idle(self._output):
+            return
+        now = time.time_ns() if self._is_wall_clock else rospy.get_rostime().to_nsec()
         with self._turn:
             passes = self._rule.passes(now, len(message.body))
-        if isinstance(self._rule, MessageRate) and self._rule.has_gone_back:
+        if self._rule.has_gone_back:
             rospy.logwarn("Detected jump back in time, resetting throttle period to now.")
         if passes:
             self._output.publish(message)
@@ -72,22 +75,23 @@ def number_above_0(name: str, text: str) -> float:
     return number
 
 
+def _rule_of(kind: str, numbers: Sequence[str]) -> Rule:
+    if kind == "messages":
+        return MessageRate(number_above_0("MSGS_PER_SEC", numbers[0]))
+    window_s = number_above_0("WINDOW", numbers[1])
+    return ByteRate(number_above_0("BYTES_PER_SEC", numbers[0]), window_s)
+
+
 @exits_after_ctrl_c()
 def main() -> int:
     """Run until the node is shut down. Return the exit code."""
-    kind, *arguments = [*rospy.myargv()[1:], ""]
-    arguments = arguments[:-1]
-    rule: Rule
-    if kind == "messages" and len(arguments) in (2, 3):
-        rule = MessageRate(number_above_0("MSGS_PER_SEC", arguments[1]))
-    elif kind == "bytes" and len(arguments) in (3, 4):
-        window_s = number_above_0("WINDOW", arguments[2])
-        rule = ByteRate(number_above_0("BYTES_PER_SEC", arguments[1]), window_s)
-    else:
+    words = rospy.myargv()[1:]
+    count = _NUMBERS.get(next(iter(words), ""), 0)
+    if not count or len(words) - count not in (2, 3):
         print(USAGE)
         return 1
-    source = arguments[0]
-    named = arguments[2 if kind == "messages" else 3 :]
+    kind, source, *more = words
+    rule, named = _rule_of(kind, more[:count]), more[count:]
     rospy.init_node(f"{base_name(source, *named)}_throttle", anonymous=True)
     latch = bool(rospy.get_param("~force_latch")) if rospy.has_param("~force_latch") else None
     lazy = bool(rospy.get_param("~lazy", False))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from pipros.libraries.actions.status import TERMINAL, Status
+from pipros.libraries.actions.status import Status
 
 
 class State(IntEnum):
@@ -80,10 +80,7 @@ TRANSITIONS: dict[State, dict[Status, tuple[State, ...]]] = {
         Status.PREEMPTING: (_PREEMPTING,),
         **dict.fromkeys(_FINISHED, (_PREEMPTING, _WAIT)),
     },
-    State.PREEMPTING: {
-        Status.PREEMPTING: STAYS,
-        **dict.fromkeys((Status.PREEMPTED, *_FINISHED), (_WAIT,)),
-    },
+    State.PREEMPTING: {Status.PREEMPTING: STAYS, **dict.fromkeys((Status.PREEMPTED, *_FINISHED), (_WAIT,))},
 }
 """The states entered on a status, in order. A status that is not listed is invalid in that state."""
 
@@ -137,10 +134,6 @@ class ClientGoal:
     def on_cancel(self) -> list[State]:
         """Handle a cancellation by the client. Ignored if the goal is already ending."""
         return self._enter((State.WAITING_FOR_CANCEL_ACK,)) if self.state in MAY_BE_CANCELLED else []
-
-    def terminal_status(self) -> Status:
-        """Return the final status; LOST if the goal has not ended."""
-        return self.status if self.status in TERMINAL else Status.LOST
 
     def _enter(self, states: tuple[State, ...]) -> list[State]:
         if states:

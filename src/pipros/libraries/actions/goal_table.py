@@ -34,6 +34,17 @@ class GoalTable(Generic[_Goal]):
         """Return the goal with this id."""
         return self._goals.get(goal_id)
 
+    def meant_by(self, goal_id: str, stamp: int, stamp_of: Callable[[_Goal], int]) -> list[_Goal]:
+        """Return the goals that a cancellation request means, as defined by actionlib_msgs/GoalID.
+
+        An id means one goal, a stamp (ns) all goals up to it, both mean the goal and those up to the stamp;
+        an empty id and the stamp 0 mean all goals.
+        """
+        named = self.find(goal_id)
+        if goal_id and not stamp:
+            return [] if named is None else [named]
+        return [goal for goal in self if not stamp or goal is named or stamp_of(goal) <= stamp]
+
     def add(self, goal_id: str, goal: _Goal) -> bool:
         """Add a goal; return False if the table is full or the id is too long."""
         if len(goal_id) > self._id_characters:

@@ -21,13 +21,6 @@ class Status(IntEnum):
 
 
 TERMINAL = frozenset(
-    {
-        Status.PREEMPTED,
-        Status.SUCCEEDED,
-        Status.ABORTED,
-        Status.REJECTED,
-        Status.RECALLED,
-        Status.LOST,
-    }
+    {Status.PREEMPTED, Status.SUCCEEDED, Status.ABORTED, Status.REJECTED, Status.RECALLED, Status.LOST}
 )
 """The final statuses."""

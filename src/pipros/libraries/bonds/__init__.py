@@ -1,1 +1,1 @@
-"""The state machine of one side of a bond."""
+"""One side of a bond: its state machine, and its timeouts and heartbeats."""

@@ -39,15 +39,15 @@ class Aggregation:
             BadAnalyzer: an analyzer is invalid, or the node has already added analyzers. Nothing is added.
         """
         if owner in self._added:
-            raise BadAnalyzer("", f"{owner} has already added analyzers")
+            raise BadAnalyzer(f"{owner} has already added analyzers")
         if len(self._added) >= OWNER_LIMIT:
-            raise BadAnalyzer("", f"{OWNER_LIMIT} nodes have already added analyzers")
+            raise BadAnalyzer(f"{OWNER_LIMIT} nodes have already added analyzers")
         group = AnalyzerGroup("", self.base, analyzers)
         problems = _problems(group)
         if problems:
-            raise BadAnalyzer("", "; ".join(f"{path}: {reason}" for path, reason in problems.items()))
+            raise BadAnalyzer("; ".join(f"{path}: {reason}" for path, reason in problems.items()))
         if not analyzers:
-            raise BadAnalyzer("", f"{owner} has no parameter 'analyzers'")
+            raise BadAnalyzer(f"{owner} has no parameter 'analyzers'")
         self._added[owner] = group
 
     def remove(self, owner: str) -> None:

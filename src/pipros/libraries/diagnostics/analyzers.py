@@ -34,7 +34,7 @@ class BadAnalyzer(PiprosError, ValueError):
         summary: a short text that is published as the message of a status.
     """
 
-    def __init__(self, summary: str, reason: str) -> None:
+    def __init__(self, reason: str, summary: str = "Analyzer init failed") -> None:
         super().__init__(reason)
         self.summary = summary
 
@@ -209,9 +209,7 @@ class AnalyzerGroup:
             BadAnalyzer: groups are nested too deeply.
         """
         if depth > DEPTH_LIMIT:
-            raise BadAnalyzer(
-                "Analyzer init failed", f"analyzer groups are nested more than {DEPTH_LIMIT} deep"
-            )
+            raise BadAnalyzer(f"analyzer groups are nested more than {DEPTH_LIMIT} deep")
         self.name, self.path = name, path
         self.problems: dict[str, BadAnalyzer] = {}
         self._analyzers: list[Analyzer] = []
@@ -283,24 +281,22 @@ def analyzer_of(base: str, parameters: Any, depth: int = 0) -> Analyzer:
         BadAnalyzer: the parameters are invalid.
     """
     if not isinstance(parameters, Mapping):
-        raise BadAnalyzer(
-            "Analyzer init failed", f"an analyzer must be a dictionary of parameters, got {parameters!r}"
-        )
+        raise BadAnalyzer(f"an analyzer must be a dictionary of parameters, got {parameters!r}")
     kind = parameters.get("type")
     if not isinstance(kind, str) or not kind:
-        raise BadAnalyzer("No Analyzer type given", "the analyzer has no parameter 'type'")
+        raise BadAnalyzer("the analyzer has no parameter 'type'", "No Analyzer type given")
     make = _MAKERS.get(kind.removeprefix("diagnostic_aggregator/"))
     if make is None:
         raise BadAnalyzer(
-            "Pluginlib exception loading analyzer",
             f"unknown analyzer type {kind}; known types are {', '.join(_MAKERS)}. Analyzers written in C++ "
             "can only be loaded by Noetic's aggregator_node",
+            "Pluginlib exception loading analyzer",
         )
     name = parameters.get("path")
     if kind.endswith("IgnoreAnalyzer"):
         name = name or "ignored"
     if not isinstance(name, str) or not name.strip("/"):
-        raise BadAnalyzer("Analyzer init failed", f"the parameter 'path' must be a name, got {name!r}")
+        raise BadAnalyzer(f"the parameter 'path' must be a name, got {name!r}")
     return make(name.strip("/"), f"{base}/{name.strip('/')}", parameters, depth)
 
 
@@ -312,9 +308,7 @@ def _generic(
     try:
         patterns = NamePatterns(_texts(parameters, "regex"))
     except ValueError as error:
-        raise BadAnalyzer(
-            "Analyzer init failed", f"the parameter 'regex' of {path} is not a regular expression: {error}"
-        ) from None
+        raise BadAnalyzer(f"the parameter 'regex' of {path} is not a regular expression: {error}") from None
     criteria = Criteria(
         names=frozenset([*_texts(parameters, "name"), *expected]),
         starts=(*_texts(parameters, "startswith"), *removed_where_found),
@@ -323,9 +317,8 @@ def _generic(
     )
     if not criteria:
         raise BadAnalyzer(
-            "Analyzer init failed",
             f"{path} matches no status: it needs startswith, contains, name, expected, regex or "
-            "find_and_remove_prefix",
+            "find_and_remove_prefix"
         )
     return kind(
         name,
@@ -342,9 +335,7 @@ def _generic(
 def _group(name: str, path: str, parameters: Mapping[str, Any], depth: int) -> AnalyzerGroup:
     inner = parameters.get("analyzers", {})
     if not isinstance(inner, Mapping):
-        raise BadAnalyzer(
-            "Analyzer init failed", f"'analyzers' of {path} must be a dictionary, got {inner!r}"
-        )
+        raise BadAnalyzer(f"'analyzers' of {path} must be a dictionary, got {inner!r}")
     return AnalyzerGroup(name, path, inner, depth + 1)
 
 
@@ -361,22 +352,19 @@ def _texts(parameters: Mapping[str, Any], key: str) -> list[str]:
     value = parameters.get(key, [])
     texts = [value] if isinstance(value, str) else value
     if not isinstance(texts, list) or not all(isinstance(text, str) for text in texts):
-        raise BadAnalyzer(
-            "Analyzer init failed",
-            f"the parameter {key!r} must be a string or a list of strings, got {value!r}",
-        )
+        raise BadAnalyzer(f"the parameter {key!r} must be a string or a list of strings, got {value!r}")
     return texts
 
 
 def _number(parameters: Mapping[str, Any], key: str, default: float) -> float:
     value = parameters.get(key, default)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value:
-        raise BadAnalyzer("Analyzer init failed", f"the parameter {key!r} must be a number, got {value!r}")
+        raise BadAnalyzer(f"the parameter {key!r} must be a number, got {value!r}")
     return value
 
 
 def _count(parameters: Mapping[str, Any], key: str) -> int:
     number = _number(parameters, key, -1)
     if isinf(number):
-        raise BadAnalyzer("Analyzer init failed", f"the parameter {key!r} must be finite, got {number}")
+        raise BadAnalyzer(f"the parameter {key!r} must be finite, got {number}")
     return int(number)

@@ -74,11 +74,7 @@ class JointValues:
             highest = highest if upper is None else min(highest, upper)
         if choices.mimic_tags and joint.mimic is not None:
             mimic = joint.mimic
-            self.dependent[name] = {
-                "parent": mimic.joint,
-                "factor": mimic.multiplier,
-                "offset": mimic.offset,
-            }
+            self.dependent[name] = {"parent": mimic.joint, "factor": mimic.multiplier, "offset": mimic.offset}
             return
         if name in self.dependent:
             return

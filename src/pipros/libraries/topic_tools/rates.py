@@ -8,13 +8,17 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 _SECOND = 1_000_000_000
 
 
 class Rule(Protocol):
     """Decision whether the next message passes."""
+
+    @property
+    def has_gone_back(self) -> bool:
+        """Whether the clock had jumped back at the last call of `passes`, if it is to be reported."""
 
     def passes(self, now_ns: int, size_bytes: int) -> bool: ...
 
@@ -59,6 +63,8 @@ class ByteRate:
 
     size: float
     window_s: float
+    has_gone_back: ClassVar[bool] = False
+    """Noetic reports jumps of the clock for `MessageRate` only."""
     _passed: deque[tuple[int, int]] = field(default_factory=deque)
     _bytes: int = 0
 

@@ -1,7 +1,7 @@
 """A buffer of transforms over time, with the lookups and error texts of tf2's buffer.
 
 Times are nanoseconds; 0 means the latest common time. All methods may be called from any thread; none waits
-for transforms.
+for transforms, but `TransformBuffer.waiter` does.
 """
 
 from __future__ import annotations
@@ -16,10 +16,11 @@ from pipros.libraries.transforms.errors import (
     LookupException,
     TransformException,
 )
+from pipros.libraries.transforms.formatting import edges, frames_as_dot, frames_as_string, frames_as_yaml
 from pipros.libraries.transforms.history import MovingFrame, StaticFrame
-from pipros.libraries.transforms.listing import edges, frames_as_dot, frames_as_string, frames_as_yaml
-from pipros.libraries.transforms.pose import IDENTITY, Pose, composed_exactly
+from pipros.libraries.transforms.pose import IDENTITY, Pose, compose_via_matrices
 from pipros.libraries.transforms.tree import Frames, find_path, latest_common_time
+from pipros.libraries.transforms.waiter import TransformWaiter
 from pipros.msg.time import NS_PER_S
 
 DEFAULT_LENGTH = 10 * NS_PER_S
@@ -31,11 +32,14 @@ NORM_TOLERANCE = 10e-3
 """Maximum deviation of a quaternion's squared norm from 1."""
 
 
-class FrameBuffer:
+class TransformBuffer:
     """Buffer of the transforms of the last `length` nanoseconds, and of static transforms.
 
     They may take `transform_bytes` of the limits. A frame that gets a transform beyond that loses the older
     half of its own; a new frame is refused.
+
+    Attributes:
+        waiter: the threads that wait for transforms of this buffer.
     """
 
     def __init__(self, length: int = DEFAULT_LENGTH, limits: Limits | None = None) -> None:
@@ -44,6 +48,7 @@ class FrameBuffer:
         self._size_bytes = 0
         self._lock = Lock()
         self._frames: Frames = {}
+        self.waiter = TransformWaiter()
 
     def insert(
         self, parent: str, child: str, stamp: int, pose: Pose, authority: str, is_static: bool = False
@@ -86,7 +91,9 @@ class FrameBuffer:
                 self._size_bytes += frame.size_bytes - before
             if refusal is None:
                 frame.authority = authority
-                return []
+        if refusal is None:
+            self.waiter.notify()
+            return []
         return [
             f"{refusal} for frame {child} at time {stamp / NS_PER_S:.6f} according to authority {authority}"
         ]
@@ -131,7 +138,7 @@ class FrameBuffer:
             self._require(fixed, "lookupTransform argument fixed_frame")
         _, in_fixed = self.lookup(fixed, source, source_time)
         time, in_target = self.lookup(target, fixed, target_time)
-        return time, composed_exactly(in_target, in_fixed)
+        return time, compose_via_matrices(in_target, in_fixed)
 
     def can_transform(self, target: str, source: str, time: int) -> str | None:
         """Return None if `lookup` would succeed, otherwise the reason why not, with tf2's text.
@@ -223,13 +230,6 @@ class FrameBuffer:
         """Return all frames in the order in which they were first seen."""
         with self._lock:
             return list(self._frames)
-
-    def parent(self, name: str, time: int) -> str | None:
-        """Return the parent of a frame at a time, or None if it is not known."""
-        with self._lock:
-            frame = self._frames.get(name)
-            number = -1 if frame is None else frame.locate(time)
-            return None if frame is None or number < 0 else frame.parents[number]
 
     def as_string(self) -> str:
         """Return one line per frame, with its parent."""

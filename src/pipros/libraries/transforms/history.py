@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from typing import Protocol
 
-from pipros.libraries.transforms.pose import Pose, between
+from pipros.libraries.transforms.pose import Pose, interpolate
 from pipros.msg.time import NS_PER_S
 
 _POSE_BYTES = 350
@@ -121,7 +121,7 @@ class MovingFrame:
         if self.parents[number] != self.parents[after]:
             return self.poses[number]  # hold the pose until the parent changes
         ratio = (time - older) / (self.stamps[after] - older)
-        return between(self.poses[number], self.poses[after], ratio)
+        return interpolate(self.poses[number], self.poses[after], ratio)
 
     def why_not(self, time: int) -> str:
         """Return the reason why no pose is available for `time`."""

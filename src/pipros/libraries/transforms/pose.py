@@ -1,7 +1,11 @@
-"""Poses as seven numbers: a position (x, y, z) and an orientation (a quaternion x, y, z, w).
+"""Poses as seven numbers: a position (px, py, pz) and an orientation (a quaternion qx, qy, qz, qw).
 
 As in tf, the norm of a quaternion may differ slightly from 1. Uses the formulas of tf2, so that results are
 equal even then. Compositions compose right to left: `composed(outer, inner)` applies `inner` first.
+
+`matrices` computes matrices, norms and angles a second time, with the formulas and arrays of
+`tf.transformations`. Look-ups need no numpy (an extra that is slow to import), and tf2's bits;
+`tests/unit/libraries/transforms/test_pose_and_matrices.py` compares the two.
 """
 
 from __future__ import annotations
@@ -10,28 +14,30 @@ from math import acos, asin, atan2, cos, pi, sin, sqrt
 
 Pose = tuple[float, float, float, float, float, float, float]
 
+Vector = tuple[float, float, float]
+
 IDENTITY: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 def composed(outer: Pose, inner: Pose) -> Pose:
     """Return `outer * inner`: the pose `inner`, given in the frame `outer`, in the parent of `outer`."""
-    ox, oy, oz, x, y, z, w = outer
+    opx, opy, opz, oqx, oqy, oqz, oqw = outer
     px, py, pz, qx, qy, qz, qw = inner
-    if w == 1.0 and x == y == z == 0.0:  # fast path: most frames of a robot are not rotated
-        return (ox + px, oy + py, oz + pz, qx, qy, qz, qw)
+    if oqw == 1.0 and oqx == oqy == oqz == 0.0:  # fast path: most frames of a robot are not rotated
+        return (opx + px, opy + py, opz + pz, qx, qy, qz, qw)
     # (ix, iy, iz, -iw) is the product of the outer quaternion and the position.
-    ix = w * px + y * pz - z * py
-    iy = w * py + z * px - x * pz
-    iz = w * pz + x * py - y * px
-    iw = x * px + y * py + z * pz
+    ix = oqw * px + oqy * pz - oqz * py
+    iy = oqw * py + oqz * px - oqx * pz
+    iz = oqw * pz + oqx * py - oqy * px
+    iw = oqx * px + oqy * py + oqz * pz
     return (
-        ix * w + iw * x - iy * z + iz * y + ox,
-        iy * w + iw * y - iz * x + ix * z + oy,
-        iz * w + iw * z - ix * y + iy * x + oz,
-        w * qx + x * qw + y * qz - z * qy,
-        w * qy + y * qw + z * qx - x * qz,
-        w * qz + z * qw + x * qy - y * qx,
-        w * qw - x * qx - y * qy - z * qz,
+        ix * oqw + iw * oqx - iy * oqz + iz * oqy + opx,
+        iy * oqw + iw * oqy - iz * oqx + ix * oqz + opy,
+        iz * oqw + iw * oqz - ix * oqy + iy * oqx + opz,
+        oqw * qx + oqx * qw + oqy * qz - oqz * qy,
+        oqw * qy + oqy * qw + oqz * qx - oqx * qz,
+        oqw * qz + oqz * qw + oqx * qy - oqy * qx,
+        oqw * qw - oqx * qx - oqy * qy - oqz * qz,
     )
 
 
@@ -42,7 +48,17 @@ def inverted(pose: Pose) -> Pose:
     return (*composed(rotation, (-px, -py, -pz, -qx, -qy, -qz, qw))[:3], -qx, -qy, -qz, qw)
 
 
-def between(older: Pose, newer: Pose, ratio: float) -> Pose:
+def transform_point(frame: Pose, point: Vector) -> Vector:
+    """Return a point that is given in the frame with the pose `frame`, in the parent of that frame."""
+    return composed(frame, (*point, *IDENTITY[3:]))[:3]
+
+
+def rotate(frame: Pose, vector: Vector) -> Vector:
+    """Return a vector that is given in the frame with the pose `frame`, in the parent of that frame."""
+    return transform_point((*IDENTITY[:3], *frame[3:]), vector)
+
+
+def interpolate(older: Pose, newer: Pose, ratio: float) -> Pose:
     """Interpolate between two poses; `ratio` is 0 for the older and 1 for the newer one.
 
     The position is interpolated linearly, the orientation by slerp along the shorter arc.
@@ -82,18 +98,18 @@ Matrix = tuple[float, float, float, float, float, float, float, float, float]
 
 def rotation_matrix(pose: Pose) -> Matrix:
     """Return the orientation of a pose as a matrix. The quaternion may have any norm except 0."""
-    _, _, _, x, y, z, w = pose
-    s = 2.0 / (x * x + y * y + z * z + w * w)
+    _, _, _, qx, qy, qz, qw = pose
+    s = 2.0 / (qx * qx + qy * qy + qz * qz + qw * qw)
     return (
-        1.0 - s * (y * y + z * z),
-        s * (x * y - w * z),
-        s * (x * z + w * y),
-        s * (x * y + w * z),
-        1.0 - s * (x * x + z * z),
-        s * (y * z - w * x),
-        s * (x * z - w * y),
-        s * (y * z + w * x),
-        1.0 - s * (x * x + y * y),
+        1.0 - s * (qy * qy + qz * qz),
+        s * (qx * qy - qw * qz),
+        s * (qx * qz + qw * qy),
+        s * (qx * qy + qw * qz),
+        1.0 - s * (qx * qx + qz * qz),
+        s * (qy * qz - qw * qx),
+        s * (qx * qz - qw * qy),
+        s * (qy * qz + qw * qx),
+        1.0 - s * (qx * qx + qy * qy),
     )
 
 
@@ -106,8 +122,8 @@ def normalized(pose: Pose) -> Pose:
     trace = m[0] + m[4] + m[8]
     if trace > 0.0:
         s = sqrt(trace + 1.0)
-        w, s = s * 0.5, 0.5 / s
-        return (*pose[:3], (m[7] - m[5]) * s, (m[2] - m[6]) * s, (m[3] - m[1]) * s, w)
+        qw, s = s * 0.5, 0.5 / s
+        return (*pose[:3], (m[7] - m[5]) * s, (m[2] - m[6]) * s, (m[3] - m[1]) * s, qw)
     i = (2 if m[4] < m[8] else 1) if m[0] < m[4] else (2 if m[0] < m[8] else 0)
     j, k = (i + 1) % 3, (i + 2) % 3
     s = sqrt(m[4 * i] - m[4 * j] - m[4 * k] + 1.0)
@@ -118,7 +134,7 @@ def normalized(pose: Pose) -> Pose:
     return (*pose[:3], q[0], q[1], q[2], (m[3 * k + j] - m[3 * j + k]) * s)
 
 
-def composed_exactly(outer: Pose, inner: Pose) -> Pose:
+def compose_via_matrices(outer: Pose, inner: Pose) -> Pose:
     """Like `composed`, but uses rotation matrices, which normalises all quaternions.
 
     tf2 composes transforms with two times this way.
@@ -142,7 +158,7 @@ def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> tuple[float, f
     )
 
 
-def roll_pitch_yaw(pose: Pose) -> tuple[float, float, float]:
+def roll_pitch_yaw(pose: Pose) -> Vector:
     """Return the orientation of a pose as angles in radians about the fixed axes x, y and z."""
     m = rotation_matrix(pose)
     if abs(m[6]) >= 1.0:  # gimbal lock: roll and yaw have the same axis

@@ -6,8 +6,8 @@ Frames without a history are roots. Steps and errors occur in the same order as 
 from __future__ import annotations
 
 from pipros.libraries.transforms.errors import ConnectivityException, ExtrapolationException, LookupException
+from pipros.libraries.transforms.formatting import frames_as_string
 from pipros.libraries.transforms.history import FrameHistory
-from pipros.libraries.transforms.listing import frames_as_string
 from pipros.libraries.transforms.pose import IDENTITY, Pose, composed, inverted
 
 MAX_DEPTH = 1000

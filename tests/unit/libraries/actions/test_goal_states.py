@@ -20,7 +20,7 @@ def test_a_goal_that_succeeds_goes_through_all_states() -> None:
     assert goal.on_status(Status.ACTIVE) == [State.ACTIVE]
     assert goal.on_status(Status.SUCCEEDED) == [State.WAITING_FOR_RESULT]
     assert goal.on_result(Status.SUCCEEDED) == [State.DONE]
-    assert goal.terminal_status() is Status.SUCCEEDED
+    assert goal.status is Status.SUCCEEDED
 
 
 def test_a_result_before_any_status_ends_the_goal_by_way_of_all_states() -> None:
@@ -34,7 +34,7 @@ def test_a_result_before_any_status_ends_the_goal_by_way_of_all_states() -> None
     ]
     assert goal.on_status(Status.ACTIVE) == []
     assert goal.on_result(Status.ABORTED) == []
-    assert goal.terminal_status() is Status.PREEMPTED
+    assert goal.status is Status.PREEMPTED
 
 
 def test_a_goal_that_ended_cannot_be_cancelled_any_more() -> None:
@@ -62,7 +62,7 @@ def test_a_goal_that_the_server_does_not_list_any_more_is_lost() -> None:
     goal.on_status(Status.ACTIVE)
 
     assert goal.on_status(None) == [State.DONE]
-    assert goal.terminal_status() is Status.LOST
+    assert goal.status is Status.LOST
 
 
 @pytest.mark.parametrize("status", [Status.PENDING, Status.REJECTED, 17])
@@ -101,7 +101,7 @@ def test_client_and_server_agree_whatever_happens(events: list[tuple[Event | str
     if status in TERMINAL:
         way += client.on_result(status)
         assert client.state is State.DONE
-        assert client.terminal_status() is status
+        assert client.status is status
     assert way.count(State.DONE) <= 1
     assert State.DONE not in way[:-1]
 

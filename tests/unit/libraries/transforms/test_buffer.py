@@ -7,7 +7,7 @@ import math
 import pytest
 
 from pipros.basics.limits import Limits
-from pipros.libraries.transforms.buffer import FrameBuffer
+from pipros.libraries.transforms.buffer import TransformBuffer
 from pipros.libraries.transforms.errors import (
     ConnectivityException,
     ExtrapolationException,
@@ -25,9 +25,9 @@ def at(x: float, yaw: float = 0.0) -> Pose:
 
 
 @pytest.fixture
-def buffer() -> FrameBuffer:
+def buffer() -> TransformBuffer:
     """map → base → arm, which move, and arm → hand, which does not."""
-    made = FrameBuffer()
+    made = TransformBuffer()
     for second in range(1, 6):
         made.insert("map", "base", second * S, at(second), "me")
         made.insert("base", "arm", second * S, at(10, yaw=second * math.pi / 10), "me")
@@ -35,7 +35,7 @@ def buffer() -> FrameBuffer:
     return made
 
 
-def test_between_two_stamps_a_frame_is_in_between(buffer: FrameBuffer) -> None:
+def test_between_two_stamps_a_frame_is_in_between(buffer: TransformBuffer) -> None:
     time, pose = buffer.lookup("map", "base", int(2.25 * S))
 
     assert time == int(2.25 * S)
@@ -43,7 +43,7 @@ def test_between_two_stamps_a_frame_is_in_between(buffer: FrameBuffer) -> None:
     assert buffer.lookup("base", "arm", int(2.5 * S))[1] == pytest.approx(at(10, yaw=math.pi / 4))
 
 
-def test_there_and_back_is_where_it_was(buffer: FrameBuffer) -> None:
+def test_there_and_back_is_where_it_was(buffer: TransformBuffer) -> None:
     _, there = buffer.lookup("map", "hand", 3 * S)
     _, back = buffer.lookup("hand", "map", 3 * S)
 
@@ -52,7 +52,7 @@ def test_there_and_back_is_where_it_was(buffer: FrameBuffer) -> None:
     assert back[5] == pytest.approx(-there[5])
 
 
-def test_the_newest_is_the_newest_that_all_have(buffer: FrameBuffer) -> None:
+def test_the_newest_is_the_newest_that_all_have(buffer: TransformBuffer) -> None:
     buffer.insert("map", "base", 7 * S, at(7), "me")
 
     assert buffer.lookup("map", "hand", 0)[0] == 5 * S
@@ -60,11 +60,11 @@ def test_the_newest_is_the_newest_that_all_have(buffer: FrameBuffer) -> None:
     assert buffer.lookup("arm", "hand", 0)[0] == 0
 
 
-def test_a_frame_in_itself_needs_no_transform(buffer: FrameBuffer) -> None:
+def test_a_frame_in_itself_needs_no_transform(buffer: TransformBuffer) -> None:
     assert buffer.lookup("nowhere", "nowhere", 9) == (9, (0, 0, 0, 0, 0, 0, 1))
 
 
-def test_two_times_are_joined_where_nothing_moves(buffer: FrameBuffer) -> None:
+def test_two_times_are_joined_where_nothing_moves(buffer: TransformBuffer) -> None:
     time, pose = buffer.lookup_full("base", 4 * S, "base", 2 * S, "map")
 
     assert time == 4 * S
@@ -84,7 +84,7 @@ def test_two_times_are_joined_where_nothing_moves(buffer: FrameBuffer) -> None:
     ],
 )
 def test_unanswerable_lookups_are_errors(
-    buffer: FrameBuffer, target: str, source: str, time: int, error: type[TransformException], words: str
+    buffer: TransformBuffer, target: str, source: str, time: int, error: type[TransformException], words: str
 ) -> None:
     buffer.insert("sun", "moon", 3 * S, at(1), "me")
 
@@ -112,7 +112,7 @@ def test_unanswerable_lookups_are_errors(
     ],
 )
 def test_invalid_transforms_are_refused(
-    buffer: FrameBuffer, parent: str, child: str, pose: Pose, word: str
+    buffer: TransformBuffer, parent: str, child: str, pose: Pose, word: str
 ) -> None:
     refused = buffer.insert(parent, child, S, pose, "me")
 
@@ -120,7 +120,7 @@ def test_invalid_transforms_are_refused(
     assert buffer.frame_names() == ["base", "map", "arm", "hand"]
 
 
-def test_a_time_before_zero_is_refused(buffer: FrameBuffer) -> None:
+def test_a_time_before_zero_is_refused(buffer: TransformBuffer) -> None:
     for is_static in (False, True):
         (refused,) = buffer.insert("map", "x", -1, at(1), "me", is_static)
         assert "TF_NEGATIVE_TIME: the stamp of 'x' must be >= 0" in refused
@@ -128,7 +128,7 @@ def test_a_time_before_zero_is_refused(buffer: FrameBuffer) -> None:
         buffer.lookup("map", "x", 0)
 
 
-def test_old_and_repeated_stamps_are_refused(buffer: FrameBuffer) -> None:
+def test_old_and_repeated_stamps_are_refused(buffer: TransformBuffer) -> None:
     assert "TF_REPEATED_DATA" in buffer.insert("map", "base", 3 * S, at(9), "me")[0]
     buffer.insert("map", "base", 20 * S, at(9), "me")
 
@@ -137,22 +137,21 @@ def test_old_and_repeated_stamps_are_refused(buffer: FrameBuffer) -> None:
         buffer.lookup("map", "base", 5 * S)
 
 
-def test_a_late_transform_is_inserted_by_its_stamp(buffer: FrameBuffer) -> None:
+def test_a_late_transform_is_inserted_by_its_stamp(buffer: TransformBuffer) -> None:
     assert buffer.insert("map", "base", int(2.5 * S), at(20), "me") == []
 
     assert buffer.lookup("map", "base", int(2.25 * S))[1] == pytest.approx(at(11))
 
 
-def test_a_frame_that_changes_its_parent_stays_where_it_was_until_then(buffer: FrameBuffer) -> None:
+def test_a_frame_that_changes_its_parent_stays_where_it_was_until_then(buffer: TransformBuffer) -> None:
     buffer.insert("arm", "cup", 2 * S, at(1), "me")
     buffer.insert("map", "cup", 4 * S, at(50), "me")
 
-    assert buffer.parent("cup", 3 * S) == "arm"
     assert buffer.lookup("arm", "cup", 3 * S)[1] == pytest.approx(at(1))
     assert buffer.lookup("map", "cup", 4 * S)[1] == pytest.approx(at(50))
 
 
-def test_a_circle_is_an_error_and_ends(buffer: FrameBuffer) -> None:
+def test_a_circle_is_an_error_and_ends(buffer: TransformBuffer) -> None:
     for second in range(6, 8):
         buffer.insert("hand", "map", second * S, at(1), "me")
     buffer.insert("x", "y", 6 * S, at(1), "me")
@@ -161,7 +160,7 @@ def test_a_circle_is_an_error_and_ends(buffer: FrameBuffer) -> None:
         buffer.lookup("base", "y", 0)
 
 
-def test_clearing_leaves_what_never_moves(buffer: FrameBuffer) -> None:
+def test_clearing_leaves_what_never_moves(buffer: TransformBuffer) -> None:
     buffer.clear()
 
     assert buffer.lookup("arm", "hand", 3 * S)[1] == at(0.5)
@@ -182,28 +181,28 @@ def test_clearing_leaves_what_never_moves(buffer: FrameBuffer) -> None:
     ],
 )
 def test_the_way_through_the_tree(
-    buffer: FrameBuffer, target: str, source: str, fixed: str, expected: list[str]
+    buffer: TransformBuffer, target: str, source: str, fixed: str, expected: list[str]
 ) -> None:
     buffer.insert("base", "cam", 0, at(1), "me", is_static=True)
 
     assert buffer.chain(target, 3 * S, source, 3 * S, fixed) == expected
 
 
-def test_frames_are_listed_for_tools(buffer: FrameBuffer) -> None:
+def test_frames_are_listed_for_tools(buffer: TransformBuffer) -> None:
     yaml = buffer.as_yaml()
     assert yaml.startswith("base: \n  parent: 'map'\n  broadcaster: 'me'\n  rate: 1.250\n")
     assert '"arm" -> "hand"[label="Broadcaster: me\\nAverage rate: 10000.000 Hz' in buffer.as_dot()
     assert "( 1.000 sec old)" in buffer.as_dot(6.0)
-    assert FrameBuffer().as_yaml() == "{}"
+    assert TransformBuffer().as_yaml() == "{}"
 
 
-def test_an_infinite_translation_is_accepted_as_in_tf2(buffer: FrameBuffer) -> None:
+def test_an_infinite_translation_is_accepted_as_in_tf2(buffer: TransformBuffer) -> None:
     assert buffer.insert("map", "far", S, at(math.inf), "me") == []
     assert buffer.lookup("map", "far", S)[1][0] == math.inf
     assert buffer.insert("map", "turned", S, (0, 0, 0, math.inf, 0, 0, 1), "me") != []
 
 
-def test_a_stamp_of_the_far_future_makes_later_ones_old_as_in_tf2(buffer: FrameBuffer) -> None:
+def test_a_stamp_of_the_far_future_makes_later_ones_old_as_in_tf2(buffer: TransformBuffer) -> None:
     assert buffer.insert("map", "base", (2**32 - 1) * S, at(1), "me") == []
     (refusal,) = buffer.insert("map", "base", 6 * S, at(6), "me")
     assert refusal.startswith("TF_OLD_DATA ignoring data from the past")
@@ -212,7 +211,7 @@ def test_a_stamp_of_the_far_future_makes_later_ones_old_as_in_tf2(buffer: FrameB
 
 
 def test_frames_beyond_the_limit_are_refused() -> None:
-    buffer = FrameBuffer(limits=Limits(transform_bytes=100_000))
+    buffer = TransformBuffer(limits=Limits(transform_bytes=100_000))
     refusals = [buffer.insert("map", f"frame_{number}", S, at(1), "me") for number in range(200)]
 
     assert 50 < len(buffer.frame_names()) < 100
@@ -226,7 +225,7 @@ def test_frames_beyond_the_limit_are_refused() -> None:
 
 
 def test_transforms_beyond_the_limit_replace_older_ones_of_their_frame() -> None:
-    buffer = FrameBuffer(limits=Limits(transform_bytes=100_000))
+    buffer = TransformBuffer(limits=Limits(transform_bytes=100_000))
     for number in range(10_000):
         assert buffer.insert("map", "base", S + number, at(number), "me") == []
 
@@ -235,7 +234,7 @@ def test_transforms_beyond_the_limit_replace_older_ones_of_their_frame() -> None
         buffer.lookup("map", "base", S + 1)
 
 
-def test_the_frames_in_the_error_of_a_circle_are_bounded(buffer: FrameBuffer) -> None:
+def test_the_frames_in_the_error_of_a_circle_are_bounded(buffer: TransformBuffer) -> None:
     for number in range(1_000):
         buffer.insert("map", f"{number}" * 20, S, at(1), "me")
     buffer.insert("b", "a", S, at(1), "me")

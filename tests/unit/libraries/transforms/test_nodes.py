@@ -6,9 +6,9 @@ import math
 
 import pytest
 
+from pipros.libraries.transforms.formatting import pose_as_text
 from pipros.libraries.transforms.monitor import FRAME_LIMIT, Monitor
 from pipros.libraries.transforms.pose import from_roll_pitch_yaw, roll_pitch_yaw
-from tf.nodes.tf_echo import text_of
 from tf.nodes.tf_remap import mappings_of
 from tf2_ros.nodes import echo
 from tf2_ros.nodes.static_transform_publisher import transform_of, transform_of_param
@@ -59,8 +59,7 @@ def test_straight_up_is_one_of_many_answers(pitch: float) -> None:
 
 
 def test_what_is_echoed() -> None:
-    assert text_of(5.0, (1, 2, 3), (0, 0, 0, 1)).splitlines()[:3] == [
-        "At time 5.000",
+    assert pose_as_text((1, 2, 3, 0, 0, 0, 1)).splitlines()[:2] == [
         "- Translation: [1.000, 2.000, 3.000]",
         "- Rotation: in Quaternion [0.000, 0.000, 0.000, 1.000]",
     ]

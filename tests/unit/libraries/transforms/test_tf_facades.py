@@ -119,3 +119,16 @@ def test_tf_takes_names_with_a_slash() -> None:
 def test_a_time_must_be_one(wrong: Any) -> None:
     with pytest.raises(TypeError, match="to_sec"):
         tf2_py.BufferCore().lookup_transform_core("a", "b", wrong)
+
+
+def test_the_velocity_of_a_frame_is_that_around_the_time() -> None:
+    transformer = tf.Transformer()
+    for second in (10, 11, 12):
+        transformer.setTransform(stamped("map", "base", second, second**2))
+
+    velocities = [
+        transformer.lookupTwist("base", "map", rospy.Time.from_sec(time), rospy.Duration(1))
+        for time in (0, 11)
+    ]
+
+    assert velocities == [((23.0, 0.0, 0.0), (0.0, 0.0, 0.0)), ((22.0, 0.0, 0.0), (0.0, 0.0, 0.0))]

@@ -1,7 +1,10 @@
 """Homogeneous 4x4 matrices, Euler angles and quaternions with numpy: the functions of `tf.transformations`.
 
 Matrices act on column vectors. Unless stated otherwise, matrices are arrays of shape (4, 4), quaternions
-arrays (x, y, z, w) of shape (4,), vectors arrays of shape (3,) and angles are in radians.
+arrays (qx, qy, qz, qw) of shape (4,), vectors arrays of shape (3,) and angles are in radians.
+
+The buffer uses `transforms.pose` instead, which does without numpy and rounds as tf2 does;
+`tests/unit/libraries/transforms/test_pose_and_matrices.py` compares the two.
 """
 
 try:

@@ -17,7 +17,7 @@ from pipros.libraries.transforms.matrices.arrays import (
 
 
 def first_three(vector: ArrayLike) -> Array:
-    """Return the first three coordinates of a vector, which may be homogeneous."""
+    """Return the first three coordinates of a vector of shape (3,), or (4,) if it is homogeneous."""
     return np.array(vector, dtype=np.float64)[:3]
 
 

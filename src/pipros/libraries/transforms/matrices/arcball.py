@@ -1,4 +1,7 @@
-"""Rotation by dragging a virtual ball, after K. Shoemake, "Arcball rotation control", Graphics Gems IV."""
+"""Rotation by dragging a virtual ball, after K. Shoemake, "Arcball rotation control", Graphics Gems IV.
+
+Points of the window are (x, y) in pixels, y downwards; points of the unit sphere have the shape (3,).
+"""
 
 from __future__ import annotations
 
@@ -20,6 +23,10 @@ from pipros.libraries.transforms.matrices.quaternions import (
 class Arcball:
     """A virtual trackball: call `down` when a mouse button is pressed and `drag` when the mouse moves.
 
+    Attributes:
+        axes: unit vectors (each of shape (3,)), to one of which rotations are constrained; None for no axes.
+        is_constrained: whether the axes constrain rotations.
+
     >>> ball = Arcball()
     >>> ball.place((320, 320), 320)
     >>> ball.down((500, 250))
@@ -31,11 +38,11 @@ class Arcball:
     def __init__(self, initial: ArrayLike | None = None) -> None:
         """Set the initial rotation, a quaternion or a 4x4 matrix. Raises ValueError for another shape."""
         self._axis: Array | None = None
-        self._axes: list[Array] | None = None
+        self.axes: Sequence[ArrayLike] | None = None
         self._radius = 1.0
         self._centre = [0.0, 0.0]
         self._grabbed = np.array((0.0, 0.0, 1.0))
-        self._constrained = False
+        self.is_constrained = False
         if initial is None:
             self._at_grab = np.array((0.0, 0.0, 0.0, 1.0))
         else:
@@ -53,24 +60,12 @@ class Arcball:
         self._radius = float(radius)
         self._centre = [center[0], center[1]]
 
-    def setaxes(self, *axes: ArrayLike) -> None:
-        """Set the axes of a constrained rotation; None removes them."""
-        self._axes = None if axes and axes[0] is None else [unit_vector(axis) for axis in axes]
-
-    def setconstrain(self, constrain: bool) -> None:
-        """Enable or disable the constraint to the axes of `setaxes`."""
-        self._constrained = constrain is True
-
-    def getconstrain(self) -> bool:
-        """Return whether rotations are constrained to the axes of `setaxes`."""
-        return self._constrained
-
     def down(self, point: Sequence[float]) -> None:
         """Grab the ball at a point of the window."""
         self._grabbed = arcball_map_to_sphere(point, self._centre, self._radius)
         self._at_grab = self._before = self._now
-        if self._constrained and self._axes is not None:
-            self._axis = arcball_nearest_axis(self._grabbed, self._axes)
+        if self.is_constrained and self.axes is not None:
+            self._axis = arcball_nearest_axis(self._grabbed, self.axes)
             self._grabbed = arcball_constrain_to_axis(self._grabbed, self._axis)
         else:
             self._axis = None

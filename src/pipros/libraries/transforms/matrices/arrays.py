@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+"""Floats, of shape (4, 4), (4,) or (3,) as the package's docstring says, unless a function says otherwise."""
 
 EPSILON = float(np.finfo(float).eps) * 4.0
 """Numbers below this are treated as zero; tf's `_EPS`."""
@@ -78,7 +79,7 @@ def is_same_transform(matrix0: ArrayLike, matrix1: ArrayLike) -> bool:
 def real_eigenvector(matrix: Array, eigenvalue: float, last: bool = True) -> Array | None:
     """Return the real part of an eigenvector for `eigenvalue`, or None if the matrix has no such eigenvalue.
 
-    If there are several, return the last or the first one in numpy's order.
+    `matrix` has the shape (n, n), the eigenvector (n,). Of several, return numpy's last or first one.
     """
     values, vectors = np.linalg.eig(matrix)
     found = np.flatnonzero(np.abs(np.real(values) - eigenvalue) < EIGENVALUE_TOLERANCE)

@@ -14,15 +14,15 @@ from pipros.libraries.transforms.matrices.euler import euler_matrix
 from pipros.libraries.transforms.matrices.quaternions import quaternion_matrix
 
 Parts = tuple[Array, list[float], list[float], Array, Array]
+"""Scale, shear, angles and translation with three numbers each, and perspective of shape (4,)."""
 
 
 def decompose_matrix(matrix: ArrayLike) -> Parts:
     """Decompose a matrix into scale, shear, angles, translation and perspective.
 
-    Scale is (x, y, z), shear (x-y, x-z, y-z), angles are about the static axes x, y and z, translation is
-    (x, y, z) and perspective has four numbers. `compose_matrix` is the inverse. Method: S. W. Thomas,
-    "Decomposing a matrix into simple transformations", Graphics Gems II. Raises ValueError if the matrix
-    cannot be decomposed.
+    Scale and translation are (x, y, z), shear is (x-y, x-z, y-z), angles are about the static axes x, y, z.
+    `compose_matrix` is the inverse. Method: S. W. Thomas, "Decomposing a matrix into simple transformations",
+    Graphics Gems II. Raises ValueError if the matrix cannot be decomposed.
     """
     whole = np.array(matrix, dtype=np.float64)
     if abs(whole[3, 3]) < EPSILON:
@@ -139,6 +139,7 @@ def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, 
 
 
 def _kabsch(source: Array, target: Array) -> Array:
+    """Return the rotation, of shape (3, 3), that maps points of shape (3, n) closest to others."""
     left, _, right = np.linalg.svd(target @ source.T)
     rotation: Array = left @ right
     if np.linalg.det(rotation) < 0.0:  # a reflection fits best: flip the axis of the smallest singular value
@@ -147,6 +148,7 @@ def _kabsch(source: Array, target: Array) -> Array:
 
 
 def _horn(source: Array, target: Array) -> Array:
+    """Return the same as `_kabsch`."""
     s = source @ target.T
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = s.tolist()
     symmetric = np.array(
@@ -158,5 +160,5 @@ def _horn(source: Array, target: Array) -> Array:
         )
     )
     _, vectors = np.linalg.eigh(symmetric)
-    w, x, y, z = vectors[:, -1].tolist()  # of the largest eigenvalue
-    return quaternion_matrix((x, y, z, w))[:3, :3]
+    qw, qx, qy, qz = vectors[:, -1].tolist()  # of the largest eigenvalue
+    return quaternion_matrix((qx, qy, qz, qw))[:3, :3]

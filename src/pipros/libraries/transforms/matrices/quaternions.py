@@ -1,4 +1,4 @@
-"""Quaternions, as arrays (x, y, z, w)."""
+"""Quaternions, as arrays (qx, qy, qz, qw) of shape (4,)."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ def quaternion_about_axis(angle: float, axis: ArrayLike) -> Array:
 
 def quaternion_matrix(quaternion: ArrayLike) -> Array:
     """Return the 4x4 rotation matrix of a quaternion of any norm; norm 0 gives the identity."""
-    x, y, z, w = np.asarray(quaternion, dtype=np.float64)[:4].tolist()
-    square = x * x + y * y + z * z + w * w
+    qx, qy, qz, qw = np.asarray(quaternion, dtype=np.float64)[:4].tolist()
+    square = qx * qx + qy * qy + qz * qz + qw * qw
     if square < EPSILON:
         return np.identity(4)
-    factor = 2.0 / square
+    s = 2.0 / square
     return np.array(
         (
-            (1.0 - factor * (y * y + z * z), factor * (x * y - z * w), factor * (x * z + y * w), 0.0),
-            (factor * (x * y + z * w), 1.0 - factor * (x * x + z * z), factor * (y * z - x * w), 0.0),
-            (factor * (x * z - y * w), factor * (y * z + x * w), 1.0 - factor * (x * x + y * y), 0.0),
+            (1.0 - s * (qy * qy + qz * qz), s * (qx * qy - qz * qw), s * (qx * qz + qy * qw), 0.0),
+            (s * (qx * qy + qz * qw), 1.0 - s * (qx * qx + qz * qz), s * (qy * qz - qx * qw), 0.0),
+            (s * (qx * qz - qy * qw), s * (qy * qz + qx * qw), 1.0 - s * (qx * qx + qy * qy), 0.0),
             (0.0, 0.0, 0.0, 1.0),
         )
     )
@@ -97,22 +97,22 @@ def euler_from_quaternion(
 
 def quaternion_multiply(quaternion1: ArrayLike, quaternion0: ArrayLike) -> Array:
     """Return the product `quaternion1 * quaternion0`, which applies the rotation `quaternion0` first."""
-    x0, y0, z0, w0 = np.asarray(quaternion0, dtype=np.float64).tolist()
-    x1, y1, z1, w1 = np.asarray(quaternion1, dtype=np.float64).tolist()
+    qx0, qy0, qz0, qw0 = np.asarray(quaternion0, dtype=np.float64).tolist()
+    qx1, qy1, qz1, qw1 = np.asarray(quaternion1, dtype=np.float64).tolist()
     return np.array(
         (
-            w1 * x0 + x1 * w0 + y1 * z0 - z1 * y0,
-            w1 * y0 + y1 * w0 + z1 * x0 - x1 * z0,
-            w1 * z0 + z1 * w0 + x1 * y0 - y1 * x0,
-            w1 * w0 - x1 * x0 - y1 * y0 - z1 * z0,
+            qw1 * qx0 + qx1 * qw0 + qy1 * qz0 - qz1 * qy0,
+            qw1 * qy0 + qy1 * qw0 + qz1 * qx0 - qx1 * qz0,
+            qw1 * qz0 + qz1 * qw0 + qx1 * qy0 - qy1 * qx0,
+            qw1 * qw0 - qx1 * qx0 - qy1 * qy0 - qz1 * qz0,
         )
     )
 
 
 def quaternion_conjugate(quaternion: ArrayLike) -> Array:
-    """Return the conjugate (-x, -y, -z, w)."""
-    x, y, z, w = np.asarray(quaternion, dtype=np.float64).tolist()
-    return np.array((-x, -y, -z, w))
+    """Return the conjugate (-qx, -qy, -qz, qw)."""
+    qx, qy, qz, qw = np.asarray(quaternion, dtype=np.float64).tolist()
+    return np.array((-qx, -qy, -qz, qw))
 
 
 def quaternion_inverse(quaternion: ArrayLike) -> Array:

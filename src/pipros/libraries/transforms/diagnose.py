@@ -15,7 +15,7 @@ UNKNOWN_SENDER = "unknown_publisher"
 
 
 @dataclass(frozen=True, slots=True)
-class HeardTransform:
+class ReceivedTransform:
     """One received transform.
 
     Attributes:
@@ -32,13 +32,13 @@ class HeardTransform:
     rotation_length: float
 
 
-def heard_in(message: Any, now: Any) -> list[HeardTransform]:
+def received_in(message: Any, now: Any) -> list[ReceivedTransform]:
     """Return the transforms of a `tf2_msgs/TFMessage` that was received at the time `now`."""
     found = []
     for transform in message.transforms:
         rotation = transform.transform.rotation
         found.append(
-            HeardTransform(
+            ReceivedTransform(
                 transform.header.frame_id,
                 transform.child_frame_id,
                 message._connection_header.get("callerid", UNKNOWN_SENDER),
@@ -49,10 +49,10 @@ def heard_in(message: Any, now: Any) -> list[HeardTransform]:
     return found
 
 
-def of_other_times(heard: Iterable[HeardTransform]) -> list[str]:
+def of_other_times(received: Iterable[ReceivedTransform]) -> list[str]:
     """Report, for each node with stamps more than `TIME_TOLERANCE_S` off, the largest difference."""
     furthest: dict[str, float] = {}
-    for each in heard:
+    for each in received:
         if abs(each.ahead_s) > max(TIME_TOLERANCE_S, abs(furthest.get(each.sender, 0.0))):
             furthest[each.sender] = each.ahead_s
     return [
@@ -61,21 +61,21 @@ def of_other_times(heard: Iterable[HeardTransform]) -> list[str]:
     ]
 
 
-def not_normalized(heard: Iterable[HeardTransform]) -> list[str]:
+def not_normalized(received: Iterable[ReceivedTransform]) -> list[str]:
     """Report quaternions whose norm is not 1."""
     return _each_once(
         f"rotation from [{listed(each.parent)}] to [{listed(each.child)}] is not unit length, "
         f"{each.rotation_length}"
-        for each in heard
+        for each in received
         if not abs(each.rotation_length - 1) <= LENGTH_TOLERANCE  # includes NaN
     )
 
 
-def reparented(heard: Iterable[HeardTransform]) -> list[str]:
+def reparented(received: Iterable[ReceivedTransform]) -> list[str]:
     """Report frames whose parent changed."""
     parents: dict[str, str] = {}
     found = []
-    for each in heard:
+    for each in received:
         if parents.setdefault(each.child, each.parent) != each.parent:
             found.append(
                 f"reparenting of [{listed(each.child)}] to [{listed(each.parent)}] by [{listed(each.sender)}]"
@@ -84,11 +84,11 @@ def reparented(heard: Iterable[HeardTransform]) -> list[str]:
     return _each_once(found)
 
 
-def of_several_senders(heard: Iterable[HeardTransform]) -> list[str]:
+def of_several_senders(received: Iterable[ReceivedTransform]) -> list[str]:
     """Report frames that more than one node publishes."""
     senders: dict[str, str] = {}
     found = []
-    for each in heard:
+    for each in received:
         before = senders.setdefault(each.child, each.sender)
         if before != each.sender:
             found.append(
@@ -99,9 +99,9 @@ def of_several_senders(heard: Iterable[HeardTransform]) -> list[str]:
     return _each_once(found)
 
 
-def loops(heard: Iterable[HeardTransform]) -> list[str]:
+def loops(received: Iterable[ReceivedTransform]) -> list[str]:
     """Report frames that are their own ancestors, by the latest parent of each."""
-    parents = {each.child: each.parent for each in heard}
+    parents = {each.child: each.parent for each in received}
     found = []
     for frame in parents:
         path = _path_up(frame, parents)

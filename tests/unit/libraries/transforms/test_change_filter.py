@@ -1,4 +1,4 @@
-"""When tf_change_notifier tells of a frame."""
+"""Which movements tf_change_notifier reports."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from pipros.libraries.transforms.moves import BadFramePair, FramePair, frame_pairs
+from pipros.libraries.transforms.change_filter import BadFramePair, FramePair, frame_pairs
 
 
-def test_the_first_pose_is_told_and_then_what_is_far_from_the_last() -> None:
+def test_the_first_pose_and_those_far_from_the_last_are_reported() -> None:
     pair = FramePair("hand", "map", 0.1, 0.1)
     places = [0.0, 0.06, 0.12, 0.18, 0.25]
     assert [pair.has_moved((x, 0, 0, 0, 0, 0, 1)) for x in places] == [True, False, True, False, True]

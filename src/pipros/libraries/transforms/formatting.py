@@ -1,10 +1,12 @@
-"""The frame tree as text, YAML and Graphviz DOT, in tf2's formats, which `view_frames` and others parse."""
+"""The frame tree as text, YAML and Graphviz DOT, and poses as text, in tf2's formats, which tools parse."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from math import degrees
 
 from pipros.libraries.transforms.history import FrameHistory, MovingFrame
+from pipros.libraries.transforms.pose import Pose, roll_pitch_yaw
 from pipros.msg.time import NS_PER_S
 
 Frames = Mapping[str, FrameHistory | None]
@@ -80,3 +82,18 @@ def _rows(frames: Frames) -> Iterator[tuple[str, str, str, float, float, float]]
         newest, oldest = stamp / NS_PER_S, frame.oldest_stamp() / NS_PER_S
         count = len(frame.stamps) if isinstance(frame, MovingFrame) else 1
         yield name, parent, frame.authority, count / max(newest - oldest, 0.0001), newest, oldest
+
+
+def pose_as_text(pose: Pose, digits: int = 3) -> str:
+    """Return the four lines of `tf_echo` for a pose."""
+
+    def joined(numbers: Sequence[float]) -> str:
+        return ", ".join(f"{number:.{digits}f}" for number in numbers)
+
+    angles = roll_pitch_yaw(pose)
+    return (
+        f"- Translation: [{joined(pose[:3])}]\n"
+        f"- Rotation: in Quaternion [{joined(pose[3:])}]\n"
+        f"            in RPY (radian) [{joined(angles)}]\n"
+        f"            in RPY (degree) [{joined([degrees(angle) for angle in angles])}]"
+    )

@@ -1,0 +1,151 @@
+"""One side of a bond in real time: timeouts, heartbeats and notifications around its `Life`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from threading import Condition, Timer
+
+from pipros.basics.interruptible_wait import wait_in_slices
+from pipros.libraries.bonds.life import Event, Life, State
+
+TIMEOUTS: Mapping[State, Event] = {
+    State.WAITING: Event.CONNECT_TIMEOUT,
+    State.ALIVE: Event.HEARTBEAT_TIMEOUT,
+    State.ENDING: Event.DISCONNECT_TIMEOUT,
+}
+"""The timeout that runs in a state."""
+
+
+class RestartableTimer:
+    """Timer that calls a function once after its last restart, in a thread of its own."""
+
+    def __init__(self) -> None:
+        self._timer: Timer | None = None
+
+    def restart(self, duration_s: float, call: Callable[[], object]) -> None:
+        """Start the timer again."""
+        self.cancel()
+        self._timer = Timer(duration_s, call)
+        self._timer.daemon = True
+        self._timer.start()
+
+    def cancel(self) -> None:
+        """Stop the timer without calling the function."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+
+@dataclass(eq=False)
+class BondSide:
+    """One side of a bond. All methods may be called from any thread.
+
+    Args:
+        durations_s: length of each timeout. Changes apply when the timeout is started.
+        send: publish a status message, with whether this side is alive.
+        notify: called with ALIVE once the bond is formed and DEAD once it is broken, without a lock held.
+        enter: called with each new state, with the lock held.
+        ignores_silence: whether a heartbeat timeout is to be ignored. It may block.
+        is_over: whether heartbeats and waits are to end; `wake` ends them at once.
+
+    Attributes:
+        sister_id: ID of the other side; None before its first message.
+        sister_ended_first: whether the other side has ended before this one.
+    """
+
+    durations_s: dict[Event, float]
+    send: Callable[[bool], object]
+    notify: Callable[[State], object]
+    enter: Callable[[State], object]
+    ignores_silence: Callable[[], bool]
+    is_over: Callable[[], bool]
+    sister_id: str | None = field(default=None, init=False)
+    sister_ended_first: bool = field(default=False, init=False)
+    _life: Life = field(default_factory=Life, init=False)
+    _timer: RestartableTimer = field(default_factory=RestartableTimer, init=False)
+    _changed: Condition = field(default_factory=Condition, init=False)  # its lock may be taken again
+    _pending: list[State] = field(default_factory=list, init=False)
+
+    @property
+    def state(self) -> State:
+        return self._life.state
+
+    def start_timeout(self) -> None:
+        """Start the timeout of the current state."""
+        with self._changed:
+            event = TIMEOUTS.get(self.state)
+            if event is None:
+                self._timer.cancel()
+            else:
+                self._timer.restart(self.durations_s[event], lambda: self._expire(event))
+
+    def _expire(self, event: Event) -> None:
+        if event is Event.HEARTBEAT_TIMEOUT and self.ignores_silence():
+            self.start_timeout()
+        else:
+            self.handle(event)
+
+    def receive(self, instance_id: str, is_alive: bool) -> bool:
+        """Handle a message of another instance; return False if it is neither this side nor its sister."""
+        with self._changed:
+            self.sister_id = instance_id if self.sister_id is None else self.sister_id
+        if instance_id != self.sister_id:
+            return False
+        self.handle(Event.SISTER_ALIVE if is_alive else Event.SISTER_ENDS)
+        if is_alive and self.state is State.DEAD:
+            self.publish()  # the sister has missed the end
+        return True
+
+    def handle(self, event: Event) -> None:
+        """Handle an event, and notify the owner of changes."""
+        with self._changed:
+            before, was_formed = self._life.state, self._life.was_formed
+            state = self._life.take(event)
+            if event is Event.SISTER_ENDS and before in (State.WAITING, State.ALIVE):
+                self.sister_ended_first = True
+            if self._life.was_formed and not was_formed:
+                self._pending.append(State.ALIVE)
+            if state is not before:
+                self.enter(state)
+                self.start_timeout()
+                if state is State.DEAD:
+                    self._pending.append(State.DEAD)
+                self._changed.notify_all()
+            elif event is Event.SISTER_ALIVE and state is State.ALIVE:
+                self.start_timeout()
+        if state is State.ENDING and before is not State.ENDING:
+            self.publish()
+        with self._changed:
+            pending, self._pending = self._pending, []
+        for change in pending:
+            self.notify(change)
+
+    def publish(self) -> None:
+        """Publish the status of this side."""
+        self.send(self.state in (State.WAITING, State.ALIVE))
+
+    def publish_heartbeats(self, period_s: float, ending_period_s: float) -> None:
+        """Publish the status periodically until the bond is broken, then once more."""
+        while (state := self.state) is not State.DEAD and not self.is_over():
+            self.publish()
+            with self._changed:
+                if self.state is state and not self.is_over():
+                    self._changed.wait(ending_period_s if state is State.ENDING else period_s)
+        self.publish()
+
+    def wait(self, is_reached: Callable[[State], bool], timeout_s: float | None) -> bool:
+        """Wait for a state, without limit if `timeout_s` is None. Return whether it was reached."""
+
+        def is_ended() -> bool:
+            return is_reached(self.state) or self.is_over()
+
+        with self._changed:
+            wait_in_slices(partial(self._changed.wait_for, is_ended), timeout_s)
+            return is_reached(self.state)
+
+    def wake(self) -> None:
+        """End heartbeats and waits if `is_over` is true."""
+        with self._changed:
+            self._changed.notify_all()

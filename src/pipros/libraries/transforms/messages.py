@@ -1,0 +1,48 @@
+"""Poses and times of messages: of any objects with the fields of those of geometry_msgs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.libraries.transforms.pose import IDENTITY, Pose, Vector
+from pipros.msg.time import NS_PER_S
+
+
+def vector_of(message: Any) -> Vector:
+    """Return the coordinates of a Point, Point32 or Vector3."""
+    return message.x, message.y, message.z
+
+
+def pose_of(position: Any, rotation: Any) -> Pose:
+    """Return the pose of a position and a Quaternion; one of zeros is unset, which means no rotation."""
+    if rotation.x == rotation.y == rotation.z == rotation.w == 0:
+        return (position.x, position.y, position.z, *IDENTITY[3:])
+    return (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
+
+
+def pose_of_transform(transform: Any) -> Pose:
+    """Return the pose of a Transform as floats, with its quaternion as it is."""
+    position, rotation = transform.translation, transform.rotation
+    return (
+        float(position.x),
+        float(position.y),
+        float(position.z),
+        float(rotation.x),
+        float(rotation.y),
+        float(rotation.z),
+        float(rotation.w),
+    )
+
+
+def in_ns(time: Any) -> int:
+    """Convert a time or a duration to nanoseconds.
+
+    Raises:
+        TypeError: the value is neither.
+    """
+    try:
+        return int(time.secs * NS_PER_S + time.nsecs)
+    except AttributeError:
+        if hasattr(time, "to_sec"):
+            return round(float(time.to_sec()) * NS_PER_S)
+        raise TypeError("time must have a to_sec method, e.g. rospy.Time or rospy.Duration") from None

@@ -1,0 +1,62 @@
+"""Waiting for transforms, by a clock that the caller passes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from threading import Condition
+from typing import Protocol
+
+from pipros.msg.time import NS_PER_S
+
+Answer = tuple[int, str]
+"""Whether a transform is available (1 or 0), and the reason if it is not."""
+
+_SLICE_S = 0.1
+"""Maximum time between checks for Ctrl-C, shutdown and simulated time while waiting."""
+
+_JUMP_NS = 3 * NS_PER_S
+"""If the clock jumps back further than this, a wait ends: a bag was restarted."""
+
+
+class Clock(Protocol):
+    """The time of a node."""
+
+    @property
+    def is_simulated(self) -> bool: ...
+
+    def now_ns(self) -> int: ...
+
+
+class TransformWaiter:
+    """Threads that wait for transforms. They are woken by new transforms; they do not poll."""
+
+    def __init__(self) -> None:
+        self._changed = Condition()
+        self._count = 0
+
+    def notify(self) -> None:
+        """Wake the waiting threads. The caller must not hold a lock that `ask` needs."""
+        if self._count:
+            with self._changed:
+                self._changed.notify_all()
+
+    def wait(
+        self, ask: Callable[[], Answer], timeout: int, clock: Callable[[], Clock], check: Callable[[], object]
+    ) -> Answer:
+        """Re-evaluate `ask` on each new transform until it succeeds or `timeout` (ns) expires.
+
+        Return the last answer. `check` is called before each pause; if it raises, the wait ends.
+        """
+        end = clock().now_ns() + timeout
+        with self._changed:
+            self._count += 1
+            try:
+                while not (answer := ask())[0]:
+                    left = end - clock().now_ns()
+                    if not 0 < left <= timeout + _JUMP_NS:
+                        break
+                    check()
+                    self._changed.wait(_SLICE_S if clock().is_simulated else min(left / NS_PER_S, _SLICE_S))
+            finally:
+                self._count -= 1
+        return answer

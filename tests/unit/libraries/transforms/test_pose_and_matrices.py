@@ -1,0 +1,80 @@
+"""`transforms.pose` and `transforms.matrices` compute the same, one without numpy and one with it."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import numpy as np
+import pytest
+
+from pipros.libraries.transforms.matrices.affine import translation_matrix
+from pipros.libraries.transforms.matrices.euler import euler_from_matrix
+from pipros.libraries.transforms.matrices.quaternions import (
+    quaternion_from_euler,
+    quaternion_from_matrix,
+    quaternion_matrix,
+    quaternion_slerp,
+)
+from pipros.libraries.transforms.pose import (
+    Pose,
+    composed,
+    from_roll_pitch_yaw,
+    interpolate,
+    inverted,
+    normalized,
+    roll_pitch_yaw,
+    rotation_matrix,
+)
+
+_DRAW = random.Random(24)  # noqa: S311
+
+
+def _random_pose() -> Pose:
+    px, py, pz, qx, qy, qz, qw = (_DRAW.gauss(0.0, 1.0) for _ in range(7))
+    return px, py, pz, qx, qy, qz, qw
+
+
+UNIT = [normalized(_random_pose()) for _ in range(20)]
+ANY_NORM = [
+    *(_random_pose() for _ in range(20)),
+    (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0),
+    *((0.0, 0.0, 0.0, *axis, 0.0) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 3.0))),
+]
+
+
+def matrix_of(pose: Pose) -> np.ndarray:
+    return np.asarray(translation_matrix(pose[:3]) @ quaternion_matrix(pose[3:]))
+
+
+def same_rotation(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
+    """Whether two quaternions are equal up to their sign, which means the same rotation."""
+    return abs(abs(float(np.dot(one, other))) - 1.0) < 1e-12
+
+
+@pytest.mark.parametrize("pose", ANY_NORM)
+def test_rotation_matrices_are_the_same_for_any_norm(pose: Pose) -> None:
+    assert np.allclose(np.reshape(rotation_matrix(pose), (3, 3)), quaternion_matrix(pose[3:])[:3, :3])
+
+
+@pytest.mark.parametrize("pose", ANY_NORM)
+def test_normalised_quaternions_are_the_same_rotation(pose: Pose) -> None:
+    assert same_rotation(normalized(pose)[3:], tuple(quaternion_from_matrix(quaternion_matrix(pose[3:]))))
+
+
+@pytest.mark.parametrize("pose", ANY_NORM)
+def test_angles_are_the_same(pose: Pose) -> None:
+    assert roll_pitch_yaw(pose) == pytest.approx(euler_from_matrix(quaternion_matrix(pose[3:])))
+
+
+@pytest.mark.parametrize("pitch", [math.pi / 2, -math.pi / 2, 0.4])
+def test_angles_make_the_same_quaternion_even_at_the_poles(pitch: float) -> None:
+    assert from_roll_pitch_yaw(0.3, pitch, -2.0) == pytest.approx(quaternion_from_euler(0.3, pitch, -2.0))
+
+
+@pytest.mark.parametrize(("outer", "inner"), [*zip(UNIT[::2], UNIT[1::2], strict=True)])
+def test_compositions_inverses_and_interpolations_are_the_same(outer: Pose, inner: Pose) -> None:
+    assert np.allclose(matrix_of(composed(outer, inner)), matrix_of(outer) @ matrix_of(inner))
+    assert np.allclose(matrix_of(inverted(outer)), np.linalg.inv(matrix_of(outer)))
+    found = interpolate(outer, inner, 0.3)
+    assert same_rotation(found[3:], tuple(quaternion_slerp(outer[3:], inner[3:], 0.3)))
