@@ -190,17 +190,22 @@ class OutgoingLink:
 
     def _flush(self) -> None:
         """Write as much of the backlog as the socket accepts."""
-        while self._backlog and not self.is_closed:
-            try:
-                sent = sockets.send_gathered(self.sock, self._backlog.next_buffers())
-            except (BlockingIOError, InterruptedError):
-                return
-            except OSError:
-                self._give_up()
-                return
-            self.statistics.bytes += sent
-            self.statistics.frames += self._backlog.remove_sent(sent)
-        self.is_behind = False
+        while self.is_behind and self._write():
+            pass
+
+    def _write(self) -> bool:
+        """Write as much of the backlog as one call accepts; return whether that was anything."""
+        try:
+            sent = sockets.send_gathered(self.sock, self._backlog.next_buffers())
+        except (BlockingIOError, InterruptedError):
+            return False
+        except OSError:
+            self._give_up()
+            return False
+        self.statistics.bytes += sent
+        self.statistics.frames += self._backlog.remove_sent(sent)
+        self.is_behind = bool(self._backlog)
+        return True
 
     def _drop_oldest(self) -> None:
         most = 1 if self.queue_size is None and self._is_stalled else self.queue_size
@@ -265,8 +270,10 @@ class OutgoingLink:
             self._loop.asyncio.add_writer(self.sock, self._write_waiting)
 
     def _write_waiting(self) -> None:
+        """Write once: a peer that reads as fast as we write must not keep the loop from others."""
         with self._lock:
-            self._flush()
+            if self.is_behind:
+                self._write()
             if not self.is_behind and not self.is_closed:
                 self._has_writer = False
                 self._reads_promptly = True

@@ -120,10 +120,14 @@ class PacketSharing:
         self._is_closed = True
 
     def _watch(self) -> None:
-        """Send the last messages of a burst once it has ended. Runs in the event loop."""
-        with self._lock:
-            if self._detector.end_if_idle(time.monotonic()):
-                self.apply()
-            is_watched = self._is_watched = self._detector.in_burst and not self._is_closed
-        if is_watched:  # by us: meanwhile the next burst may have begun, with its own watch
-            self._loop.asyncio.call_later(CHECK_S, self._watch)
+        """Send the last messages of a burst once it has ended. Runs in the event loop, without waiting."""
+        if self._lock.acquire(blocking=False):  # not while a message is being published
+            try:
+                if self._detector.end_if_idle(time.monotonic()):
+                    self.apply()
+                self._is_watched = self._detector.in_burst and not self._is_closed
+                if not self._is_watched:
+                    return  # a later burst has its own watch
+            finally:
+                self._lock.release()
+        self._loop.asyncio.call_later(CHECK_S, self._watch)

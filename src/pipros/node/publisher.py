@@ -15,7 +15,7 @@ from pipros.net.connection_table import LinkEntry
 from pipros.net.flush import flush_or_queue
 from pipros.net.outgoing import OutgoingLink, SendStatistics
 from pipros.net.tcpros import TcprosConnection, refuse_connection
-from pipros.net.workers import Workers
+from pipros.net.workers import Workers, interpreter_ends
 from pipros.node.codec import AnyMessage, encoder
 from pipros.node.context import NodeContext
 from pipros.node.packet_sharing import SHARED_BYTES, PacketSharing
@@ -59,7 +59,14 @@ class PublisherLink:
 class Publication:
     """A topic that a node publishes, shared by all its handles.
 
-    Invariant: `links` is replaced, never changed, so that `publish` reads it without a lock.
+    Invariant: `links` is replaced, never changed, so that it is read without a lock.
+
+    Two locks, taken in this order: `_lock` keeps the frames of several threads in the same order on all
+    links, and is held while a message is encoded, for seconds if it is large; the event loop never waits for
+    it. `_links_lock` is held only to change `links` and `_joining`, and to queue the call of the listeners.
+
+    A new subscriber gets the reply header at once and waits in `_joining`. It joins `links` with the latched
+    message, which a thread encodes, or with the next message, if that is published earlier.
     """
 
     def __init__(self, topic: str, message_class: type[Message], context: NodeContext) -> None:
@@ -69,10 +76,12 @@ class Publication:
         self.queue_size: int | None = None
         self.is_latching = False
         self.links: tuple[PublisherLink, ...] = ()
+        self._joining: tuple[PublisherLink, ...] = ()
         self.handles = 0
         self.headers: dict[str, str] = {}  # further fields for the connection header
         self.listeners: list[PeerListener] = []
         self._listeners_thread = Workers(f"subscribe listeners of {topic}", limit=1, kept_idle=0)
+        self._join_thread = Workers(f"new subscribers of {topic}", limit=1, kept_idle=0)
         self.only_thread: int | None = None  # during shutdown, the only thread that may publish
         self.links_ended = 0
         self._sent = SendStatistics()  # totals of links that have ended
@@ -82,9 +91,8 @@ class Publication:
         self._has_header = bool(getattr(message_class, "_has_header", False))
         self._sequence = 0
         self._latched: Message | None = None
-        self._lock = (
-            threading.Lock()
-        )  # keeps sequence numbers and frames of several threads in the same order
+        self._lock = threading.Lock()
+        self._links_lock = threading.Lock()
         self._sharing = PacketSharing(context.loop, self._lock, lambda: [peer.link for peer in self.links])
         self._is_closed = False
 
@@ -103,6 +111,8 @@ class Publication:
         with self._lock:
             if self.is_latching:
                 self._latched = message
+            if self._joining:
+                self._admit()
             links = self.links
             if not links:
                 return
@@ -124,7 +134,10 @@ class Publication:
         flush_or_queue([peer.link], self._context.limits.stall_s)
 
     def attach(self, connection: TcprosConnection) -> None:
-        """Answer a subscriber's header: link it and send the latched message, or refuse it."""
+        """Answer a subscriber's header: link it and send the latched message, or refuse it.
+
+        Called in the event loop: a thread encodes the latched message, or waits for a publication to end.
+        """
         refusal = topic_refusal(connection.fields, self.interface)
         if refusal:
             self._context.log.warning(refusal)
@@ -148,27 +161,56 @@ class Publication:
         )
         entry.close = link.close
         peer = PublisherLink(printable(connection.fields["callerid"]), self._context.next_link_number(), link)
-        with self._lock:
+        with self._links_lock:
+            self._joining = (*self._joining, peer)  # before the subscriber can know that it is connected
             link.send_header(header)
-            self._send_latched(link)
-            self._sharing.apply_to(link)
-            self.links = (*self.links, peer)
-        if self._is_closed:  # `close` may have missed this link
+        if self._lock.acquire(blocking=False):
+            try:
+                if self._latched is None:
+                    self._admit()
+                    return
+            finally:
+                self._lock.release()
+        try:
+            self._join_thread.run(self._send_latched)
+        except RuntimeError as error:  # the subscriber tries again
+            if not interpreter_ends(error):
+                self._context.log.error("cannot serve a subscriber of [%s]: %s", self.topic, error)
             link.close()
+
+    def _send_latched(self) -> None:
+        """Send the latched message to new subscribers, encoded once for all that wait."""
+        with self._lock:
+            if not self._joining:
+                return
+            try:
+                frame = self._frame(self._latched) if self._latched is not None else None
+            except Exception as error:  # without subscribers it was not serialised at its publication
+                self._context.log.error("the latched message of [%s] cannot be sent: %s", self.topic, error)
+                frame = None
+            for link in self._admit():
+                if frame is not None:
+                    link.send(*frame)
+                    link.queue_for_loop()
+
+    def _admit(self) -> list[OutgoingLink]:
+        """Let new subscribers receive further messages; return their links. `_lock` is held."""
+        with self._links_lock:
+            joining, self._joining = self._joining, ()
+            for peer in joining:
+                self._sharing.apply_to(peer.link)
+                self.links = (*self.links, peer)
+                self._notify_of_new(peer)
+                if self._is_closed:  # `close` may have missed this link
+                    peer.link.close()
+        return [peer.link for peer in joining]
+
+    def _notify_of_new(self, peer: PublisherLink) -> None:
         self._notify_listeners(
             lambda listener: listener.peer_subscribe(
                 self.topic, self.publish, lambda message: self.publish_to(peer, message)
             )
         )
-
-    def _send_latched(self, link: OutgoingLink) -> None:
-        if not self.is_latching or self._latched is None:
-            return
-        try:
-            link.send(*self._frame(self._latched))
-            link.queue_for_loop()
-        except Exception as error:  # without subscribers it was not serialised at its publication
-            self._context.log.error("the latched message of [%s] cannot be sent: %s", self.topic, error)
 
     def set_queue_size(self, queue_size: int | None) -> None:
         self.queue_size = queue_size
@@ -191,7 +233,7 @@ class Publication:
     def statistics(self) -> dict[str, int]:
         """Return the totals of all links; see `Publisher.statistics`."""
         total = SendStatistics()
-        with self._lock:
+        with self._links_lock:
             total.add(self._sent)
             for peer in self.links:
                 total.add(peer.link.statistics)
@@ -216,11 +258,15 @@ class Publication:
 
     def _detach(self, link: OutgoingLink, entry: LinkEntry) -> None:
         self._context.connections.remove(entry)
-        with self._lock:
-            ended = [peer for peer in self.links if peer.link is link]
-            self.links = tuple(peer for peer in self.links if peer.link is not link)
+        with self._links_lock:
+            ended = [peer for peer in (*self.links, *self._joining) if peer.link is link]
+            self._joining = tuple(peer for peer in self._joining if peer.link is not link)
             self.links_ended += 1
             self._sent.add(link.statistics)
+            before, self.links = self.links, tuple(peer for peer in self.links if peer.link is not link)
+            if self.links != before:
+                left = len(self.links)
+                self._notify_listeners(lambda listener: listener.peer_unsubscribe(self.topic, left))
         if link.end_reason:
             caller = " ".join(printable(peer.caller_id) for peer in ended)
             self._context.log.warning(
@@ -230,7 +276,6 @@ class Publication:
                 link.peer,
                 link.end_reason,
             )
-        self._notify_listeners(lambda listener: listener.peer_unsubscribe(self.topic, len(self.links)))
 
     def _notify_listeners(self, notify: Callable[[PeerListener], None]) -> None:
         """Call the users' listeners in a thread, because they may block.

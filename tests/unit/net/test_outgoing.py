@@ -268,3 +268,17 @@ def test_the_frames_of_a_publisher_that_reuses_its_message_are_kept_as_they_were
     subscriber.sock.space = 100
     subscriber.link.flush()
     assert subscriber.frames == "1"
+
+
+def test_the_loop_writes_once_at_a_time() -> None:
+    subscriber = Subscriber(0)
+    count = sockets.GATHER_LIMIT + 1
+    for _ in range(count):
+        subscriber.send(1)
+    subscriber.link.queue_for_loop()
+    subscriber.loop.run()
+    subscriber.allow(count * SIZE)
+    assert len(subscriber.frames) == sockets.GATHER_LIMIT
+    subscriber.allow(count * SIZE)
+    assert len(subscriber.frames) == count
+    assert subscriber.loop.writer is None
