@@ -49,5 +49,4 @@ def flush_or_queue(links: Iterable[OutgoingLink], limit_s: float) -> None:
                 del deadlines[link]
             elif now >= deadline:
                 link.stop_waiting()
-                link.queue_for_loop()
                 del deadlines[link]

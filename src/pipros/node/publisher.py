@@ -14,6 +14,7 @@ from pipros.net.backlog import Frame
 from pipros.net.connection_table import LinkEntry
 from pipros.net.flush import flush_or_queue
 from pipros.net.outgoing import OutgoingLink, SendStatistics
+from pipros.net.outgoing_state import State
 from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers, interpreter_ends
 from pipros.node.codec import AnyMessage, encoder
@@ -34,6 +35,7 @@ CLOSE_FLUSH_S = 0.2
 node's end.
 """
 
+_IDLE = State.IDLE  # looked up for each message
 _pack_length = struct.Struct("<I").pack
 
 
@@ -123,7 +125,7 @@ class Publication:
             for peer in links:
                 peer.link.send(frame, size)
         for peer in links:
-            if peer.link.is_behind:
+            if peer.link.state is not _IDLE:
                 flush_or_queue([peer.link for peer in links], self._context.limits.stall_s)
                 return
 

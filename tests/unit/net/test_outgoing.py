@@ -282,3 +282,28 @@ def test_the_loop_writes_once_at_a_time() -> None:
     subscriber.allow(count * SIZE)
     assert len(subscriber.frames) == count
     assert subscriber.loop.writer is None
+
+
+def test_a_closed_link_keeps_no_frames() -> None:
+    subscriber = Subscriber(10)
+    subscriber.send(1)
+    subscriber.link.close()
+    subscriber.send(2)
+    subscriber.sock.space = 100
+    assert not subscriber.link.flush()
+    assert subscriber.frames == ""
+    assert subscriber.link.statistics.dropped == 1
+
+
+def test_a_stalled_link_that_falls_behind_again_is_left_to_the_loop(drained: list[bool]) -> None:
+    subscriber = Subscriber(None)
+    subscriber.send(1)
+    subscriber.link.stop_waiting()
+    subscriber.loop.run()
+    drained.clear()
+    subscriber.allow(SIZE)
+    subscriber.send(2, 3)
+    assert not subscriber.link.is_waited_for
+    subscriber.loop.run()
+    subscriber.allow(100)
+    assert subscriber.frames == "13", "the newest waited only"
