@@ -109,10 +109,10 @@ _star_names(
     __name__,
     "std_msgs.msg:Header",
     hidden=(
-        "ROSTimeMovedBackwardsException Timer brought_along client core exceptions impl "
+        "ROSTimeMovedBackwardsException Timer before_init brought_along client core exceptions impl "
         "logdebug_throttle_identical logerr_throttle_identical logfatal_throttle_identical "
-        "loginfo_throttle_identical logs logwarn_throttle_identical msg msproxy names rostime service "
-        "session timer topics wait_for_message"
+        "loginfo_throttle_identical logs logwarn_throttle_identical msg msproxy names node_logs node_start "
+        "noetic_globals rostime service session shutdown_hooks signal_handlers timer topics wait_for_message"
     ),
 )
 _star_names(
