@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import math
 import socket
 import threading
 import time
@@ -37,6 +38,9 @@ CHECK_PEER_INTERVAL_S = 5.0
 
 CHECK_STALLED_INTERVAL_S = 0.1
 """How often a stalled link is checked for having caught up."""
+
+TURN_BYTES = 4 * 1024 * 1024
+"""After this many bytes of a link the event loop turns to others: a peer may read as fast as it writes."""
 
 _READ_BYTES = 4096
 
@@ -200,9 +204,10 @@ class OutgoingLink:
         if self.state is State.STALLED and before is not _RECOVERING:  # that one is still checked
             self._loop.call(self._check_stalled)
 
-    def _flush(self) -> None:
-        """Write as much of the backlog as the socket accepts."""
-        while self._backlog and self._write():
+    def _flush(self, most_bytes: float = math.inf) -> None:
+        """Write as much of the backlog as the socket accepts; stop after `most_bytes`."""
+        end = self.statistics.bytes + most_bytes
+        while self._backlog and self.statistics.bytes < end and self._write():
             pass
 
     def _write(self) -> bool:
@@ -282,10 +287,9 @@ class OutgoingLink:
             self._loop.asyncio.add_writer(self.sock, self._write_waiting)
 
     def _write_waiting(self) -> None:
-        """Write once: a peer that reads as fast as we write must not keep the loop from others."""
         with self._lock:
             if self.state in WRITTEN_BY_LOOP:
-                self._write()
+                self._flush(TURN_BYTES)
             if self.state not in WRITTEN_BY_LOOP:
                 self._loop.asyncio.remove_writer(self.sock)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -9,7 +10,7 @@ import pytest
 
 from pipros.basics.limits import Limits
 from pipros.net import sockets
-from pipros.net.outgoing import CHECK_STALLED_INTERVAL_S, OutgoingLink
+from pipros.net.outgoing import CHECK_STALLED_INTERVAL_S, TURN_BYTES, OutgoingLink
 
 SIZE = 10
 
@@ -19,6 +20,7 @@ class Socket:
 
     def __init__(self) -> None:
         self.space = 0
+        self.most_at_once = sys.maxsize
         self.sent = b""
         self.is_reset = False
         self.is_closed = False
@@ -30,7 +32,7 @@ class Socket:
     def send(self, data: bytes | memoryview) -> int:
         if self.is_reset:
             raise ConnectionResetError
-        count = min(len(data), self.space)
+        count = min(len(data), self.space, self.most_at_once)
         if not count:
             raise BlockingIOError
         self.sent += bytes(data[:count])
@@ -270,18 +272,16 @@ def test_the_frames_of_a_publisher_that_reuses_its_message_are_kept_as_they_were
     assert subscriber.frames == "1"
 
 
-def test_the_loop_writes_once_at_a_time() -> None:
+def test_the_loop_turns_to_others_while_a_subscriber_reads_quickly() -> None:
     subscriber = Subscriber(0)
-    count = sockets.GATHER_LIMIT + 1
-    for _ in range(count):
-        subscriber.send(1)
+    subscriber.sock.most_at_once = TURN_BYTES // 4
+    for _ in range(3):
+        subscriber.link.send((bytes(TURN_BYTES),), TURN_BYTES)
     subscriber.link.queue_for_loop()
     subscriber.loop.run()
-    subscriber.allow(count * SIZE)
-    assert len(subscriber.frames) == sockets.GATHER_LIMIT
-    subscriber.allow(count * SIZE)
-    assert len(subscriber.frames) == count
-    assert subscriber.loop.writer is None
+    subscriber.allow(3 * TURN_BYTES)
+    assert len(subscriber.sock.sent) == TURN_BYTES
+    assert subscriber.loop.writer
 
 
 def test_a_closed_link_keeps_no_frames() -> None:
