@@ -9,7 +9,7 @@ import time
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.topic_tools.rates import ByteRate, MessageRate, Rule
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from topic_tools.nodes.output import Input, Output, base_name, is_latched
 
 USAGE = """
@@ -36,7 +36,7 @@ class Throttle:
         self._output = Output(target, self._on_subscriber)
         self.source = Input(source, self._on_message)
 
-    def _on_message(self, message: RawMessage) -> None:
+    def _on_message(self, message: AnyMsg) -> None:
         latch = is_latched(message) if self._latch is None else self._latch
         if self._output.advertise_like(message, latch):
             print(f"advertised as {self._output.topic}", flush=True)
