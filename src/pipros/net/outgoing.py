@@ -1,19 +1,19 @@
 """The sending end of one TCPROS topic link: a bounded queue in front of a socket.
 
 Theory of operation. The publishing thread calls `send`. While the socket accepts data, `send` writes
-directly, without another thread. If the socket is full, the frame waits in the link's backlog, and
+directly, without another thread. If the socket is full, the message waits in the link's backlog, and
 `pipros.net.flush.flush_or_queue` has it sent: by the publishing thread in its next call, or by the event loop
-if the publisher is silent. A large frame rarely fits into a socket at once, but a peer that reads empties it
-within microseconds, so `flush_or_queue` waits that long before it leaves the rest to the loop. The states of
-a link are in `pipros.net.outgoing_state`.
+if the publisher is silent. A large message rarely fits into a socket at once, but a peer that reads empties
+it within microseconds, so `flush_or_queue` waits that long before it leaves the rest to the loop. The states
+of a link are in `pipros.net.outgoing_state`.
 
 The meaning of `queue_size`, as in rospy:
-    None  the publisher waits until the socket has accepted the frame, at most `Limits.stall_s` (genuine
+    None  the publisher waits until the socket has accepted the message, at most `Limits.stall_s` (genuine
           rospy waits without limit). A subscriber that takes longer has stalled: until it has caught up it
           is treated as with queue_size=1.
-    0     any number of frames wait.
-    n     at most n frames wait.
-In each case at most `Limits.queue_bytes` wait, but the newest frame always does.
+    0     any number of messages wait.
+    n     at most n messages wait.
+In each case at most `Limits.queue_bytes` wait, but the newest message always does.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from dataclasses import dataclass
 
 from pipros.basics.limits import Limits
 from pipros.net import sockets
-from pipros.net.backlog import Backlog, Frame
+from pipros.net.backlog import Backlog, WireMessage
 from pipros.net.loop import BackgroundLoop
 from pipros.net.outgoing_state import NOT_WAITED_FOR, WAITING, WRITTEN_BY_LOOP, Event, State, after
 
@@ -63,10 +63,10 @@ class SendStatistics:
 
 
 class OutgoingLink:
-    """Sends frames to one subscriber without delaying others.
+    """Sends messages to one subscriber without delaying others.
 
-    Thread-safe; the frames of one thread arrive in order. `on_closed` is called once, in the event loop, when
-    the peer closes the link or `close` is called.
+    Thread-safe; the messages of one thread arrive in order. `on_closed` is called once, in the event loop,
+    when the peer closes the link or `close` is called.
 
     Attributes:
         state: changed with the lock held; read without it, to decide whether to call `flush_or_queue`.
@@ -101,17 +101,17 @@ class OutgoingLink:
         self._checks: dict[Callable[[], None], asyncio.TimerHandle] = {}
         loop.call(self._watch_peer)
 
-    def send(self, frame: Frame, size: int) -> None:
-        """Write a frame of `size` bytes, or queue what the socket does not accept. Returns at once."""
+    def send(self, message: WireMessage, size: int) -> None:
+        """Write a message of `size` bytes, or queue what the socket does not accept. Returns at once."""
         with self._lock:
             if self.state is _IDLE or self.state is _RECOVERING:
                 try:
-                    if len(frame) == 1:
-                        sent = self.sock.send(frame[0])
+                    if len(message) == 1:
+                        sent = self.sock.send(message[0])
                     else:
-                        sent = sockets.send_gathered(self.sock, frame)
+                        sent = sockets.send_gathered(self.sock, message)
                 except (BlockingIOError, InterruptedError):
-                    self._backlog.append(frame, size)
+                    self._backlog.append(message, size)
                 except OSError:
                     self._give_up()
                 else:
@@ -120,15 +120,15 @@ class OutgoingLink:
                     if sent == size:
                         statistics.frames += 1
                         return
-                    self._backlog.append_rest(frame, sent)
+                    self._backlog.append_rest(message, sent)
                 self._take(Event.SOCKET_FULL)
             elif not self.is_closed:
-                self._backlog.append(frame, size)
+                self._backlog.append(message, size)
                 self._flush()
             self._drop_oldest()
 
     def share_packets(self, *, share: bool) -> None:
-        """Set whether small frames may wait to share a packet while others are unacknowledged.
+        """Set whether small messages may wait to share a packet while others are unacknowledged.
 
         Does nothing for a link with `tcp_nodelay`.
         """
@@ -137,7 +137,7 @@ class OutgoingLink:
 
     @property
     def is_behind(self) -> bool:
-        """Whether frames wait."""
+        """Whether messages wait."""
         return self.state in WAITING
 
     @property
@@ -151,12 +151,12 @@ class OutgoingLink:
 
     @property
     def is_briefly_waited_for(self) -> bool:
-        """Whether the rest of a large frame waits, of a subscriber that has read in time so far."""
+        """Whether the rest of a large message waits, of a subscriber that has read in time so far."""
         with self._lock:
             return self.state is State.BEHIND and self._backlog.is_in_large_buffer
 
     def stop_waiting(self) -> None:
-        """Leave queued frames to the event loop, because the link did not become writable in time.
+        """Leave queued messages to the event loop, because the link did not become writable in time.
 
         The publisher does not wait for it again until it has caught up.
         """
@@ -172,12 +172,12 @@ class OutgoingLink:
             return self.statistics.bytes != before
 
     def queue_for_loop(self) -> None:
-        """Leave queued frames to the event loop. Never blocks."""
+        """Leave queued messages to the event loop. Never blocks."""
         with self._lock:
             self._take(Event.LEFT_TO_LOOP)
 
     def drain(self, limit_s: float) -> None:
-        """Send queued frames; block for at most `limit_s`."""
+        """Send queued messages; block for at most `limit_s`."""
         end = time.monotonic() + limit_s
         while self.is_behind and (left_s := end - time.monotonic()) > 0:
             with contextlib.suppress(OSError, ValueError):  # closed meanwhile
@@ -185,13 +185,13 @@ class OutgoingLink:
             self.flush()
 
     def send_header(self, header: bytes) -> None:
-        """Send the reply header, before all frames. The statistics do not count it."""
+        """Send the reply header, before all messages. The statistics do not count it."""
         self.send((header,), len(header))
         self.queue_for_loop()
         self.statistics = SendStatistics()
 
     def close(self) -> None:
-        """End the link; queued frames are dropped and counted. May be called repeatedly, from any thread."""
+        """End the link; drop and count queued messages. May be called repeatedly, from any thread."""
         with self._lock:
             self._give_up()
 
@@ -258,7 +258,7 @@ class OutgoingLink:
     def _check_stalled(self) -> None:
         """End the stalled state once the link has caught up.
 
-        An accepted frame does not prove that: the system buffers megabytes for a peer that barely reads.
+        An accepted message does not prove that: the system buffers megabytes for a peer that barely reads.
         """
         with self._lock:
             if self.state is _RECOVERING and sockets.is_nearly_drained(self.sock):

@@ -1,10 +1,10 @@
 """The states of an `OutgoingLink`, and their transitions. Pure.
 
-    IDLE        no frame waits: the publishing thread writes to the socket
-    BEHIND      frames wait for the publishing thread, which may wait for the subscriber
-    QUEUED      frames wait for the event loop
+    IDLE        no message waits: the publishing thread writes to the socket
+    BEHIND      messages wait for the publishing thread, which may wait for the subscriber
+    QUEUED      messages wait for the event loop
     STALLED     as QUEUED, after a publisher without a queue waited in vain: it does not wait again
-    RECOVERING  a stalled link without waiting frames, whose subscriber has yet to read what was written
+    RECOVERING  a stalled link without waiting messages, whose subscriber has yet to read what was written
     CLOSED      the end
 
 An event that the table does not list for a state does nothing.
@@ -31,9 +31,9 @@ class Event(Enum):
     """An event of a link."""
 
     SOCKET_FULL = auto()
-    """The socket did not accept a whole frame."""
+    """The socket did not accept a whole message."""
     EMPTIED = auto()
-    """The last waiting frame was written."""
+    """The last waiting message was written."""
     LEFT_TO_LOOP = auto()
     """The publishing thread does not wait, or has waited as long as it may with a queue."""
     WAITED_IN_VAIN = auto()
@@ -66,7 +66,7 @@ _TRANSITIONS: Final[dict[State, dict[Event, State]]] = {
 }
 
 WAITING: Final = (State.BEHIND, State.QUEUED, State.STALLED)
-"""Frames wait. (These are tuples, because members of an enum are slow to hash.)"""
+"""Messages wait. (These are tuples, because members of an enum are slow to hash.)"""
 
 WRITTEN_BY_LOOP: Final = (State.QUEUED, State.STALLED)
 

@@ -111,7 +111,7 @@ class Endpoints:
         return found[0] if found else None
 
     def statistics(self) -> Mapping[str, Any]:
-        """Return for each topic a dictionary of its links by peer: frames, bytes, and dropped frames."""
+        """Return for each topic a dictionary of its links by peer: messages, bytes, and dropped messages."""
         return {
             "publications": {
                 publication.topic: {peer.caller_id: peer.link.statistics for peer in publication.links}

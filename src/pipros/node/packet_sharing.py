@@ -73,7 +73,7 @@ class BurstDetector:
 
 
 class SharingLink(Protocol):
-    """A link whose small frames can share packets."""
+    """A link whose small messages can share packets."""
 
     def share_packets(self, *, share: bool) -> None: ...
 
@@ -81,7 +81,7 @@ class SharingLink(Protocol):
 class PacketSharing:
     """Makes the links of one topic share packets during bursts.
 
-    All methods but `close` are called with the lock held that keeps the frames of the topic in order.
+    All methods but `close` are called with the lock held that keeps the messages of the topic in order.
 
     Attributes:
         note: `BurstDetector.note`; if it returns True, call `apply`. An attribute, because it is called for

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Generic, Protocol
 
 from pipros.basics.printable import printable
-from pipros.net.backlog import Frame
+from pipros.net.backlog import WireMessage
 from pipros.net.connection_table import LinkEntry
 from pipros.net.flush import flush_or_queue
 from pipros.net.outgoing import OutgoingLink, SendStatistics
@@ -63,7 +63,7 @@ class Publication:
 
     Invariant: `links` is replaced, never changed, so that it is read without a lock.
 
-    Two locks, taken in this order: `_lock` keeps the frames of several threads in the same order on all
+    Two locks, taken in this order: `_lock` keeps the messages of several threads in the same order on all
     links, and is held while a message is encoded, for seconds if it is large; the event loop never waits for
     it. `_links_lock` is held only to change `links` and `_joining`, and to queue the call of the listeners.
 
@@ -119,11 +119,11 @@ class Publication:
             if not links:
                 return
             self._published.value += 1
-            frame, size = self._frame(message)
+            data, size = self._serialized(message)
             if size <= SHARED_BYTES and self._sharing.note(time.monotonic()):
                 self._sharing.apply()
             for peer in links:
-                peer.link.send(frame, size)
+                peer.link.send(data, size)
         for peer in links:
             if peer.link.state is not _IDLE:
                 flush_or_queue([peer.link for peer in links], self._context.limits.stall_s)
@@ -132,7 +132,7 @@ class Publication:
     def publish_to(self, peer: PublisherLink, message: Message) -> None:
         """Send a message to a single subscriber."""
         with self._lock:
-            peer.link.send(*self._frame(message))
+            peer.link.send(*self._serialized(message))
         flush_or_queue([peer.link], self._context.limits.stall_s)
 
     def attach(self, connection: TcprosConnection) -> None:
@@ -186,13 +186,13 @@ class Publication:
             if not self._joining:
                 return
             try:
-                frame = self._frame(self._latched) if self._latched is not None else None
+                data = self._serialized(self._latched) if self._latched is not None else None
             except Exception as error:  # without subscribers it was not serialised at its publication
                 self._context.log.error("the latched message of [%s] cannot be sent: %s", self.topic, error)
-                frame = None
+                data = None
             for link in self._admit():
-                if frame is not None:
-                    link.send(*frame)
+                if data is not None:
+                    link.send(*data)
                     link.queue_for_loop()
 
     def _admit(self) -> list[OutgoingLink]:
@@ -241,7 +241,7 @@ class Publication:
                 total.add(peer.link.statistics)
             return {**asdict(total), "links_ended": self.links_ended}
 
-    def _frame(self, message: Message) -> tuple[Frame, int]:
+    def _serialized(self, message: Message) -> tuple[WireMessage, int]:
         """Return the message in wire format, and its size including the length field."""
         if self._has_header:
             self._sequence = (self._sequence + 1) & 0xFFFFFFFF  # a uint32, which wraps around
@@ -321,8 +321,8 @@ class Publisher(Generic[AnyMessage]):
     def statistics(self) -> Mapping[str, int]:
         """Return the traffic of the topic since the first `advertise`, for all subscribers together:
 
-        `frames` and `bytes` sent; frames `dropped` because a subscriber was too slow, or disconnected before
-        they were sent; and `links_ended`, each of which may have lost messages in transit.
+        `frames` (messages) and `bytes` sent; those `dropped` because a subscriber was too slow, or
+        disconnected before they were sent; and `links_ended`, each of which may have lost messages.
         """
         return self.publication.statistics()
 
