@@ -68,7 +68,7 @@ class Publication:
     it. `_links_lock` is held only to change `links` and `_joining`, and to queue the call of the listeners.
 
     A new subscriber gets the reply header at once and waits in `_joining`. It joins `links` with the latched
-    message, which a thread encodes, or with the next message, if that is published earlier.
+    message, which a thread encodes, or with one that is being published.
     """
 
     def __init__(self, topic: str, message_class: type[Message], context: NodeContext) -> None:
@@ -113,13 +113,13 @@ class Publication:
         with self._lock:
             if self.is_latching:
                 self._latched = message
-            if self._joining:
-                self._admit()
-            links = self.links
-            if not links:
+            if not self.links and not self._joining:
                 return
             self._published.value += 1
             data, size = self._serialized(message)
+            if self._joining:
+                self._admit()
+            links = self.links
             if size <= SHARED_BYTES and self._sharing.note(time.monotonic()):
                 self._sharing.apply()
             for peer in links:
@@ -216,7 +216,7 @@ class Publication:
 
     def set_queue_size(self, queue_size: int | None) -> None:
         self.queue_size = queue_size
-        for peer in self.links:
+        for peer in (*self._joining, *self.links):
             peer.link.queue_size = queue_size
 
     def close(self, end: float | None = None) -> None:
@@ -227,7 +227,7 @@ class Publication:
         self._is_closed = True
         self._sharing.close()
         end = time.monotonic() + CLOSE_FLUSH_S if end is None else end
-        for peer in self.links:
+        for peer in (*self._joining, *self.links):
             if peer.link.is_behind:
                 peer.link.drain(end - time.monotonic())
             peer.link.close()
