@@ -303,7 +303,7 @@ USED_WITHOUT_IMPORT = (
 )
 
 
-def test_scripts_use_what_import_rospy_brought_along(tmp_path: Path) -> None:
+def test_scripts_use_modules_that_rospy_imports(tmp_path: Path) -> None:
     """As in gazebo_ros, whose scripts write `import xml` and then use `xml.etree.ElementTree`."""
     program = (
         "import functools, importlib, rospy\n"
