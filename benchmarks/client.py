@@ -13,6 +13,7 @@ Without genuine ROS only pipros is measured.
 
 import argparse
 import contextlib
+import gc
 import json
 import os
 import signal
@@ -23,6 +24,7 @@ import sys
 import tempfile
 import threading
 import time
+import xmlrpc.client
 
 from table import TUNED, Row, heed_interrupts, markdown, write_json
 
@@ -152,6 +154,27 @@ def worker_trip(kind, queue, seconds):
         returned.wait(1)
         times.append(time.perf_counter() - began)
     say(median=statistics.median(times))
+
+
+def worker_map(megabytes):
+    """Latches a map, as a list of numbers."""
+    rospy = init("map")
+    from nav_msgs.msg import OccupancyGrid
+
+    publisher = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
+    publisher.publish(OccupancyGrid(data=[0] * (megabytes << 20)))
+    gc.freeze()  # a collection of garbage would look at every number of the list for a second
+    say(uri=rospy.get_node_uri())
+    sys.stdin.read()
+
+
+def worker_late():
+    """Subscribes to the map, and ends when it has arrived."""
+    rospy = init("late")
+    arrived = threading.Event()
+    rospy.Subscriber("map", rospy.AnyMsg, lambda _: arrived.set())
+    arrived.wait()
+    say(arrived=True)
 
 
 def worker_server():
@@ -339,6 +362,25 @@ def service(world, seconds, persistent):
     return median * 1e6
 
 
+def control(world, _seconds, megabytes, peers):
+    """The longest call of the slave API while subscribers of a latched map connect and receive it."""
+    server = world.work("map", megabytes)
+    uri, longest = answer(server)["uri"], 0.0
+    late = [world.work("late") for _ in range(peers)]
+    waiting = [threading.Thread(target=answer, args=(process,), daemon=True) for process in late]
+    for thread in waiting:
+        thread.start()
+    while any(thread.is_alive() for thread in waiting):
+        began = time.perf_counter()
+        with xmlrpc.client.ServerProxy(uri) as node:
+            node.requestTopic("/benchmark", "/map", [["TCPROS"]])
+        longest = max(longest, time.perf_counter() - began)
+        time.sleep(0.01)
+    for process in (server, *late):
+        finish(process)
+    return longest * 1e3
+
+
 def many(world, _seconds, what):
     process = world.work("many")
     value = answer(process)[what]
@@ -395,6 +437,14 @@ WORKLOADS = (
     ("fan", "1 to 10 processes, 16 B, queue_size=1000: messages/s", flow, ("string", 1000, 0, 10), MORE, 8.0),
     ("service", "service call: us", service, (False,), LESS, 606 / 250),
     ("service", "service call, persistent: us", service, (True,), LESS, 1.0),
+    (
+        "control",
+        "requestTopic, 3 subscribe to a latched 100 MB map, worst: ms",
+        control,
+        (100, 3),
+        LESS,
+        10.0,
+    ),
     ("many", "200 topics both ways: threads", many, ("threads",), LESS, 405 / 210),
     ("many", "200 topics both ways: MB", many, ("mb",), LESS, 1.0),
     ("start", "init_node: ms", start, ("initialised",), LESS, 110 / 35),
@@ -422,7 +472,7 @@ def busy():
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--only", default="", help="flow,trip,fan,service,many,start")
+    parser.add_argument("--only", default="", help="flow,trip,fan,service,control,many,start")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seconds", type=float, default=2.0)
     parser.add_argument("--quick", action="store_true", help="a choice of the workloads")

@@ -58,6 +58,7 @@ BOUNDS = (
     ("subscriber of", "a waking of a thread for each message, and code that has left the caches"),
     ("Publisher()", "the call to the master, and the answer of its thread"),
     ("service call", "two wakings each way; a connection for each call unless persistent"),
+    ("requestTopic", "the interpreter's lock, which the thread that encodes the map takes in turns"),
     ("200 topics", "a thread for each link"),
     ("init_node", "calls to the master, and the start of threads"),
     ("import", "reading modules"),

@@ -170,7 +170,7 @@ def test_a_stalled_link_loses_exactly_the_counted_messages(
     assert relay.counted()["links_ended"] == 0
 
 
-def test_a_link_that_ends_counts_its_queued_frames(relay: Relay, proxy: FaultProxy) -> None:
+def test_a_link_that_ends_counts_its_queued_messages(relay: Relay, proxy: FaultProxy) -> None:
     relay.say_until_one_comes()
     proxy.stall()
     for _ in range(500):  # more than the buffers of a system grow to

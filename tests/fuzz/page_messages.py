@@ -20,7 +20,7 @@ from pipros.graph.raw_decoder import RawDecoder
 from pipros.msg import load_message_class
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.language.spec import DefinitionError
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from pipros.web.known_topic import KnownTopic
 from pipros.web.message_tree import message_tree
 from pipros.web.topic_watch import TopicWatch
@@ -58,7 +58,7 @@ def target(data: bytes) -> None:
 
 
 def _read(kind: str, md5sum: str, definition: str, body: bytes) -> None:
-    raw = RawMessage(body)
+    raw = AnyMsg(body)
     header = {"type": kind, "md5sum": md5sum, "message_definition": definition, "callerid": "/x"}
     raw._connection_header = header
     watch = TopicWatch("/topic", RawDecoder())

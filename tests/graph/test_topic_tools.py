@@ -9,7 +9,7 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
@@ -27,7 +27,7 @@ LAUNCH = """<launch>
 </launch>"""
 
 
-class Strange(RawMessage):
+class Strange(AnyMsg):
     """A type that is in no package."""
 
     _type = "strange_msgs/Thing"
@@ -55,11 +55,11 @@ def test_launched_programs_relay_messages_of_unknown_types(ros: RosSystem) -> No
         for topic in ("/passed", "/strange_throttle"):
             ros.wait_for_publisher(topic)
 
-            def keep(message: RawMessage, topic: str = topic) -> None:
+            def keep(message: AnyMsg, topic: str = topic) -> None:
                 headers[topic] = message.header
                 got.append((topic, message.body))
 
-            node.subscribe(topic, RawMessage, keep)
+            node.subscribe(topic, AnyMsg, keep)
         wait_until(lambda: len(got) >= 2, 30, lambda: f"{got} {launched.output}")
         assert set(got) == {("/passed", b"\x07"), ("/strange_throttle", b"\x07")}
         header = headers["/strange_throttle"]

@@ -17,7 +17,7 @@ from pipros.libraries.vision.compressed_images import decompressed
 from pipros.libraries.vision.picture_files import PillowCodec
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from tests.support.environments import SOURCE_PATH
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -29,12 +29,12 @@ Image: Any = load_message_class("sensor_msgs/Image")
 @pytest.mark.parametrize("out_transport", [["raw"], []])
 def test_raw_images_go_on_as_with_genuine(plain_ros: RosSystem, out_transport: list[str]) -> None:
     plain_ros.serve_master()
-    got: dict[str, list[RawMessage]] = {"genuine": [], "pipros": []}
+    got: dict[str, list[AnyMsg]] = {"genuine": [], "pipros": []}
     environment = Environment(master_uri=plain_ros.pipros.environment["ROS_MASTER_URI"])
     with Node("camera", environment=environment) as node:
         publisher = node.advertise("/camera/image", Image, queue_size=1)
         for side, messages in got.items():
-            node.subscribe(f"/{side}", RawMessage, messages.append)
+            node.subscribe(f"/{side}", AnyMsg, messages.append)
             arguments = ("raw", "in:=/camera/image", *out_transport, f"out:=/{side}")
             getattr(plain_ros, side).start_node("image_transport", "republish", *arguments)
         image = Image(height=2, width=3, encoding="rgb8", step=9, data=bytes(range(18)))

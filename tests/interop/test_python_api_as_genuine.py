@@ -292,12 +292,7 @@ def test_import_rospy_alone_gives_its_inner_modules(tmp_path: Path) -> None:
 
 USED_WITHOUT_IMPORT = (
     "xml.etree.ElementTree.parse",
-    "xml.dom.minidom.parse",
     "xml.parsers.expat.ParserCreate",
-    "xmlrpc.client.ServerProxy",
-    "xmlrpc.server.SimpleXMLRPCServer",
-    "logging.handlers.RotatingFileHandler",
-    "logging.config.fileConfig",
     "importlib.util.find_spec",
     "os.path.join",
     "rosgraph.names.ns_join",
@@ -308,7 +303,7 @@ USED_WITHOUT_IMPORT = (
 )
 
 
-def test_scripts_use_what_import_rospy_brought_along(tmp_path: Path) -> None:
+def test_scripts_use_modules_that_rospy_imports(tmp_path: Path) -> None:
     """As in gazebo_ros, whose scripts write `import xml` and then use `xml.etree.ElementTree`."""
     program = (
         "import functools, importlib, rospy\n"

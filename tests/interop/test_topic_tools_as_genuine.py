@@ -10,7 +10,7 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from pipros.node.service_client import ServiceClient
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
@@ -38,11 +38,11 @@ class Graph:
         return runner.start_node("topic_tools", program, *arguments)  # type: ignore[no-any-return]
 
     def listen(self, topic: str) -> Any:
-        def keep(message: RawMessage) -> None:
+        def keep(message: AnyMsg) -> None:
             self.headers[topic] = message.header
             self.got.append((topic, String().deserialize(message.body).data))
 
-        return self.node.subscribe(topic, RawMessage, keep)
+        return self.node.subscribe(topic, AnyMsg, keep)
 
     def publisher(self, topic: str, latch: bool = False) -> Callable[[str], None]:
         made = self.node.advertise(topic, String, queue_size=100, latch=latch)
@@ -141,7 +141,7 @@ def test_in_stealth_mode_the_monitored_topic_decides(graph: Graph, side: str) ->
     graph.publisher("/watched")
     graph.listen("/out")
     with Node("watcher", environment=graph.node.environment) as watcher:
-        watcher.subscribe("/watched", RawMessage, lambda _: None)
+        watcher.subscribe("/watched", AnyMsg, lambda _: None)
         graph.ros.wait_for_subscriber("/in")
         wait_until(lambda: graph.got, 30, "a message")
     wait_until(lambda: not graph.ros.subscribers("/in"), 30, "no subscriber of /in")

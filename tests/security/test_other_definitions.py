@@ -16,7 +16,7 @@ from pipros.cli.rostopic.delay import Delays
 from pipros.msg.class_finder import ClassFinder
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.node import Node
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from tests.support.ros import RosSystem
 
 OTHER_HEADER = f"Header header\n{'=' * 80}\nMSG: std_msgs/Header\nstring stamp\n"
@@ -41,7 +41,7 @@ def test_rosconsole_names_a_log_of_another_definition(ros: RosSystem, liar: Node
 def test_rostopic_delay_needs_the_stamp_of_a_header(capsys: pytest.CaptureFixture[str]) -> None:
     stamped = message_classes_from_text("a/Stamped", OTHER_HEADER)["a/Stamped"]
     assert stamped._has_header
-    raw = RawMessage(b"\1\0\0\0x")
+    raw = AnyMsg(b"\1\0\0\0x")
     fields = {"type": "a/Stamped", "md5sum": stamped._md5sum, "message_definition": OTHER_HEADER}
     raw._connection_header = fields
     Delays().add(raw, 1)

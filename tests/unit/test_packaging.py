@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
 from tests.support.environments import FACADES, REPOSITORY, SRC
 
 if sys.version_info >= (3, 11):
@@ -44,7 +44,7 @@ def test_type_checkers_take_the_types_of_every_package(package: Path) -> None:
 
 
 def is_started_by_the_frame(main: object) -> bool:
-    """Whether `main` is what `pipros.cli.streams.command` makes of a function."""
+    """Whether `main` is what `pipros.cli.entry_point.command` makes of a function."""
     return getattr(main, "__code__", None) is command(lambda: 0).__code__
 
 

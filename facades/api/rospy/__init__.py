@@ -8,10 +8,14 @@ from pipros.basics import interrupts as _interrupts
 
 _interrupts.install()  # before the other imports, during which Python drops a Ctrl-C most often
 
+# Noetic's rospy imports these, so that scripts use them after `import importlib` or `import xml`.
+import importlib.util as _importlib_util  # noqa: F401
+import xml.etree.ElementTree as _ElementTree  # noqa: F401
+import xml.parsers.expat as _expat  # noqa: F401
+
 import pipros.startup as _startup  # noqa: F401 # the import hook, if pipros.pth did not run
 from pipros.basics.lazy_names import lazy_names as _lazy_names
 from pipros.basics.lazy_names import star_names as _star_names
-from rospy import brought_along as _brought_along
 from rospy import client as client
 from rospy import core as core
 from rospy import exceptions as exceptions
@@ -100,8 +104,6 @@ from rospy.topics import Publisher as Publisher
 from rospy.topics import SubscribeListener as SubscribeListener
 from rospy.topics import Subscriber as Subscriber
 
-_brought_along.bring_along()
-
 # Few use it, and it would cost every start-up a message type.
 __getattr__, __dir__ = _lazy_names(__name__, {"Header": "std_msgs.msg"})
 
@@ -109,10 +111,10 @@ _star_names(
     __name__,
     "std_msgs.msg:Header",
     hidden=(
-        "ROSTimeMovedBackwardsException Timer brought_along client core exceptions impl "
+        "ROSTimeMovedBackwardsException Timer before_init client core exceptions impl "
         "logdebug_throttle_identical logerr_throttle_identical logfatal_throttle_identical "
-        "loginfo_throttle_identical logs logwarn_throttle_identical msg msproxy names rostime service "
-        "session timer topics wait_for_message"
+        "loginfo_throttle_identical logs logwarn_throttle_identical msg msproxy names node_logs node_start "
+        "noetic_globals rostime service session shutdown_hooks signal_handlers timer topics wait_for_message"
     ),
 )
 _star_names(

@@ -28,6 +28,7 @@ from rospy.logs import logerr as logerr
 from rospy.logs import loginfo as loginfo
 from rospy.logs import logwarn as logwarn
 from rospy.msproxy import MasterProxy
+from rospy.node_start import start_node
 from rospy.rostime import in_seconds
 from rospy.service import Service as Service
 from rospy.session import session
@@ -97,7 +98,8 @@ def init_node(
         ROSException: init_node was called before, with different arguments.
         ROSInitException: init_node was interrupted, or called outside the main thread with signals enabled.
     """
-    session.start(
+    start_node(
+        session,
         name,
         argv,
         anonymous=anonymous,
@@ -170,7 +172,7 @@ def wait_for_message(
         arrived.append(message)
         changed.set()
 
-    with session.ended_by_shutdown(changed):
+    with session.hooks.ended_by_shutdown(changed):
         if is_shutdown():
             raise ROSInterruptException("rospy shutdown")
         subscriber = Subscriber(topic, topic_type, keep_first)

@@ -42,7 +42,8 @@ from rospy.logs import logwarn_throttle as logwarn_throttle
 from rospy.logs import logwarn_throttle_identical as logwarn_throttle_identical
 from rospy.names import *  # noqa: F403  # imported from here by other code
 from rospy.names import ParameterInvalid, ROSException, ROSInitException
-from rospy.session import THREAD_END_S, session
+from rospy.session import session
+from rospy.shutdown_hooks import THREAD_END_S
 
 is_topic = below_root
 
@@ -77,12 +78,12 @@ def deprecated(func: Callable[P, T]) -> Callable[P, T]:
 
 def is_initialized() -> bool:
     """Return True once init_node has returned."""
-    return session.is_initialized
+    return session.globals.is_initialized
 
 
 def set_initialized(initialized: bool) -> None:
     """Set the result of `is_initialized`. Ordinary programs call `init_node`, which does this."""
-    session.is_initialized = initialized
+    session.globals.is_initialized = initialized
 
 
 def is_shutdown() -> bool:
@@ -92,7 +93,7 @@ def is_shutdown() -> bool:
 
 def is_shutdown_requested() -> bool:
     """Return True once shutdown has been requested, including inside shutdown hooks."""
-    return session.is_ending
+    return session.globals.is_ending
 
 
 def signal_shutdown(reason: str) -> None:
@@ -116,7 +117,7 @@ def add_client_shutdown_hook(h: Callable[[], object]) -> None:
         TypeError: it is not callable.
     """
     check_hook(h)
-    session.add_client_hook(h)
+    session.call_or_add(session.hooks.client, h)
 
 
 def add_preshutdown_hook(h: Callable[[str], object]) -> None:
@@ -125,7 +126,7 @@ def add_preshutdown_hook(h: Callable[[str], object]) -> None:
     Raises the same errors as `add_client_shutdown_hook`.
     """
     check_hook(h)
-    session.add_preshutdown_hook(h)
+    session.call_or_add(session.hooks.preshutdown, h, "already shutdown")
 
 
 def add_shutdown_hook(h: Callable[[str], object]) -> None:
@@ -134,7 +135,7 @@ def add_shutdown_hook(h: Callable[[str], object]) -> None:
     Raises the same errors as `add_client_shutdown_hook`.
     """
     check_hook(h)
-    session.add_shutdown_hook(h)
+    session.call_or_add(session.hooks.shutdown, h, "already shutdown")
 
 
 def register_signals() -> None:
@@ -157,17 +158,17 @@ def configure_logging(node_name: str, level: int = logging.INFO) -> None:
     name = node_name.strip("/").replace("/", "_")
     if not name:
         raise ROSInitException(f"node name [{node_name}] is empty")
-    session.log_file = roslogging.configure_logging("rospy", level, filename=f"{name}.log")
+    session.globals.log_file = roslogging.configure_logging("rospy", level, filename=f"{name}.log")
 
 
 def get_node_uri() -> str | None:
     """Return the URI of the node's slave API; None before init_node."""
-    return session.node_uri
+    return session.globals.node_uri
 
 
 def set_node_uri(uri: str) -> None:
     """Set the result of `get_node_uri`."""
-    session.node_uri = uri
+    session.globals.node_uri = uri
 
 
 def get_ros_root(required: bool = False, env: dict[str, str] | None = None) -> str | None:
@@ -218,21 +219,22 @@ class NullHandler(logging.NullHandler):
 
 def _add_shutdown_thread(t: threading.Thread) -> None:
     """Let the shutdown of the node wait for a running thread, for some seconds at most."""
-    session.join_at_the_end(t)
+    if not session.is_shutdown:
+        session.hooks.join(t)
 
 
 share_names(
     __name__,
     session,
     {
-        "_client_ready": "is_initialized",
-        "_client_shutdown_hooks": "client_hooks",
-        "_in_shutdown": "is_ending",
-        "_log_filename": "log_file",
-        "_preshutdown_hooks": "preshutdown_hooks",
-        "_shutdown_flag": "is_shutdown",
-        "_shutdown_hooks": "shutdown_hooks",
-        "_shutdown_threads": "threads_to_join",
-        "_uri": "node_uri",
+        "_client_ready": "globals.is_initialized",
+        "_client_shutdown_hooks": "hooks.client",
+        "_in_shutdown": "globals.is_ending",
+        "_log_filename": "globals.log_file",
+        "_preshutdown_hooks": "hooks.preshutdown",
+        "_shutdown_flag": "globals.is_shutdown",
+        "_shutdown_hooks": "hooks.shutdown",
+        "_shutdown_threads": "hooks.threads",
+        "_uri": "globals.node_uri",
     },
 )

@@ -121,7 +121,7 @@ def get_resolved_mappings() -> dict[str, str]:
 
     The result is empty before init_node, unless `initialize_mappings` was called.
     """
-    if session.node is None and not session.has_resolved_remappings:
+    if session.node is None and not session.before.has_resolved_remappings:
         return {}
     identity = session.identity
     return {**identity.arguments.special, **identity.remappings}
@@ -132,12 +132,12 @@ def reload_mappings(argv: Sequence[str]) -> None:
 
     They take effect when `initialize_mappings` is called.
     """
-    session.read_arguments(argv)
+    session.before.read_arguments(argv)
 
 
 def initialize_mappings(node_name: str) -> None:
     """Resolve the remappings relative to `node_name`, a full name. `init_node` does this itself."""
-    session.resolve_remappings_for(node_name)
+    session.before.resolve_remappings_for(node_name)
 
 
 def make_global_ns(name: str) -> str:

@@ -102,7 +102,8 @@ class Service:
             session.services[self.resolved_name] = self
 
         try:
-            session.claim_service(self.resolved_name)
+            if session.node is None:  # a node checks this itself
+                session.before.claim_service(self.resolved_name)
         except NameInUse as error:
             raise ServiceException(str(error)) from None
         session.when_started(serve)
@@ -125,7 +126,7 @@ class Service:
         """Unregister the service. May be called repeatedly."""
         del reason
         self._is_shut_down = True
-        session.release_service(self.resolved_name)
+        session.before.release_service(self.resolved_name)
         if session.services.get(self.resolved_name) is self:
             del session.services[self.resolved_name]
         if self._node is not None and self._server is not None:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
-from types import ModuleType
-
+from pipros.basics.lazy_names import lazy_names as _lazy_names
 from pipros.basics.lazy_names import star_names as _star_names
 from rosunit.baretest import print_runner_summary, print_unittest_summary
 from rosunit.core import XML_OUTPUT_FLAG, create_xml_runner, rostest_name_from_path, xml_results_file
@@ -20,15 +18,7 @@ __all__ = [
     "xml_results_file",
 ]
 
-_LATE = ("pmon", "rosunit_main")
-
-
-def __getattr__(name: str) -> ModuleType:
-    """Import a module that is an attribute of rosunit in Noetic; on first use, to start scripts faster."""
-    if name not in _LATE:
-        raise AttributeError(f"module 'rosunit' has no attribute {name!r}")
-    return importlib.import_module(f"rosunit.{name}")
-
+__getattr__, __dir__ = _lazy_names(__name__, {}, submodules=("pmon", "rosunit_main"))
 
 _star_names(
     __name__,

@@ -3,8 +3,7 @@
 `tf.transformations` requires numpy (`pip install 'pipros[numpy]'`) and is imported on first use.
 """
 
-from typing import Any as _Any
-
+from pipros.basics.lazy_names import lazy_names as _lazy_names
 from pipros.basics.lazy_names import star_names as _star_names
 from tf.broadcaster import TransformBroadcaster as TransformBroadcaster
 from tf.listener import Transformer as Transformer
@@ -15,13 +14,6 @@ from tf2_ros import ExtrapolationException as ExtrapolationException
 from tf2_ros import LookupException as LookupException
 from tf2_ros import TransformException as Exception  # noqa: A004, F401 # its name in tf
 
-
-def __getattr__(name: str) -> _Any:
-    if name == "transformations":
-        from importlib import import_module
-
-        return import_module("tf.transformations")
-    raise AttributeError(f"module 'tf' has no attribute '{name}'")
-
+__getattr__, __dir__ = _lazy_names(__name__, {}, submodules=("transformations",))
 
 _star_names(__name__, "tf.transformations", hidden="transformer")

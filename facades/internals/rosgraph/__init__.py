@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from typing import Any
 
+from pipros.basics.lazy_names import lazy_names as _lazy_names
 from pipros.basics.lazy_names import star_names as _star_names
 from rosgraph import names, network, rosenv
 from rosgraph.masterapi import Master, MasterError, MasterException, MasterFailure
@@ -47,13 +47,7 @@ def myargv(argv: Sequence[str] | None = None) -> list[str]:
     return [argument for argument in argv if ":=" not in argument]
 
 
-def __getattr__(name: str) -> Any:
-    """Import modules on first use that `import rospy` makes attributes in Noetic."""
-    if name in ("roslogging", "xmlrpc"):
-        from importlib import import_module
-
-        return import_module(f"rosgraph.{name}")
-    raise AttributeError(f"module 'rosgraph' has no attribute '{name}'")
-
+# Modules that `import rospy` makes attributes in Noetic.
+__getattr__, __dir__ = _lazy_names(__name__, {}, submodules=("roslogging", "xmlrpc"))
 
 _star_names(__name__, hidden="names network rosenv")

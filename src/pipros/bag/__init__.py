@@ -8,10 +8,10 @@ Records, index, compression and the order of messages are pure: bytes in, values
 
 from __future__ import annotations
 
+from pipros.basics.lazy_names import lazy_names
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any
-
     from pipros.bag.connection import Connection
     from pipros.bag.errors import BagError, BagFormatError, NoMessages, NotIndexed
     from pipros.bag.merge import merged
@@ -34,20 +34,19 @@ __all__ = [
     "open_bag",
 ]
 
-_HOMES = {
-    "BagMessage": "reader",
-    "BagReader": "reader",
-    "BagWriter": "writer",
-    "Connection": "connection",
-    "TopicWriter": "topic_writer",
-    "merged": "merge",
-    "open_bag": "opening",
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib import import_module
-
-    return getattr(import_module(f"{__name__}.{_HOMES.get(name, 'errors')}"), name)
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "BagError": "pipros.bag.errors",
+        "BagFormatError": "pipros.bag.errors",
+        "BagMessage": "pipros.bag.reader",
+        "BagReader": "pipros.bag.reader",
+        "BagWriter": "pipros.bag.writer",
+        "Connection": "pipros.bag.connection",
+        "NoMessages": "pipros.bag.errors",
+        "NotIndexed": "pipros.bag.errors",
+        "TopicWriter": "pipros.bag.topic_writer",
+        "merged": "pipros.bag.merge",
+        "open_bag": "pipros.bag.opening",
+    },
+)

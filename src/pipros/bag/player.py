@@ -19,7 +19,7 @@ from pipros.basics.names import is_legal_topic
 from pipros.basics.printable import listed
 from pipros.msg.time import Time
 from pipros.node import Node
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 
 _FOUND_S = 1.1
 """Minimum lifetime of latched topics. Recorders, including genuine ones, poll for new topics every second."""
@@ -170,7 +170,7 @@ class Player:
             self._clock_class = load_message_class("rosgraph_msgs/Clock")
             self._clock_publisher = self._node.advertise("/clock", self._clock_class, queue_size=1)
         if self._options.rate_control_topic:
-            self._node.subscribe(self._options.rate_control_topic, RawMessage, self._on_rate_message)
+            self._node.subscribe(self._options.rate_control_topic, AnyMsg, self._on_rate_message)
         self._say(f"Waiting {self._options.delay_s:g} seconds after advertising topics...")
         self._node.wait_for_shutdown(self._options.delay_s)
         while self._options.wait_for_subscribers and not self._node.is_shutdown:
@@ -178,7 +178,7 @@ class Player:
                 break
             self._node.wait_for_shutdown(0.05)
 
-    def _on_rate_message(self, _: RawMessage) -> None:
+    def _on_rate_message(self, _: AnyMsg) -> None:
         self._rate_received_at = time.monotonic()
 
     # ---- playing
@@ -273,7 +273,7 @@ def _class_of(connection: Connection) -> Any:
     """Return a class of serialized messages with the connection's type, md5sum and definition."""
     return type(
         "PlayedMessage",
-        (RawMessage,),
+        (AnyMsg,),
         {
             "_type": connection.type,
             "_md5sum": connection.md5sum,

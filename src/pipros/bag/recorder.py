@@ -17,7 +17,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.printable import listed
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
@@ -227,14 +227,14 @@ class Recorder:
         self._say(f"Subscribing to {listed(topic)}")
         self._left[topic] = self._options.limit
         self._subscribers[topic] = self._node.subscribe(
-            topic, RawMessage, self._callback_for(topic), tcp_nodelay=self._options.tcp_nodelay
+            topic, AnyMsg, self._callback_for(topic), tcp_nodelay=self._options.tcp_nodelay
         )
 
-    def _callback_for(self, topic: str) -> Callable[[RawMessage], None]:
+    def _callback_for(self, topic: str) -> Callable[[AnyMsg], None]:
         now_ns = self._node.clock.now_ns
         put = self._snapshots.put if self._options.snapshot else self._queue.put
 
-        def put_received(message: RawMessage) -> None:
+        def put_received(message: AnyMsg) -> None:
             put(Received(topic, message.header, message.body, *divmod(now_ns(), NS_PER_S)))
 
         return put_received

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from importlib import import_module
 from typing import Any
 
@@ -11,15 +11,20 @@ TYPING = ("__future__", "collections.abc", "pathlib", "typing")
 """Modules whose names modules import for annotations, and do not hand on by a star import."""
 
 
-def lazy_names(module: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+def lazy_names(
+    module: str, homes: Mapping[str, str], submodules: Collection[str] = ()
+) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """Return `__getattr__` and `__dir__` for a module some of whose names live in other modules.
 
     Args:
         module: the module's own name.
         homes: for each name the module that defines it, or `module:name` if it has another name there.
+        submodules: further names, each of a module in the package `module`.
     """
 
     def get(name: str) -> Any:
+        if name in submodules:
+            return import_module(f"{module}.{name}")
         home = homes.get(name)
         if home is None:
             raise AttributeError(f"module '{module}' has no attribute '{name}'")
@@ -27,7 +32,7 @@ def lazy_names(module: str, homes: Mapping[str, str]) -> tuple[Callable[[str], A
         return getattr(import_module(where), original or name)
 
     def names() -> list[str]:
-        return sorted({*vars(sys.modules[module]), *homes})
+        return sorted({*vars(sys.modules[module]), *homes, *submodules})
 
     return get, names
 

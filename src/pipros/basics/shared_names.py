@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
+from operator import attrgetter
 from types import ModuleType
 
 
@@ -12,12 +13,15 @@ def share_names(module: str, owner: object, attributes: Mapping[str, str]) -> No
 
     Args:
         module: the module's own name.
-        attributes: the attribute of `owner` for each name.
+        attributes: for each name the attribute of `owner`, or of one of its parts: `part.attribute`.
     """
 
-    def shared(attribute: str) -> property:
+    def shared(path: str) -> property:
+        part, _, attribute = path.rpartition(".")
+        get_part = attrgetter(part) if part else lambda _: owner
         return property(
-            lambda _: getattr(owner, attribute), lambda _, value: setattr(owner, attribute, value)
+            lambda _: getattr(get_part(owner), attribute),
+            lambda _, value: setattr(get_part(owner), attribute, value),
         )
 
     names = {name: shared(attribute) for name, attribute in attributes.items()}

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from catkin_pkg.cli.create_pkg import main as create_package
 from catkin_pkg.package import InvalidPackage
 
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
 from pipros.launch.roscore import ROS_DISTRO
 
 

@@ -7,7 +7,7 @@ from argparse import ArgumentParser
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
 from pipros.workspace.genuine_catkin import find_toplevel
 
 _TOPLEVEL = """\

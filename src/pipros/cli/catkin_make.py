@@ -11,8 +11,8 @@ from pathlib import Path
 
 from pipros.basics.errors import PiprosError
 from pipros.cli.catkin_init_workspace import initialise
+from pipros.cli.entry_point import command
 from pipros.cli.make_args import MakeArguments, read_make_arguments
-from pipros.cli.streams import command
 from pipros.workspace import genuine_catkin
 from pipros.workspace.build import BuildResult, build
 from pipros.workspace.build_options import BuildOptions

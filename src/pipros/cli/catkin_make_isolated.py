@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
+from pipros.cli.entry_point import command
 from pipros.cli.make_args import read_make_arguments
-from pipros.cli.streams import command
 from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.isolated import IsolatedOptions, IsolatedResult, build_isolated
 from pipros.workspace.layout import (

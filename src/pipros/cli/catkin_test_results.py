@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics.input_file import read_file
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
 from pipros.testing.result_counts import ResultCounts, results_below
 
 _RULE = "-" * 49

@@ -7,8 +7,8 @@ from argparse import ArgumentParser
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from pipros.cli.command import run
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
+from pipros.cli.runner import run
 from pipros.cli.terminal import has_colours, paragraph, passing_note
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from optparse import OptionParser
 from typing import Any
 
 from pipros.basics.names import is_legal_remapping
-from pipros.cli.command import CommandError, add_flag, option_parser
+from pipros.cli.runner import CommandError, add_flag, option_parser
 
 
 def page_parser(name: str, usage: str) -> OptionParser:

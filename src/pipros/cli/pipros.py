@@ -6,9 +6,9 @@ import sys
 from collections.abc import Sequence
 
 import pipros
-from pipros.cli.command import USAGE_ERROR, dispatch, run
 from pipros.cli.command_map import command_map
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
+from pipros.cli.runner import USAGE_ERROR, dispatch, run
 
 OVERVIEW = f"""\
 pipros {pipros.__version__}: ROS 1 from pip. ROS' own commands have their own names: roscore, rostopic, …

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics.log_folders import disk_usage, log_folders, oldest_first, readable, size_of
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
 
 _MEGABYTE = 1024 * 1024
 

@@ -6,9 +6,9 @@ import sys
 from collections.abc import Sequence
 from optparse import OptionParser
 
+from pipros.cli.entry_point import command
 from pipros.cli.roslaunch import run
 from pipros.cli.roslaunch_options import add_core_options, session_options
-from pipros.cli.streams import command
 from pipros.launch.console import Console
 from pipros.launch.session import LaunchSession
 

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 from pipros.basics.errors import Unreachable
 from pipros.basics.printable import printable
-from pipros.cli.command import run
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
+from pipros.cli.runner import run
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import NO_MASTER
 from pipros.graph.system_state import SystemState

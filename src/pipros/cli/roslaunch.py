@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
+from pipros.cli.entry_point import command
 from pipros.cli.roslaunch_options import check_child_options, make_parser, run_options, session_options
-from pipros.cli.streams import command
 from pipros.launch.arguments import split_arguments
 from pipros.launch.console import Console
 from pipros.launch.find_launch_files import NoSuchFiles, resolve_files

@@ -9,8 +9,8 @@ from optparse import OptionParser
 from pathlib import Path
 
 from pipros.basics.errors import NotFound
-from pipros.cli.command import add_flag, run
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
+from pipros.cli.runner import add_flag, run
 from pipros.launch.check import mistakes
 from pipros.testing.result_paths import prepare_path, results_file
 from pipros.testing.results import Case, Outcome, Suite

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 
 from pipros.basics.errors import PiprosError
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
 
 
 @command

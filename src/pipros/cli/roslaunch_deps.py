@@ -8,8 +8,8 @@ from optparse import OptionParser
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
-from pipros.cli.command import add_flag
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
+from pipros.cli.runner import add_flag
 from pipros.launch.check import needed_packages
 from pipros.launch.load_context import LoadContext
 from pipros.launch.model import Launch

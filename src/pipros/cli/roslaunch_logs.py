@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
 from pipros.launch.run_id import is_run_id, run_id_problem
 from pipros.net.master_client import MasterClient
 

@@ -7,7 +7,7 @@ from optparse import OptionParser, Values
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipros.cli.command import add_flag
+from pipros.cli.runner import add_flag
 from pipros.launch.model import Output
 
 if TYPE_CHECKING:

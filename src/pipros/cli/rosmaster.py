@@ -13,7 +13,7 @@ from pipros.basics import names
 from pipros.basics.env import DEFAULT_MASTER_PORT, Environment
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import OnceEvent
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
 
 _DEPRECATED = """
 

@@ -8,8 +8,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
-from pipros.cli.command import USAGE_ERROR, add_flag, option_parser, run
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
+from pipros.cli.runner import USAGE_ERROR, add_flag, option_parser, run
 from pipros.graph.skeleton import skeleton
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.base import Message

@@ -6,8 +6,8 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 
 from pipros.basics.errors import PiprosError
+from pipros.cli.entry_point import command
 from pipros.cli.package_query import TOO_MANY_WORDS, PackageQuery, QueryFailed, complain, split_arguments
-from pipros.cli.streams import command
 
 HELP = """\
 USAGE: rospack <command> [options] [package]

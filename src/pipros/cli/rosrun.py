@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
 from pipros.workspace.executables import Executables, find_executables, list_executables
 from pipros.workspace.index import Package, PackageIndex
 from pipros.workspace.program_start import command_of, program_environment, why_not_startable

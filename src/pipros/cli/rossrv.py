@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pipros.cli import rosmsg
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
 from pipros.workspace.type_catalogue import SERVICES
 
 

@@ -14,8 +14,8 @@ from pathlib import Path
 from pipros.basics.env import Environment
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.basics.interrupts import accept_ctrl_c
-from pipros.cli.command import add_flag
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
+from pipros.cli.runner import add_flag
 from pipros.launch.arguments import split_arguments
 from pipros.launch.console import Console
 from pipros.launch.find_launch_files import resolve_files

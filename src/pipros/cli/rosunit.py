@@ -9,8 +9,8 @@ from optparse import OptionParser
 from pathlib import Path
 
 from pipros.basics.interrupts import accept_ctrl_c
-from pipros.cli.command import run
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
+from pipros.cli.runner import run
 from pipros.testing.bare import BareTest
 from pipros.testing.result_paths import results_file
 from pipros.testing.results import Suite, Totals

@@ -7,8 +7,8 @@ import sys
 from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 
-from pipros.cli.command import run
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
+from pipros.cli.runner import run
 from pipros.packages.crawl import STACKS
 from pipros.workspace.index import Package, PackageIndex
 

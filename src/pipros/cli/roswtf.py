@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from pipros.basics.errors import PiprosError
 from pipros.basics.names import parse_arguments
 from pipros.basics.printable import printable_lines
-from pipros.cli.command import add_flag, run
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
+from pipros.cli.runner import add_flag, run
 
 if TYPE_CHECKING:
     from pipros.health.wtf.context import WtfContext

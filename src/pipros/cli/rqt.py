@@ -6,9 +6,9 @@ import sys
 from collections.abc import Callable, Sequence
 from urllib.parse import quote
 
-from pipros.cli.command import run
+from pipros.cli.entry_point import command
 from pipros.cli.page_command import page_parser, show, without_remappings
-from pipros.cli.streams import command
+from pipros.cli.runner import run
 from pipros.graph.client import GraphClient
 
 Main = Callable[[Sequence[str] | None], int]

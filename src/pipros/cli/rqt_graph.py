@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipros.cli.command import CommandError, add_flag, run
+from pipros.cli.entry_point import command
 from pipros.cli.page_command import page_parser, show, without_remappings
-from pipros.cli.streams import command
+from pipros.cli.runner import CommandError, add_flag, run
 
 if TYPE_CHECKING:
     from pipros.graph.drawing.node_graph import NodeGraph

@@ -8,8 +8,8 @@ from argparse import ArgumentParser
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipros.cli.command import CommandError, run
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
+from pipros.cli.runner import CommandError, run
 
 SHELLS = ("sh", "fish", "powershell")
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
 
 
 @command

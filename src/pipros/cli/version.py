@@ -10,7 +10,7 @@ from argparse import ArgumentParser
 from collections.abc import Sequence
 
 import pipros
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
 
 
 @command

@@ -15,7 +15,7 @@ from pipros.graph.topics import topic_type
 from pipros.msg.class_finder import installed_class
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
@@ -84,11 +84,11 @@ class Listening:
         node.on_shutdown(self._is_over.set)
 
     def subscribe(
-        self, topic: str, callback: Callable[[RawMessage], object], *, tcp_nodelay: bool = False
+        self, topic: str, callback: Callable[[AnyMsg], object], *, tcp_nodelay: bool = False
     ) -> None:
         """Call `callback` with each undecoded message. An exception in it ends the wait."""
 
-        def guarded(message: RawMessage) -> None:
+        def guarded(message: AnyMsg) -> None:
             if self._is_over.is_set():
                 return
             try:
@@ -97,7 +97,7 @@ class Listening:
                 self._error = error
                 self._is_over.set()
 
-        self._node.subscribe(topic, RawMessage, guarded, tcp_nodelay=tcp_nodelay)
+        self._node.subscribe(topic, AnyMsg, guarded, tcp_nodelay=tcp_nodelay)
 
     def finish(self) -> None:
         """End the wait. No callback is called afterwards."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pipros.basics.printable import printable
 from pipros.graph.errors import GraphError
 from pipros.msg.class_finder import ClassFinder, MissingDefinition
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
@@ -21,7 +21,7 @@ class WrongDefinition(GraphError):
     """A publisher's definition of a type differs from the installed one."""
 
 
-def decode_as(raw: RawMessage, topic: str, message_class: type[Message]) -> Any:
+def decode_as(raw: AnyMsg, topic: str, message_class: type[Message]) -> Any:
     """Decode the message as `message_class`, for callers that access its fields.
 
     Raises:
@@ -44,7 +44,7 @@ class RawDecoder:
     def __init__(self) -> None:
         self._classes = ClassFinder()
 
-    def decode(self, raw: RawMessage) -> Any:
+    def decode(self, raw: AnyMsg) -> Any:
         """Decode a message.
 
         Raises:

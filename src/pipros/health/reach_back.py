@@ -8,7 +8,7 @@ from threading import Condition
 
 from pipros.basics.env import Environment
 from pipros.node import Node
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from pipros.node.publisher import Publication
 
 Pairs = frozenset[tuple[str, str]]
@@ -55,7 +55,7 @@ def reach_back(pairs: Iterable[tuple[str, str]], environment: Environment, *, wa
     arrivals = _Arrivals()
     with Node("pipros_doctor", anonymous=True, environment=environment) as node:
         for topic in sorted({topic for topic, _ in wanted}):
-            node.advertise(topic, RawMessage)
+            node.advertise(topic, AnyMsg)
             publication = node.endpoints.publication(topic)
             if publication is not None:
                 arrivals.watch(publication)

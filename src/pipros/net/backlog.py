@@ -1,4 +1,4 @@
-"""The frames queued for one subscriber: the rest of one, and whole ones after it."""
+"""The messages queued for one subscriber: the rest of one, and whole ones after it."""
 
 from __future__ import annotations
 
@@ -10,29 +10,29 @@ from pipros.net.sockets import GATHER_LIMIT
 
 Buffer = bytes | memoryview
 
-Frame = Sequence[Buffer]
-"""A frame, preceded by its length, as buffers to be written in order."""
+WireMessage = Sequence[Buffer]
+"""A message, preceded by its length, as buffers to be written in order."""
 
 LARGE_BYTES = 64 * 1024
 """The rest of a buffer of this size is worth a short wait until the socket is writable."""
 
 
 class Backlog:
-    """A queue of frames that are written when the socket accepts them. Not thread-safe.
+    """A queue of messages that are written when the socket accepts them. Not thread-safe.
 
-    A frame that was written in part must be completed, so only unwritten frames are dropped, the oldest
+    A message that was written in part must be completed, so only unwritten messages are dropped, the oldest
     first.
     """
 
     __slots__ = ("_rest", "_waiting", "_waiting_bytes")
 
     def __init__(self) -> None:
-        self._rest: deque[Buffer] = deque()  # the rest of a partially written frame
-        self._waiting: deque[tuple[Frame, int]] = deque()  # whole frames and their sizes
+        self._rest: deque[Buffer] = deque()  # the rest of a partially written message
+        self._waiting: deque[tuple[WireMessage, int]] = deque()  # whole messages and their sizes
         self._waiting_bytes = 0
 
     def __bool__(self) -> bool:
-        """Return True while any frame waits."""
+        """Return True while any message waits."""
         return bool(self._rest or self._waiting)
 
     @property
@@ -40,44 +40,44 @@ class Backlog:
         """Whether the next bytes are the rest of a buffer of LARGE_BYTES or more."""
         return bool(self._rest) and len(self._rest[0]) >= LARGE_BYTES
 
-    def append(self, frame: Frame, size: int) -> None:
-        """Add a frame of `size` bytes. Buffers that the publisher may change later are copied."""
-        self._waiting.append((_copy_mutable(frame), size))
+    def append(self, message: WireMessage, size: int) -> None:
+        """Add a message of `size` bytes. Buffers that the publisher may change later are copied."""
+        self._waiting.append((_copy_mutable(message), size))
         self._waiting_bytes += size
 
-    def append_rest(self, frame: Frame, sent: int) -> None:
-        """Add the rest of a frame of which `sent` bytes were written, to an empty backlog."""
-        self._keep_rest(_copy_mutable(frame), sent)
+    def append_rest(self, message: WireMessage, sent: int) -> None:
+        """Add the rest of a message of which `sent` bytes were written, to an empty backlog."""
+        self._keep_rest(_copy_mutable(message), sent)
 
     def next_buffers(self) -> list[Buffer]:
         """Return the next buffers to write, at most as many as one gathered write accepts."""
-        waiting = itertools.chain.from_iterable(frame for frame, _ in self._waiting)
+        waiting = itertools.chain.from_iterable(message for message, _ in self._waiting)
         return list(itertools.islice(itertools.chain(self._rest, waiting), GATHER_LIMIT))
 
     def remove_sent(self, sent: int) -> int:
-        """Remove `sent` written bytes from the front, and return the number of frames that they completed."""
-        frames = 0
+        """Remove `sent` written bytes from the front; return the number of messages that they completed."""
+        messages = 0
         while self._rest and sent >= len(self._rest[0]):
             sent -= len(self._rest.popleft())
-            frames += not self._rest
+            messages += not self._rest
         if self._rest:
             self._rest[0] = memoryview(self._rest[0])[sent:]
-            return frames
+            return messages
         while sent:
-            frame, size = self._waiting.popleft()
+            message, size = self._waiting.popleft()
             self._waiting_bytes -= size
             if sent < size:
-                self._keep_rest(frame, sent)
+                self._keep_rest(message, sent)
                 break
             sent -= size
-            frames += 1
-        return frames
+            messages += 1
+        return messages
 
-    def drop_oldest(self, most_frames: int | None, most_bytes: int) -> int:
-        """Drop the oldest frames, but never the newest, until the limits hold; return how many."""
+    def drop_oldest(self, most_messages: int | None, most_bytes: int) -> int:
+        """Drop the oldest messages, but never the newest, until the limits hold; return how many."""
         dropped = 0
         while len(self._waiting) > 1 and (
-            (most_frames and len(self._waiting) > most_frames) or self._waiting_bytes > most_bytes
+            (most_messages and len(self._waiting) > most_messages) or self._waiting_bytes > most_bytes
         ):
             _, size = self._waiting.popleft()
             self._waiting_bytes -= size
@@ -85,15 +85,15 @@ class Backlog:
         return dropped
 
     def clear(self) -> int:
-        """Drop all frames, including one that was written in part, and return their number."""
+        """Drop all messages, including one that was written in part, and return their number."""
         dropped = len(self._waiting) + bool(self._rest)
         self._rest.clear()
         self._waiting.clear()
         self._waiting_bytes = 0
         return dropped
 
-    def _keep_rest(self, frame: Frame, sent: int) -> None:
-        for buffer in frame:
+    def _keep_rest(self, message: WireMessage, sent: int) -> None:
+        for buffer in message:
             if sent >= len(buffer):
                 sent -= len(buffer)
             else:
@@ -101,9 +101,9 @@ class Backlog:
                 sent = 0
 
 
-def _copy_mutable(frame: Frame) -> Frame:
-    """Return the frame in immutable buffers, because the publisher may reuse its message."""
-    return [buffer if _is_constant(buffer) else bytes(buffer) for buffer in frame]
+def _copy_mutable(message: WireMessage) -> WireMessage:
+    """Return the message in immutable buffers, because the publisher may reuse its arrays."""
+    return [buffer if _is_constant(buffer) else bytes(buffer) for buffer in message]
 
 
 def _is_constant(buffer: Buffer) -> bool:

@@ -98,15 +98,15 @@ class PollingReceiver:
                 return count
         return sock.recv_into(buffer)
 
-    def receive_into_within(self, sock: socket.socket, buffer: memoryview, limit_s: float) -> int | None:
-        """Receive as `receive_into`, but from a non-blocking socket; return None after `limit_s`."""
-        if limit_s > 0:
+    def receive_with_timeout(self, sock: socket.socket, buffer: memoryview, timeout_s: float) -> int | None:
+        """Receive as `receive_into`, but from a non-blocking socket; return None after `timeout_s`."""
+        if timeout_s > 0:
             if (
                 self._backoff.is_due()
                 and (count := self._poll(sock.recv_into, buffer, 0, _DONTWAIT)) is not None
             ):
                 return count
-            if not sockets.wait_readable(sock, limit_s):
+            if not sockets.wait_readable(sock, timeout_s):
                 return None
         try:
             return sock.recv_into(buffer)

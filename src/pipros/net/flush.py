@@ -8,12 +8,12 @@ from collections.abc import Iterable
 from pipros.net import sockets
 from pipros.net.outgoing import OutgoingLink
 
-LARGE_FRAME_WAIT_S = 0.0005
-"""How long a publisher with a queue waits for a subscriber that reads, to send the rest of a large frame. If
-a subscriber did not read, the publisher does not wait for it again until it has caught up.
+LARGE_MESSAGE_WAIT_S = 0.0005
+"""How long a publisher with a queue waits for a subscriber that reads, to send the rest of a large message.
+If a subscriber did not read, the publisher does not wait for it again until it has caught up.
 """
 
-LARGE_FRAMES_WAIT_S = 0.02
+LARGE_MESSAGES_WAIT_S = 0.02
 """The longest such wait for all subscribers together, while they read: the event loop sends the rest."""
 
 WATCH_CLOSE_S = 0.1
@@ -21,7 +21,7 @@ WATCH_CLOSE_S = 0.1
 
 
 def flush_or_queue(links: Iterable[OutgoingLink], limit_s: float) -> None:
-    """Send the queued frames of the links, and leave the rest to the event loop.
+    """Send the queued messages of the links, and leave the rest to the event loop.
 
     Blocks for at most `limit_s` in total, and not for stalled links. Meanwhile every link is written to as
     soon as it is writable, so that links do not wait for each other.
@@ -34,20 +34,19 @@ def flush_or_queue(links: Iterable[OutgoingLink], limit_s: float) -> None:
         if link.is_waited_for:
             deadlines[link] = now + limit_s
         elif link.is_briefly_waited_for:
-            deadlines[link] = now + min(limit_s, LARGE_FRAME_WAIT_S)
+            deadlines[link] = now + min(limit_s, LARGE_MESSAGE_WAIT_S)
         else:
             link.queue_for_loop()
-    last_deadline = now + min(limit_s, LARGE_FRAMES_WAIT_S)
+    last_deadline = now + min(limit_s, LARGE_MESSAGES_WAIT_S)
     while deadlines:
         pause_s = min(WATCH_CLOSE_S, max(0.0, min(deadlines.values()) - now))
         ready = sockets.wait_any_writable([link.sock for link in deadlines], pause_s)
         now = time.monotonic()
         for link, deadline in list(deadlines.items()):
             if link.sock in ready and link.flush() and not link.is_waited_for:
-                deadline = deadlines[link] = min(now + LARGE_FRAME_WAIT_S, last_deadline)
+                deadline = deadlines[link] = min(now + LARGE_MESSAGE_WAIT_S, last_deadline)
             if not link.is_behind:
                 del deadlines[link]
             elif now >= deadline:
                 link.stop_waiting()
-                link.queue_for_loop()
                 del deadlines[link]

@@ -1,10 +1,10 @@
-"""The receiving end of one TCPROS topic link: a thread that reads, and delivers the newest frames.
+"""The receiving end of one TCPROS topic link: a thread that reads, and delivers the newest messages.
 
-Theory of operation. One thread per link receives large chunks, splits off all complete frames and calls
-`deliver` for each itself, so that most messages are not passed between threads. Queued frames are kept
+Theory of operation. One thread per link receives large chunks, splits off all complete messages and calls
+`deliver` for each itself, so that most messages are not passed between threads. Queued messages are kept
 undecoded. After a slow delivery, the thread reads the socket again before the next delivery and keeps only
-the newest `queue_size` frames: a slow callback with queue_size=1 gets the newest message, however large it is
-and whatever the socket holds (ros_comm#536, ros_comm#1901).
+the newest `queue_size` messages: a slow callback with queue_size=1 gets the newest one, whatever its size and
+the contents of the socket (ros_comm#536, ros_comm#1901).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pipros.basics.errors import ProtocolError
 from pipros.net import sockets
 from pipros.net.busy_poll import AdaptiveBackoff, PollingReceiver, PublishCount
-from pipros.wire.frames import FrameBuffer
+from pipros.wire.messages import MessageReader
 
 SLOW_DELIVERY_S = 0.001
 """After a delivery longer than this the socket is read again. A smaller value would cost fast callbacks."""
@@ -30,9 +30,9 @@ each message would cost more than the messages.)
 """
 
 COALESCE_SLEEP_S = 1e-6
-COALESCE_FRAMES = 8
+COALESCE_MESSAGES = 8
 """A sleep, whose real duration depends on the system's timers (some 60 microseconds on Linux), pays if this
-many frames arrived meanwhile.
+many messages arrived meanwhile.
 """
 
 DRAIN_LIMIT_S = 0.1
@@ -102,11 +102,11 @@ class DeliveryLock:
 
 
 class IncomingLink:
-    """Receives the frames of one publisher and delivers them in order, in its own thread.
+    """Receives the messages of one publisher and delivers them in order, in its own thread.
 
     `delivery_lock` is held during each delivery: links that share one never deliver at the same time. The
-    frame passed to `deliver` is valid only during the call. `on_closed` is called once, from the link's
-    thread, with the reason if the link ended by an error. The link polls longer for the next frame when
+    message passed to `deliver` is valid only during the call. `on_closed` is called once, from the link's
+    thread, with the reason if the link ended by an error. The link polls longer for the next message when
     `published` has changed: see `pipros.net.busy_poll`.
     """
 
@@ -134,11 +134,11 @@ class IncomingLink:
         self._deliver = deliver
         self._delivery_lock = delivery_lock
         self._on_closed = on_closed
-        self._buffer = FrameBuffer(limit_bytes)
+        self._buffer = MessageReader(limit_bytes)
         self._published = published
-        self._published_before = 0  # at the last wait for a frame
-        self._idle_poller = PollingReceiver()  # waits for a frame to begin
-        self._mid_frame_poller = PollingReceiver()  # waits for the rest of a frame
+        self._published_before = 0  # at the last wait for a message
+        self._idle_poller = PollingReceiver()  # waits for a message to begin
+        self._mid_message_poller = PollingReceiver()  # waits for the rest of a message
         self._waiting: deque[memoryview | bytes] = deque()
         self._thread = threading.Thread(target=self._run, args=(received,), name=name, daemon=True)
 
@@ -168,7 +168,7 @@ class IncomingLink:
             while count := self._receive():
                 self._take(count)
                 while backoff.is_due() and (count := self._sleep_and_receive()):
-                    backoff.note(pays=self._take(count) >= COALESCE_FRAMES)
+                    backoff.note(pays=self._take(count) >= COALESCE_MESSAGES)
         except (OSError, ProtocolError) as reason:
             error = reason
         finally:
@@ -177,13 +177,13 @@ class IncomingLink:
             self._on_closed(self, error)
 
     def _receive(self) -> int:
-        """Wait for the next bytes. Polling within a frame is learned separately: the rest comes soon."""
+        """Wait for the next bytes. Polling within a message is learned separately: the rest comes soon."""
         buffer = self._buffer
         space = buffer.space()
-        if buffer.is_within:
-            return self._mid_frame_poller.receive_into(self._sock, space)
+        if buffer.has_partial_message:
+            return self._mid_message_poller.receive_into(self._sock, space)
         if buffer.is_large:
-            count = self._idle_poller.receive_into_within(self._sock, space, KEEP_LARGE_S)
+            count = self._idle_poller.receive_with_timeout(self._sock, space, KEEP_LARGE_S)
             if count is not None:
                 return count
             buffer.trim()
@@ -194,14 +194,14 @@ class IncomingLink:
         return self._idle_poller.receive_into(self._sock, space, max_polls)
 
     def _sleep_and_receive(self) -> int:
-        """Receive as `_receive`, after a sleep in which many frames may arrive."""
+        """Receive as `_receive`, after a sleep in which many messages may arrive."""
         time.sleep(COALESCE_SLEEP_S)
         count = self._receive()
         sockets.acknowledge(self._sock)
         return count
 
     def _take(self, count: int) -> int:
-        """Deliver the frames completed by `count` received bytes; return their number."""
+        """Deliver the messages completed by `count` received bytes; return their number."""
         if self.queue_size:
             accepted = self._accept(count, self._buffer.received(count))
             self._deliver_waiting()
@@ -212,9 +212,9 @@ class IncomingLink:
         lock.acquire()
         try:
             end = clock() + TURN_S
-            for frame in self._buffer.received(count):
+            for message in self._buffer.received(count):
                 statistics.frames += 1
-                deliver(frame)
+                deliver(message)
                 if is_wanted() and clock() > end:
                     lock.pass_on()
                     end = clock() + TURN_S
@@ -222,12 +222,12 @@ class IncomingLink:
             lock.release()
         return statistics.frames - before
 
-    def _accept(self, count: int, frames: Iterable[memoryview]) -> int:
-        """Queue the frames completed by `count` received bytes, as views of the buffer; return how many."""
+    def _accept(self, count: int, messages: Iterable[memoryview]) -> int:
+        """Queue the messages completed by `count` received bytes, as views of the buffer; return how many."""
         self.statistics.bytes += count
         waiting = self._waiting
         before = len(waiting)
-        waiting.extend(frames)
+        waiting.extend(messages)
         accepted = len(waiting) - before
         if self.queue_size:
             while len(waiting) > self.queue_size:
@@ -251,7 +251,7 @@ class IncomingLink:
                 self._read_available()
 
     def _read_available(self) -> None:
-        """Read all that the socket holds, so that only the newest frames stay queued."""
+        """Read all that the socket holds, so that only the newest messages stay queued."""
         end = time.monotonic() + DRAIN_LIMIT_S
         before = self.statistics.bytes
         while self.queue_size and time.monotonic() < end:
@@ -268,7 +268,7 @@ class IncomingLink:
             self._accept(count, self._buffer.received(count))
 
     def _keep_waiting(self) -> None:
-        """Copy the queued frames out of the buffer before it is reused."""
+        """Copy the queued messages out of the buffer before it is reused."""
         waiting = self._waiting
         for _ in range(len(waiting)):
             waiting.append(bytes(waiting.popleft()))

@@ -1,24 +1,26 @@
 """The sending end of one TCPROS topic link: a bounded queue in front of a socket.
 
 Theory of operation. The publishing thread calls `send`. While the socket accepts data, `send` writes
-directly, without another thread. If the socket is full, the frame waits in the link's backlog, and
+directly, without another thread. If the socket is full, the message waits in the link's backlog, and
 `pipros.net.flush.flush_or_queue` has it sent: by the publishing thread in its next call, or by the event loop
-if the publisher is silent. A large frame rarely fits into a socket at once, but a peer that reads empties it
-within microseconds, so `flush_or_queue` waits that long before it leaves the rest to the loop.
+if the publisher is silent. A large message rarely fits into a socket at once, but a peer that reads empties
+it within microseconds, so `flush_or_queue` waits that long before it leaves the rest to the loop. The states
+of a link are in `pipros.net.outgoing_state`.
 
 The meaning of `queue_size`, as in rospy:
-    None  the publisher waits until the socket has accepted the frame, at most `Limits.stall_s` (genuine
+    None  the publisher waits until the socket has accepted the message, at most `Limits.stall_s` (genuine
           rospy waits without limit). A subscriber that takes longer has stalled: until it has caught up it
           is treated as with queue_size=1.
-    0     any number of frames wait.
-    n     at most n frames wait.
-In each case at most `Limits.queue_bytes` wait, but the newest frame always does.
+    0     any number of messages wait.
+    n     at most n messages wait.
+In each case at most `Limits.queue_bytes` wait, but the newest message always does.
 """
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
+import math
 import socket
 import threading
 import time
@@ -27,8 +29,9 @@ from dataclasses import dataclass
 
 from pipros.basics.limits import Limits
 from pipros.net import sockets
-from pipros.net.backlog import Backlog, Frame
+from pipros.net.backlog import Backlog, WireMessage
 from pipros.net.loop import BackgroundLoop
+from pipros.net.outgoing_state import NOT_WAITED_FOR, WAITING, WRITTEN_BY_LOOP, Event, State, after
 
 CHECK_PEER_INTERVAL_S = 5.0
 """How often a link is checked for a peer that has stopped acknowledging."""
@@ -36,7 +39,12 @@ CHECK_PEER_INTERVAL_S = 5.0
 CHECK_STALLED_INTERVAL_S = 0.1
 """How often a stalled link is checked for having caught up."""
 
+TURN_BYTES = 4 * 1024 * 1024
+"""After this many bytes of a link the event loop turns to others: a peer may read as fast as it writes."""
+
 _READ_BYTES = 4096
+
+_IDLE, _RECOVERING = State.IDLE, State.RECOVERING  # looked up for each message
 
 
 @dataclass(slots=True)
@@ -55,14 +63,13 @@ class SendStatistics:
 
 
 class OutgoingLink:
-    """Sends frames to one subscriber without delaying others.
+    """Sends messages to one subscriber without delaying others.
 
-    Thread-safe; the frames of one thread arrive in order. `on_closed` is called once, in the event loop, when
-    the peer closes the link or `close` is called.
+    Thread-safe; the messages of one thread arrive in order. `on_closed` is called once, in the event loop,
+    when the peer closes the link or `close` is called.
 
     Attributes:
-        is_behind: true while frames wait. Changed with the lock held; read without it, to decide
-            whether to call `flush_or_queue`.
+        state: changed with the lock held; read without it, to decide whether to call `flush_or_queue`.
         end_reason: why the link ended, if not by the peer or by `close`.
     """
 
@@ -82,8 +89,7 @@ class OutgoingLink:
         self.descriptor = sock.fileno()
         self.queue_size = queue_size
         self.statistics = SendStatistics()
-        self.is_behind = False
-        self.is_closed = False
+        self.state = State.IDLE
         self.end_reason = ""
         self._limits = limits
         self._may_share_packets = may_share_packets
@@ -91,28 +97,21 @@ class OutgoingLink:
         self._on_closed = on_closed
         self._lock = threading.Lock()
         self._backlog = Backlog()
-        self._has_writer = False
-        self._is_stalled = False
-        self._reads_promptly = True
         self._received_bytes = 0
         self._checks: dict[Callable[[], None], asyncio.TimerHandle] = {}
         loop.call(self._watch_peer)
 
-    def send(self, frame: Frame, size: int) -> None:
-        """Write a frame of `size` bytes, or queue what the socket does not accept. Returns at once."""
+    def send(self, message: WireMessage, size: int) -> None:
+        """Write a message of `size` bytes, or queue what the socket does not accept. Returns at once."""
         with self._lock:
-            if self.is_behind:
-                self._backlog.append(frame, size)
-                self._flush()
-            else:
+            if self.state is _IDLE or self.state is _RECOVERING:
                 try:
-                    if len(frame) == 1:
-                        sent = self.sock.send(frame[0])
+                    if len(message) == 1:
+                        sent = self.sock.send(message[0])
                     else:
-                        sent = sockets.send_gathered(self.sock, frame)
+                        sent = sockets.send_gathered(self.sock, message)
                 except (BlockingIOError, InterruptedError):
-                    self._backlog.append(frame, size)
-                    self.is_behind = True
+                    self._backlog.append(message, size)
                 except OSError:
                     self._give_up()
                 else:
@@ -121,12 +120,15 @@ class OutgoingLink:
                     if sent == size:
                         statistics.frames += 1
                         return
-                    self._backlog.append_rest(frame, sent)
-                    self.is_behind = True
+                    self._backlog.append_rest(message, sent)
+                self._take(Event.SOCKET_FULL)
+            elif not self.is_closed:
+                self._backlog.append(message, size)
+                self._flush()
             self._drop_oldest()
 
     def share_packets(self, *, share: bool) -> None:
-        """Set whether small frames may wait to share a packet while others are unacknowledged.
+        """Set whether small messages may wait to share a packet while others are unacknowledged.
 
         Does nothing for a link with `tcp_nodelay`.
         """
@@ -134,24 +136,33 @@ class OutgoingLink:
             sockets.share_packets(self.sock, share=share)
 
     @property
+    def is_behind(self) -> bool:
+        """Whether messages wait."""
+        return self.state in WAITING
+
+    @property
+    def is_closed(self) -> bool:
+        return self.state is State.CLOSED
+
+    @property
     def is_waited_for(self) -> bool:
         """Whether the publisher has to wait until the backlog is empty."""
-        return self.queue_size is None and not self._is_stalled
+        return self.queue_size is None and self.state not in NOT_WAITED_FOR
 
     @property
     def is_briefly_waited_for(self) -> bool:
-        """Whether the rest of a large frame is queued, and the subscriber has always read in time so far."""
+        """Whether the rest of a large message waits, of a subscriber that has read in time so far."""
         with self._lock:
-            return self._reads_promptly and self._backlog.is_in_large_buffer
+            return self.state is State.BEHIND and self._backlog.is_in_large_buffer
 
     def stop_waiting(self) -> None:
-        """Stop waiting for the link until it has caught up, because it did not become writable in time."""
+        """Leave queued messages to the event loop, because the link did not become writable in time.
+
+        The publisher does not wait for it again until it has caught up.
+        """
         with self._lock:
-            self._reads_promptly = False
-            if self.is_waited_for and self.is_behind:
-                self._is_stalled = True
-                self._drop_oldest()
-                self._loop.call(self._check_stalled)
+            self._take(Event.WAITED_IN_VAIN if self.is_waited_for else Event.LEFT_TO_LOOP)
+            self._drop_oldest()
 
     def flush(self) -> bool:
         """Write as much as the socket accepts; return whether the socket accepted anything. Never blocks."""
@@ -161,55 +172,66 @@ class OutgoingLink:
             return self.statistics.bytes != before
 
     def queue_for_loop(self) -> None:
-        """Leave queued frames to the event loop. Never blocks."""
+        """Leave queued messages to the event loop. Never blocks."""
         with self._lock:
-            if self.is_behind and not self.is_closed and not self._has_writer:
-                self._has_writer = True
-                self._loop.call(self._start_writer)
+            self._take(Event.LEFT_TO_LOOP)
 
     def drain(self, limit_s: float) -> None:
-        """Send queued frames; block for at most `limit_s`."""
+        """Send queued messages; block for at most `limit_s`."""
         end = time.monotonic() + limit_s
-        while self.is_behind and not self.is_closed and (left_s := end - time.monotonic()) > 0:
+        while self.is_behind and (left_s := end - time.monotonic()) > 0:
             with contextlib.suppress(OSError, ValueError):  # closed meanwhile
                 sockets.wait_writable(self.sock, left_s)
             self.flush()
 
     def send_header(self, header: bytes) -> None:
-        """Send the reply header, before all frames. The statistics do not count it."""
+        """Send the reply header, before all messages. The statistics do not count it."""
         self.send((header,), len(header))
         self.queue_for_loop()
         self.statistics = SendStatistics()
 
     def close(self) -> None:
-        """End the link; queued frames are dropped and counted. May be called repeatedly, from any thread."""
+        """End the link; drop and count queued messages. May be called repeatedly, from any thread."""
         with self._lock:
             self._give_up()
 
     # -- with the lock held ---------------------------------------------------
 
-    def _flush(self) -> None:
-        """Write as much of the backlog as the socket accepts."""
-        while self._backlog and not self.is_closed:
-            try:
-                sent = sockets.send_gathered(self.sock, self._backlog.next_buffers())
-            except (BlockingIOError, InterruptedError):
-                return
-            except OSError:
-                self._give_up()
-                return
-            self.statistics.bytes += sent
-            self.statistics.frames += self._backlog.remove_sent(sent)
-        self.is_behind = False
+    def _take(self, event: Event) -> None:
+        before, self.state = self.state, after(self.state, event)
+        if self.state in WRITTEN_BY_LOOP and before not in WRITTEN_BY_LOOP:
+            self._loop.call(self._start_writer)
+        if self.state is State.STALLED and before is not _RECOVERING:  # that one is still checked
+            self._loop.call(self._check_stalled)
+
+    def _flush(self, most_bytes: float = math.inf) -> None:
+        """Write as much of the backlog as the socket accepts; stop after `most_bytes`."""
+        end = self.statistics.bytes + most_bytes
+        while self._backlog and self.statistics.bytes < end and self._write():
+            pass
+
+    def _write(self) -> bool:
+        """Write as much of the backlog as one call accepts; return whether that was anything."""
+        try:
+            sent = sockets.send_gathered(self.sock, self._backlog.next_buffers())
+        except (BlockingIOError, InterruptedError):
+            return False
+        except OSError:
+            self._give_up()
+            return False
+        self.statistics.bytes += sent
+        self.statistics.frames += self._backlog.remove_sent(sent)
+        if not self._backlog:
+            self._take(Event.EMPTIED)
+        return True
 
     def _drop_oldest(self) -> None:
-        most = 1 if self.queue_size is None and self._is_stalled else self.queue_size
+        most = 1 if self.queue_size is None and self.state is State.STALLED else self.queue_size
         self.statistics.dropped += self._backlog.drop_oldest(most, self._limits.queue_bytes)
 
     def _give_up(self) -> None:
         if not self.is_closed:
-            self.is_closed = True
-            self.is_behind = False
+            self._take(Event.CLOSED)
             self.statistics.dropped += self._backlog.clear()
             sockets.abort(self.sock)
             self._loop.call(self._end)
@@ -236,13 +258,13 @@ class OutgoingLink:
     def _check_stalled(self) -> None:
         """End the stalled state once the link has caught up.
 
-        An accepted frame does not prove that: the system buffers megabytes for a peer that barely reads.
+        An accepted message does not prove that: the system buffers megabytes for a peer that barely reads.
         """
-        if self.is_closed:
-            return
-        if not self.is_behind and sockets.is_nearly_drained(self.sock):
-            self._is_stalled = False
-        else:
+        with self._lock:
+            if self.state is _RECOVERING and sockets.is_nearly_drained(self.sock):
+                self._take(Event.CAUGHT_UP)
+            has_caught_up = self.state not in NOT_WAITED_FOR
+        if not has_caught_up:
             self._check_again(self._check_stalled, CHECK_STALLED_INTERVAL_S)
 
     def _read(self) -> None:
@@ -261,15 +283,14 @@ class OutgoingLink:
         self.close()
 
     def _start_writer(self) -> None:
-        if not self.is_closed:
+        if self.state in WRITTEN_BY_LOOP:
             self._loop.asyncio.add_writer(self.sock, self._write_waiting)
 
     def _write_waiting(self) -> None:
         with self._lock:
-            self._flush()
-            if not self.is_behind and not self.is_closed:
-                self._has_writer = False
-                self._reads_promptly = True
+            if self.state in WRITTEN_BY_LOOP:
+                self._flush(TURN_BYTES)
+            if self.state not in WRITTEN_BY_LOOP:
                 self._loop.asyncio.remove_writer(self.sock)
 
     def _end(self) -> None:

@@ -11,7 +11,7 @@ from pipros.node.asyncio_support import MessageStream
 from pipros.node.codec import encoder
 
 
-class RawMessage(Message):
+class AnyMsg(Message):
     """The serialized body of a message of any type. Pass this class to `subscribe` for any topic.
 
     Attributes:
@@ -30,7 +30,7 @@ class RawMessage(Message):
         self.body = body
 
     @classmethod
-    def _from_bytes(cls, data: bytes | memoryview) -> RawMessage:
+    def _from_bytes(cls, data: bytes | memoryview) -> AnyMsg:
         return cls(bytes(data))
 
     def serialize(self, buff: Any) -> None:
@@ -43,7 +43,7 @@ class RawMessage(Message):
 
 
 def taking_raw(callback: Callable[..., object] | None) -> Callable[..., object] | None:
-    """Return a callback for `RawMessage`s that passes `callback` the decoded messages' bytes.
+    """Return a callback for `AnyMsg`s that passes `callback` the decoded messages' bytes.
 
     A `MessageStream` is returned unchanged, because its subscription looks it up again.
     """
@@ -52,7 +52,7 @@ def taking_raw(callback: Callable[..., object] | None) -> Callable[..., object] 
 
     @functools.wraps(callback)
     def call(message: Message, *args: object) -> None:
-        raw = RawMessage(b"".join(encoder(type(message))(message)))
+        raw = AnyMsg(b"".join(encoder(type(message))(message)))
         raw._connection_header = message._connection_header
         callback(raw, *args)
 

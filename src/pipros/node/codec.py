@@ -25,7 +25,7 @@ def decoder(message_class: type[Message]) -> Callable[[memoryview | bytes], Any]
     from_bytes: Callable[[memoryview | bytes], Any] | None = getattr(message_class, "_from_bytes", None)
     if from_bytes is not None:
         return from_bytes
-    return lambda frame: message_class().deserialize(bytes(frame))
+    return lambda data: message_class().deserialize(bytes(data))
 
 
 def number(message: Message, sequence: int) -> None:

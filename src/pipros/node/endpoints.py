@@ -18,7 +18,7 @@ from pipros.net.held_bytes import HeldBytes
 from pipros.net.loop import BackgroundLoop
 from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers
-from pipros.node.any_msg import RawMessage, taking_raw
+from pipros.node.any_msg import AnyMsg, taking_raw
 from pipros.node.attempts import Attempts
 from pipros.node.context import NodeContext
 from pipros.node.publisher import CLOSE_FLUSH_S, Publication, Publisher
@@ -111,7 +111,7 @@ class Endpoints:
         return found[0] if found else None
 
     def statistics(self) -> Mapping[str, Any]:
-        """Return for each topic a dictionary of its links by peer: frames, bytes, and dropped frames."""
+        """Return for each topic a dictionary of its links by peer: messages, bytes, and dropped messages."""
         return {
             "publications": {
                 publication.topic: {peer.caller_id: peer.link.statistics for peer in publication.links}
@@ -186,7 +186,7 @@ class Endpoints:
         """Add a callback to a topic and return it; the first one registers the topic at the master.
 
         If the node receives the topic already, the callback gets the last message of each connected publisher
-        that latches before this returns. A callback for `RawMessage` also gets them if the node receives the
+        that latches before this returns. A callback for `AnyMsg` also gets them if the node receives the
         topic by its class, as a tool with simulated time does with `/clock`.
 
         Raises:
@@ -202,7 +202,7 @@ class Endpoints:
             else:
                 subscription = found[0]
                 _same_type(subscription.interface.md5sum, message_class, topic)
-                if message_class is RawMessage and subscription.message_class is not RawMessage:
+                if message_class is AnyMsg and subscription.message_class is not AnyMsg:
                     callback = taking_raw(callback)
             listener = SubscriberCallback(callback, callback_args) if callback is not None else None
             subscription.handles += 1

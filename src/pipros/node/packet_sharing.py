@@ -73,7 +73,7 @@ class BurstDetector:
 
 
 class SharingLink(Protocol):
-    """A link whose small frames can share packets."""
+    """A link whose small messages can share packets."""
 
     def share_packets(self, *, share: bool) -> None: ...
 
@@ -81,7 +81,7 @@ class SharingLink(Protocol):
 class PacketSharing:
     """Makes the links of one topic share packets during bursts.
 
-    All methods but `close` are called with the lock held that keeps the frames of the topic in order.
+    All methods but `close` are called with the lock held that keeps the messages of the topic in order.
 
     Attributes:
         note: `BurstDetector.note`; if it returns True, call `apply`. An attribute, because it is called for
@@ -120,10 +120,14 @@ class PacketSharing:
         self._is_closed = True
 
     def _watch(self) -> None:
-        """Send the last messages of a burst once it has ended. Runs in the event loop."""
-        with self._lock:
-            if self._detector.end_if_idle(time.monotonic()):
-                self.apply()
-            is_watched = self._is_watched = self._detector.in_burst and not self._is_closed
-        if is_watched:  # by us: meanwhile the next burst may have begun, with its own watch
-            self._loop.asyncio.call_later(CHECK_S, self._watch)
+        """Send the last messages of a burst once it has ended. Runs in the event loop, without waiting."""
+        if self._lock.acquire(blocking=False):  # not while a message is being published
+            try:
+                if self._detector.end_if_idle(time.monotonic()):
+                    self.apply()
+                self._is_watched = self._detector.in_burst and not self._is_closed
+                if not self._is_watched:
+                    return  # a later burst has its own watch
+            finally:
+                self._lock.release()
+        self._loop.asyncio.call_later(CHECK_S, self._watch)

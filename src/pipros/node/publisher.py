@@ -10,12 +10,13 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Generic, Protocol
 
 from pipros.basics.printable import printable
-from pipros.net.backlog import Frame
+from pipros.net.backlog import WireMessage
 from pipros.net.connection_table import LinkEntry
 from pipros.net.flush import flush_or_queue
 from pipros.net.outgoing import OutgoingLink, SendStatistics
+from pipros.net.outgoing_state import State
 from pipros.net.tcpros import TcprosConnection, refuse_connection
-from pipros.net.workers import Workers
+from pipros.net.workers import Workers, interpreter_ends
 from pipros.node.codec import AnyMessage, encoder
 from pipros.node.context import NodeContext
 from pipros.node.packet_sharing import SHARED_BYTES, PacketSharing
@@ -34,6 +35,7 @@ CLOSE_FLUSH_S = 0.2
 node's end.
 """
 
+_IDLE = State.IDLE  # looked up for each message
 _pack_length = struct.Struct("<I").pack
 
 
@@ -59,7 +61,14 @@ class PublisherLink:
 class Publication:
     """A topic that a node publishes, shared by all its handles.
 
-    Invariant: `links` is replaced, never changed, so that `publish` reads it without a lock.
+    Invariant: `links` is replaced, never changed, so that it is read without a lock.
+
+    Two locks, taken in this order: `_lock` keeps the messages of several threads in the same order on all
+    links, and is held while a message is encoded, for seconds if it is large; the event loop never waits for
+    it. `_links_lock` is held only to change `links` and `_joining`, and to queue the call of the listeners.
+
+    A new subscriber gets the reply header at once and waits in `_joining`. It joins `links` with the latched
+    message, which a thread encodes, or with one that is being published.
     """
 
     def __init__(self, topic: str, message_class: type[Message], context: NodeContext) -> None:
@@ -69,10 +78,12 @@ class Publication:
         self.queue_size: int | None = None
         self.is_latching = False
         self.links: tuple[PublisherLink, ...] = ()
+        self._joining: tuple[PublisherLink, ...] = ()
         self.handles = 0
         self.headers: dict[str, str] = {}  # further fields for the connection header
         self.listeners: list[PeerListener] = []
         self._listeners_thread = Workers(f"subscribe listeners of {topic}", limit=1, kept_idle=0)
+        self._join_thread = Workers(f"new subscribers of {topic}", limit=1, kept_idle=0)
         self.only_thread: int | None = None  # during shutdown, the only thread that may publish
         self.links_ended = 0
         self._sent = SendStatistics()  # totals of links that have ended
@@ -82,9 +93,8 @@ class Publication:
         self._has_header = bool(getattr(message_class, "_has_header", False))
         self._sequence = 0
         self._latched: Message | None = None
-        self._lock = (
-            threading.Lock()
-        )  # keeps sequence numbers and frames of several threads in the same order
+        self._lock = threading.Lock()
+        self._links_lock = threading.Lock()
         self._sharing = PacketSharing(context.loop, self._lock, lambda: [peer.link for peer in self.links])
         self._is_closed = False
 
@@ -103,28 +113,33 @@ class Publication:
         with self._lock:
             if self.is_latching:
                 self._latched = message
-            links = self.links
-            if not links:
+            if not self.links and not self._joining:
                 return
             self._published.value += 1
-            frame, size = self._frame(message)
+            data, size = self._serialized(message)
+            if self._joining:
+                self._admit()
+            links = self.links
             if size <= SHARED_BYTES and self._sharing.note(time.monotonic()):
                 self._sharing.apply()
             for peer in links:
-                peer.link.send(frame, size)
+                peer.link.send(data, size)
         for peer in links:
-            if peer.link.is_behind:
+            if peer.link.state is not _IDLE:
                 flush_or_queue([peer.link for peer in links], self._context.limits.stall_s)
                 return
 
     def publish_to(self, peer: PublisherLink, message: Message) -> None:
         """Send a message to a single subscriber."""
         with self._lock:
-            peer.link.send(*self._frame(message))
+            peer.link.send(*self._serialized(message))
         flush_or_queue([peer.link], self._context.limits.stall_s)
 
     def attach(self, connection: TcprosConnection) -> None:
-        """Answer a subscriber's header: link it and send the latched message, or refuse it."""
+        """Answer a subscriber's header: link it and send the latched message, or refuse it.
+
+        Called in the event loop: a thread encodes the latched message, or waits for a publication to end.
+        """
         refusal = topic_refusal(connection.fields, self.interface)
         if refusal:
             self._context.log.warning(refusal)
@@ -148,31 +163,60 @@ class Publication:
         )
         entry.close = link.close
         peer = PublisherLink(printable(connection.fields["callerid"]), self._context.next_link_number(), link)
-        with self._lock:
+        with self._links_lock:
+            self._joining = (*self._joining, peer)  # before the subscriber can know that it is connected
             link.send_header(header)
-            self._send_latched(link)
-            self._sharing.apply_to(link)
-            self.links = (*self.links, peer)
-        if self._is_closed:  # `close` may have missed this link
+        if self._lock.acquire(blocking=False):
+            try:
+                if self._latched is None:
+                    self._admit()
+                    return
+            finally:
+                self._lock.release()
+        try:
+            self._join_thread.run(self._send_latched)
+        except RuntimeError as error:  # the subscriber tries again
+            if not interpreter_ends(error):
+                self._context.log.error("cannot serve a subscriber of [%s]: %s", self.topic, error)
             link.close()
+
+    def _send_latched(self) -> None:
+        """Send the latched message to new subscribers, encoded once for all that wait."""
+        with self._lock:
+            if not self._joining:
+                return
+            try:
+                data = self._serialized(self._latched) if self._latched is not None else None
+            except Exception as error:  # without subscribers it was not serialised at its publication
+                self._context.log.error("the latched message of [%s] cannot be sent: %s", self.topic, error)
+                data = None
+            for link in self._admit():
+                if data is not None:
+                    link.send(*data)
+                    link.queue_for_loop()
+
+    def _admit(self) -> list[OutgoingLink]:
+        """Let new subscribers receive further messages; return their links. `_lock` is held."""
+        with self._links_lock:
+            joining, self._joining = self._joining, ()
+            for peer in joining:
+                self._sharing.apply_to(peer.link)
+                self.links = (*self.links, peer)
+                self._notify_of_new(peer)
+                if self._is_closed:  # `close` may have missed this link
+                    peer.link.close()
+        return [peer.link for peer in joining]
+
+    def _notify_of_new(self, peer: PublisherLink) -> None:
         self._notify_listeners(
             lambda listener: listener.peer_subscribe(
                 self.topic, self.publish, lambda message: self.publish_to(peer, message)
             )
         )
 
-    def _send_latched(self, link: OutgoingLink) -> None:
-        if not self.is_latching or self._latched is None:
-            return
-        try:
-            link.send(*self._frame(self._latched))
-            link.queue_for_loop()
-        except Exception as error:  # without subscribers it was not serialised at its publication
-            self._context.log.error("the latched message of [%s] cannot be sent: %s", self.topic, error)
-
     def set_queue_size(self, queue_size: int | None) -> None:
         self.queue_size = queue_size
-        for peer in self.links:
+        for peer in (*self._joining, *self.links):
             peer.link.queue_size = queue_size
 
     def close(self, end: float | None = None) -> None:
@@ -183,7 +227,7 @@ class Publication:
         self._is_closed = True
         self._sharing.close()
         end = time.monotonic() + CLOSE_FLUSH_S if end is None else end
-        for peer in self.links:
+        for peer in (*self._joining, *self.links):
             if peer.link.is_behind:
                 peer.link.drain(end - time.monotonic())
             peer.link.close()
@@ -191,13 +235,13 @@ class Publication:
     def statistics(self) -> dict[str, int]:
         """Return the totals of all links; see `Publisher.statistics`."""
         total = SendStatistics()
-        with self._lock:
+        with self._links_lock:
             total.add(self._sent)
             for peer in self.links:
                 total.add(peer.link.statistics)
             return {**asdict(total), "links_ended": self.links_ended}
 
-    def _frame(self, message: Message) -> tuple[Frame, int]:
+    def _serialized(self, message: Message) -> tuple[WireMessage, int]:
         """Return the message in wire format, and its size including the length field."""
         if self._has_header:
             self._sequence = (self._sequence + 1) & 0xFFFFFFFF  # a uint32, which wraps around
@@ -216,11 +260,15 @@ class Publication:
 
     def _detach(self, link: OutgoingLink, entry: LinkEntry) -> None:
         self._context.connections.remove(entry)
-        with self._lock:
-            ended = [peer for peer in self.links if peer.link is link]
-            self.links = tuple(peer for peer in self.links if peer.link is not link)
+        with self._links_lock:
+            ended = [peer for peer in (*self.links, *self._joining) if peer.link is link]
+            self._joining = tuple(peer for peer in self._joining if peer.link is not link)
             self.links_ended += 1
             self._sent.add(link.statistics)
+            before, self.links = self.links, tuple(peer for peer in self.links if peer.link is not link)
+            if self.links != before:
+                left = len(self.links)
+                self._notify_listeners(lambda listener: listener.peer_unsubscribe(self.topic, left))
         if link.end_reason:
             caller = " ".join(printable(peer.caller_id) for peer in ended)
             self._context.log.warning(
@@ -230,7 +278,6 @@ class Publication:
                 link.peer,
                 link.end_reason,
             )
-        self._notify_listeners(lambda listener: listener.peer_unsubscribe(self.topic, len(self.links)))
 
     def _notify_listeners(self, notify: Callable[[PeerListener], None]) -> None:
         """Call the users' listeners in a thread, because they may block.
@@ -274,8 +321,8 @@ class Publisher(Generic[AnyMessage]):
     def statistics(self) -> Mapping[str, int]:
         """Return the traffic of the topic since the first `advertise`, for all subscribers together:
 
-        `frames` and `bytes` sent; frames `dropped` because a subscriber was too slow, or disconnected before
-        they were sent; and `links_ended`, each of which may have lost messages in transit.
+        `frames` (messages) and `bytes` sent; those `dropped` because a subscriber was too slow, or
+        disconnected before they were sent; and `links_ended`, each of which may have lost messages.
         """
         return self.publication.statistics()
 

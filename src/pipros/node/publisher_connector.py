@@ -8,8 +8,8 @@ from collections.abc import Awaitable, Callable, Iterable
 from pipros.basics.errors import PiprosError, Refused, Unreachable
 from pipros.basics.printable import printable
 from pipros.net import unreachable
-from pipros.node.complaints import Complaints
 from pipros.node.context import NodeContext
+from pipros.node.throttled_warnings import ThrottledWarnings
 
 RETRY_FIRST_S = 0.1
 RETRY_LONGEST_S = 5.0
@@ -46,7 +46,7 @@ class PublisherConnector:
         self._linked: set[str] = set()
         self._refused: set[str] = set()  # publishers that refused, and will be tried again
         self._tasks: dict[str, asyncio.Task[None]] = {}
-        self._complaints = Complaints(
+        self._warnings = ThrottledWarnings(
             context.log, context.loop, f"cannot receive [{topic}] from %d more publishers; the last is %s"
         )
         self._is_stopped = False
@@ -58,7 +58,7 @@ class PublisherConnector:
         listed = list(dict.fromkeys(uri for uri in uris if isinstance(uri, str)))
         most = self._context.limits.publishers_per_topic
         if len(listed) > most:
-            if self._complaints.may_say(f"beyond the limit publishers_per_topic of {most}"):
+            if self._warnings.should_log(f"beyond the limit publishers_per_topic of {most}"):
                 self._context.log.warning(
                     "[%s] has %d publishers; the limit publishers_per_topic is %d",
                     self._topic,
@@ -118,7 +118,7 @@ class PublisherConnector:
             broken = await ended
         finally:
             self._linked.discard(uri)
-        if broken and not self._is_stopped and self._complaints.may_say(f"{printable(uri)}: {broken}"):
+        if broken and not self._is_stopped and self._warnings.should_log(f"{printable(uri)}: {broken}"):
             self._context.log.error(broken)
         return loop.time() - began > RETRY_LONGEST_S
 
@@ -137,7 +137,7 @@ class PublisherConnector:
 
     async def _explain(self, uri: str, error: Exception) -> None:
         """Warn that a publisher cannot be received from, with the reason and a cure (ros_comm#222)."""
-        if not self._complaints.may_say(f"{printable(uri)}: {printable(error)}"):
+        if not self._warnings.should_log(f"{printable(uri)}: {printable(error)}"):
             return
         explain = await unreachable.explain(error.peer) if isinstance(error, Unreachable) else ""
         if uri in self._listed:  # not one that has unregistered meanwhile

@@ -25,9 +25,9 @@ from pipros.net.connect import Connector
 from pipros.net.master_client import MasterClient
 from pipros.node.codec import decoder, encoder, number
 from pipros.node.service_server import ServiceClass
-from pipros.wire.frames import ReplyReader
 from pipros.wire.handshake import WireType, check_service_reply, request_service_link
 from pipros.wire.header import HeaderReader, encode_header
+from pipros.wire.messages import ReplyReader
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
@@ -130,7 +130,7 @@ class ServiceClient:
         # Outlives the connections, because it learns whether servers answer at once.
         self._poller = PollingReceiver(REPLY_POLL_S)
         self._kept: ServiceLink | None = None
-        self._turn = threading.Lock()  # for use of the kept link
+        self._kept_lock = threading.Lock()  # for use of the kept link
 
     def call(self, request: Message, timeout_s: float | None = None) -> Any:
         """Send the request and return the response.
@@ -147,7 +147,7 @@ class ServiceClient:
                 return self._response(link, link.call(self.service, request, deadline))
             finally:
                 link.close()
-        with self._turn:
+        with self._kept_lock:
             if self._kept is None or self._kept.is_closed:  # broken by an earlier call: start over
                 self._kept = self._connect(deadline)
             link = self._kept

@@ -27,7 +27,7 @@ from pipros.net.connection_table import ConnectionTable
 from pipros.net.held_bytes import HeldBytes
 from pipros.net.loop import BackgroundLoop
 from pipros.net.tcpros import TcprosConnection
-from pipros.wire.frames import FrameBuffer
+from pipros.wire.messages import MessageReader
 
 THREAD_WAIT_S = 0.05
 """How long a thread waits for a request, or for room for a reply, before the event loop takes over."""
@@ -97,7 +97,7 @@ class Server(Protocol):
     def run(self, serve: Callable[[], None]) -> bool:
         """Call `serve` in a worker thread when one is free; return False if none is or will be."""
 
-    def answer(self, frame: memoryview, fields: Mapping[str, str]) -> Reply | None:
+    def answer(self, data: memoryview, fields: Mapping[str, str]) -> Reply | None:
         """Answer one call; return None if the request was malformed and the link must end."""
 
     def forget(self, connection: ServiceConnection) -> None:
@@ -110,11 +110,11 @@ class ServiceConnection:
     __slots__ = (
         "_buffer",
         "_fields",
-        "_frame",
-        "_frames",
         "_is_answered",
         "_moved",
         "_poller",
+        "_request",
+        "_requests",
         "_server",
         "_sock",
         "_unsent",
@@ -131,9 +131,9 @@ class ServiceConnection:
         self._fields = connection.fields
         self._server = server
         self._poller = PollingReceiver(REPLY_POLL_S)
-        self._buffer = FrameBuffer(server.frame_bytes)
-        self._frames: Iterator[memoryview] = self._buffer.feed(connection.rest)
-        self._frame: memoryview | None = None  # the next request, if the loop has received it
+        self._buffer = MessageReader(server.frame_bytes)
+        self._requests: Iterator[memoryview] = self._buffer.feed(connection.rest)
+        self._request: memoryview | None = None  # the next request, if the loop has received it
         self._unsent = memoryview(b"")
         self._is_answered = False
         self._moved = 0
@@ -167,14 +167,14 @@ class ServiceConnection:
         server = self._server
         is_held = is_handed_over = False
         try:
-            while (frame := self._next_frame(THREAD_WAIT_S if waits else 0.0)) is not None:
+            while (request := self._next_request(THREAD_WAIT_S if waits else 0.0)) is not None:
                 if waits:
                     server.waiting_threads.release()
                     waits = False
                 if not is_held:
                     is_held = True
                     server.connections.mark_busy(self)
-                reply = server.answer(frame, self._fields)
+                reply = server.answer(request, self._fields)
                 if reply is None:
                     return
                 if not self._send(reply):
@@ -202,30 +202,30 @@ class ServiceConnection:
         self._server.loop.call(proceed)
         return True
 
-    def _next_frame(self, wait_s: float) -> memoryview | None:
+    def _next_request(self, wait_s: float) -> memoryview | None:
         """Return the next request; None if it does not arrive in time.
 
         Raises:
             OSError: the connection has ended.
             LimitExceeded: the request is too large.
         """
-        frame, self._frame = self._frame, None
-        if frame is None:
-            frame = next(self._frames, None)
+        request, self._request = self._request, None
+        if request is None:
+            request = next(self._requests, None)
         pieces = 0
-        while frame is None:
-            count = self._poller.receive_into_within(self._sock, self._buffer.space(), wait_s)
+        while request is None:
+            count = self._poller.receive_with_timeout(self._sock, self._buffer.space(), wait_s)
             if count is None:
                 return None
             if not count:
                 raise ConnectionResetError("the client has closed the connection")
-            self._frames = self._buffer.received(count)
-            frame = next(self._frames, None)
+            self._requests = self._buffer.received(count)
+            request = next(self._requests, None)
             if count >= _FLOWING_BYTES:
                 self._note_progress(count)
-            elif frame is None and (pieces := pieces + 1) == _PIECES:
+            elif request is None and (pieces := pieces + 1) == _PIECES:
                 return None
-        return frame
+        return request
 
     def _send(self, reply: Reply) -> bool:
         """Send a reply; return False if the client does not read it at once."""
@@ -260,11 +260,11 @@ class ServiceConnection:
     def _continue(self) -> None:
         """Have the next request answered if it has arrived, else wait for it."""
         try:
-            self._frame = next(self._frames, None)
+            self._request = next(self._requests, None)
         except ProtocolError:
             self.close()
             return
-        if self._frame is None:
+        if self._request is None:
             self._wait_in_loop()
         else:
             self._server.connections.mark_busy(self)
@@ -272,7 +272,7 @@ class ServiceConnection:
 
     def _wait_in_loop(self) -> None:
         self._server.connections.mark_used(self)
-        if self._buffer.is_within:
+        if self._buffer.has_partial_message:
             self._expect_progress()
         else:
             self._buffer.trim()
@@ -283,13 +283,13 @@ class ServiceConnection:
         try:
             count = self._sock.recv_into(self._buffer.space()[:_TURN_BYTES])
             if count:
-                self._frames = self._buffer.received(count)
-                self._frame = next(self._frames, None)
+                self._requests = self._buffer.received(count)
+                self._request = next(self._requests, None)
         except (BlockingIOError, InterruptedError):
             return
         except (OSError, ProtocolError):
             count = 0
-        if count and self._frame is None:
+        if count and self._request is None:
             self._note_progress(count)
             return
         self._server.loop.asyncio.remove_reader(self._sock.fileno())

@@ -1,6 +1,6 @@
 """Serving: a server that answers the calls of one service over TCPROS.
 
-Wire form of a reply: one byte, 1 for success, then a frame with the response, or with the text
+Wire form of a reply: one byte, 1 for success, then a message with the response, or with the text
 of the error. Source: http://wiki.ros.org/ROS/TCPROS
 """
 
@@ -132,10 +132,10 @@ class ServiceServer:
             return False
         return True
 
-    def answer(self, frame: memoryview, fields: Mapping[str, str]) -> Reply | None:
+    def answer(self, data: memoryview, fields: Mapping[str, str]) -> Reply | None:
         """Handle one call; return None if the request was malformed and the link must end."""
         try:
-            request = self._decode(frame)
+            request = self._decode(data)
         except Exception as error:
             self._context.log.error("service [%s]: cannot read a request: %s", self.name, error)
             return None

@@ -19,8 +19,8 @@ from pipros.net.master_client import MasterClient
 from pipros.net.rpc_server import current_caller
 from pipros.node.endpoints import Endpoints
 from pipros.node.params import Parameters
-from pipros.node.recheck import Recheck
 from pipros.node.registration import Registrations
+from pipros.node.verify_callers import CallerVerification
 
 Answer = list[Any]
 
@@ -89,7 +89,7 @@ class SlaveApi:
     def __init__(self, node: SlaveNode, master_uri: str, limits: Limits) -> None:
         self._node = node
         self._master_uri = master_uri
-        self._recheck = Recheck(limits.recheck_s)
+        self._verification = CallerVerification(limits.recheck_s)
         self._doubted: set[tuple[str, str]] = set()
 
     def get_bus_stats(self, caller_id: str) -> Answer:
@@ -192,7 +192,7 @@ class SlaveApi:
             return [-1, "ERROR: parameter [parameter_key] must be a non-empty string", -1]
         if not self._is_trusted(caller_id, "paramUpdate"):
             for key in self._node.params.cached_around(parameter_key):
-                self._recheck.ask(f"parameter {key}", partial(self._node.params.invalidate, key))
+                self._verification.ask(f"parameter {key}", partial(self._node.params.invalidate, key))
             return [1, ASKED_INSTEAD, 0]
         if self._node.params.update(parameter_key, parameter_value):
             return [1, "", 0]
@@ -211,7 +211,9 @@ class SlaveApi:
         subscription = self._node.endpoints.subscription(topic)
         if not self._is_trusted(caller_id, "publisherUpdate"):
             if subscription is not None:
-                self._recheck.ask(f"topic {topic}", partial(self._node.endpoints.ask_for_publishers, topic))
+                self._verification.ask(
+                    f"topic {topic}", partial(self._node.endpoints.ask_for_publishers, topic)
+                )
             return [1, ASKED_INSTEAD, 0]
         if subscription is not None:
             subscription.update_publishers(publishers)
@@ -236,7 +238,7 @@ class SlaveApi:
     def shutdown(self, caller_id: str, reason: str) -> Answer:
         reason = printable(reason)
         if not self._is_trusted(caller_id, "shutdown"):
-            self._recheck.ask("shutdown", partial(self._end_if_replaced, reason))
+            self._verification.ask("shutdown", partial(self._end_if_replaced, reason))
             return [-1, "ERROR: " + SHUTDOWN_REFUSED.format(printable(current_caller.get().host)), 0]
         self._node.log.debug("external shutdown request from [%s]: %s", printable(caller_id), reason)
         self._node.shutdown_async(reason)

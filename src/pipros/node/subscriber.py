@@ -242,13 +242,11 @@ class Subscription:
 
     # -- messages -------------------------------------------------------------------
 
-    def _deliver(
-        self, header: Mapping[str, str], last: LastMessage | None, frame: memoryview | bytes
-    ) -> None:
+    def _deliver(self, header: Mapping[str, str], last: LastMessage | None, data: memoryview | bytes) -> None:
         try:
-            message: Any = self._decode(frame)
+            message: Any = self._decode(data)
         except Exception as error:
-            raise ProtocolError(f"{len(frame)} bytes are not a {self.interface.type}: {error}") from error
+            raise ProtocolError(f"{len(data)} bytes are not a {self.interface.type}: {error}") from error
         message._connection_header = header
         if last is None:
             listeners = self.listeners
@@ -258,7 +256,7 @@ class Subscription:
                 listeners = self.listeners
         if self.observe is not None:
             try:
-                self.observe(self.topic, header, len(frame), message)
+                self.observe(self.topic, header, len(data), message)
             except Exception:
                 self._context.log.exception("an observer of [%s] failed", self.topic)
         for listener in listeners:
@@ -337,8 +335,8 @@ class Subscriber(Generic[AnyMessage]):
     def statistics(self) -> Mapping[str, int]:
         """Return the traffic of the topic since the first `subscribe`, for all publishers together:
 
-        `frames` delivered and `bytes` received; frames `dropped` because callbacks were too slow, or one of
-        them could not be read; and `links_ended`, each of which may have lost messages in transit.
+        `frames` (messages) delivered and `bytes` received; those `dropped` because callbacks were too slow,
+        or one of them could not be read; and `links_ended`, each of which may have lost messages.
         """
         return self.subscription.statistics()
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from pipros.web.topic_watch import TopicWatch
 
 SHOWN_S = 5.0
@@ -21,7 +21,7 @@ SHOWN_S = 5.0
 LONGEST_NAME = 300
 """Maximum length of names in messages, in characters; longer names are cut."""
 
-Take = Callable[[Any, RawMessage, float], object]
+Take = Callable[[Any, AnyMsg, float], object]
 """Called in the link's thread with the decoded and the serialized message, and the wall time (s)."""
 
 
@@ -46,7 +46,7 @@ class KnownTopic:
         text, last_s = self._problem
         return text if time.time() - last_s < SHOWN_S else ""
 
-    def _add(self, message: RawMessage, wall_s: float) -> None:
+    def _add(self, message: AnyMsg, wall_s: float) -> None:
         try:
             decoded = self._watch.decode_as(message, self._class)
         except PiprosError as error:

@@ -15,7 +15,7 @@ from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.graph.raw_decoder import RawDecoder, decode_as
 from pipros.graph.samples import BandwidthWindow, RateWindow
 from pipros.node import Node
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from pipros.node.subscriber import Subscriber
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ QUIET_S = 3.0
 SHORTEST_S = 0.1
 """Fewer than `WINDOW` messages must span at least this time to yield a rate."""
 
-Listener = Callable[[RawMessage, float], object]
+Listener = Callable[[AnyMsg, float], object]
 """Called in the link's thread with each message and the wall time of its arrival (s)."""
 
 
@@ -44,7 +44,7 @@ class Newest:
     """
 
     number: int
-    message: RawMessage
+    message: AnyMsg
     wall_s: float
 
 
@@ -67,7 +67,7 @@ class TopicWatch:
         self._count = 0
         self._listeners: list[Listener] = []
 
-    def note(self, message: RawMessage) -> None:
+    def note(self, message: AnyMsg) -> None:
         """Count a message, and pass it to the listeners."""
         moment_s, wall_s = time.monotonic(), time.time()
         with self._lock:
@@ -112,12 +112,12 @@ class TopicWatch:
             with self._lock:
                 self._listeners.remove(listener)
 
-    def decode(self, message: RawMessage) -> object:
+    def decode(self, message: AnyMsg) -> object:
         """Decode a message with its publisher's definition. Raise `PiprosError` if that fails."""
         self._check_size(message)
         return self._decoder.decode(message)
 
-    def decode_as(self, message: RawMessage, message_class: type[Message]) -> Any:
+    def decode_as(self, message: AnyMsg, message_class: type[Message]) -> Any:
         """Decode a message as an instance of `message_class`.
 
         Raises:
@@ -127,7 +127,7 @@ class TopicWatch:
         self._check_size(message)
         return decode_as(message, self.topic, message_class)
 
-    def _check_size(self, message: RawMessage) -> None:
+    def _check_size(self, message: AnyMsg) -> None:
         if len(message.body) > self._most_bytes:
             what = f"{self.topic}: a message of {len(message.body)} bytes is too large to show"
             raise LimitExceeded(f"{what}; {limit_text('page_message_bytes', self._most_bytes)}")
@@ -145,7 +145,7 @@ class TopicWatches:
         self._decoder = RawDecoder()
         self._lock = threading.Lock()
         self._watches: dict[str, TopicWatch] = {}
-        self._subscribers: dict[str, tuple[TopicWatch, Subscriber[RawMessage]]] = {}
+        self._subscribers: dict[str, tuple[TopicWatch, Subscriber[AnyMsg]]] = {}
         self._is_subscribing = False
         self._is_closed = False
 
@@ -205,7 +205,7 @@ class TopicWatches:
         if subscribed is not None:
             subscribed[1].unregister()
         elif watch is not None:
-            subscriber = self._node.subscribe(topic, RawMessage, watch.note, queue_size=watch.queue_size)
+            subscriber = self._node.subscribe(topic, AnyMsg, watch.note, queue_size=watch.queue_size)
             with self._lock:
                 self._subscribers[topic] = watch, subscriber
         return True

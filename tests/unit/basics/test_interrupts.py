@@ -31,7 +31,7 @@ except KeyboardInterrupt:
     "start",
     [
         "import rospy",
-        "from pipros.cli.streams import command; command(lambda: 0)()",
+        "from pipros.cli.entry_point import command; command(lambda: 0)()",
         "from pipros.basics.interrupts import install; install(); install()",
     ],
 )
@@ -45,7 +45,7 @@ def test_an_interrupt_in_a_callback_of_the_garbage_collector_counts(start: str) 
     assert (done.stdout, done.stderr) == ("ended\n", "")
 
 
-@pytest.mark.parametrize("module", ["pipros.basics.interrupts", "pipros.cli.command", "pipros.cli.rostopic"])
+@pytest.mark.parametrize("module", ["pipros.basics.interrupts", "pipros.cli.runner", "pipros.cli.rostopic"])
 def test_an_import_leaves_the_process_as_it_was(module: str) -> None:
     program = f"import sys; hook = sys.unraisablehook; import {module}; print(hook is sys.unraisablehook)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)

@@ -87,3 +87,20 @@ def test_plain_imports_do_not_import_what_star_imports_bind(statement: str, not_
         [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True
     )
     assert not_imported & set(ran.stdout.split()) == set()
+
+
+def test_a_module_of_a_package_is_imported_when_its_name_is_first_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "with_submodules"
+    folder.mkdir()
+    (folder / "__init__.py").write_text(
+        HEAD + "__getattr__, __dir__ = lazy_names(__name__, {}, submodules=('late',))\n"
+    )
+    (folder / "late.py").write_text("value = 1\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    package = importlib.import_module("with_submodules")
+    assert "late" in dir(package)
+    assert "with_submodules.late" not in sys.modules
+    assert package.late.value == 1
+    assert not hasattr(package, "later")

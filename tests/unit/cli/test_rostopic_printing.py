@@ -10,7 +10,7 @@ from pipros.graph.message_rows import MessageRows, field_filter
 from pipros.graph.raw_decoder import RawDecoder
 from pipros.msg import load_message_class
 from pipros.msg.text import strify_message
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 
 String = load_message_class("std_msgs/String")
 Image = load_message_class("sensor_msgs/Image")
@@ -110,8 +110,8 @@ def test_a_filter_reaches_nothing_but_fields(expression: str, capsys: pytest.Cap
     assert capsys.readouterr().err.count("ERROR: in the expression") == 1  # once, not for each message
 
 
-def raw(**header: str) -> RawMessage:
-    message = RawMessage(b"\x02\x00\x00\x00hi")
+def raw(**header: str) -> AnyMsg:
+    message = AnyMsg(b"\x02\x00\x00\x00hi")
     message._connection_header = header
     return message
 

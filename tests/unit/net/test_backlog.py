@@ -2,15 +2,15 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.net.backlog import Backlog, Frame
+from pipros.net.backlog import Backlog, WireMessage
 
 MANY = 1_000_000
 
 
-def backlog_of(*frames: Frame) -> Backlog:
+def backlog_of(*messages: WireMessage) -> Backlog:
     backlog = Backlog()
-    for frame in frames:
-        backlog.append(frame, sum(map(len, frame)))
+    for message in messages:
+        backlog.append(message, sum(map(len, message)))
     return backlog
 
 
@@ -19,14 +19,14 @@ def contents(backlog: Backlog) -> bytes:
 
 
 @pytest.mark.parametrize("step", [1, 2, 3, 5, 11])
-def test_frames_go_out_in_order_however_they_are_cut(step: int) -> None:
+def test_messages_go_out_in_order_however_they_are_cut(step: int) -> None:
     backlog = backlog_of((b"ab", b"cde"), (b"f",), (b"", b"ghijk"))
-    out, frames = b"", 0
+    out, messages = b"", 0
     while backlog:
         sent = contents(backlog)[:step]
         out += sent
-        frames += backlog.remove_sent(len(sent))
-    assert (out, frames) == (b"abcdefghijk", 3)
+        messages += backlog.remove_sent(len(sent))
+    assert (out, messages) == (b"abcdefghijk", 3)
 
 
 def test_the_oldest_are_dropped_and_never_one_that_is_partly_out() -> None:
@@ -37,7 +37,7 @@ def test_the_oldest_are_dropped_and_never_one_that_is_partly_out() -> None:
     assert contents(backlog) == b"bcjkl"
 
 
-def test_queued_bytes_are_limited_but_the_newest_frame_is_always_kept() -> None:
+def test_queued_bytes_are_limited_but_the_newest_message_is_always_kept() -> None:
     backlog = backlog_of((b"abc",), (b"def",), (b"ghi",))
 
     assert backlog.drop_oldest(None, 6) == 1
@@ -55,7 +55,7 @@ def test_freed_space_is_reused() -> None:
     assert contents(backlog) == b"ghijkl"
 
 
-def test_the_rest_of_a_frame_is_sent_first() -> None:
+def test_the_rest_of_a_message_is_sent_first() -> None:
     backlog = Backlog()
     backlog.append_rest((b"abc", b"def"), 4)
     backlog.append((b"g",), 1)

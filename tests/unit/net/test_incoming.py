@@ -58,7 +58,7 @@ def test_a_link_with_a_backlog_lets_others_have_their_turn(
         link.join(10)
 
 
-def test_a_link_polls_longer_for_the_next_frame_after_the_node_has_published(
+def test_a_link_polls_longer_for_the_next_message_after_the_node_has_published(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     published, delivered, polled = PublishCount(), list[bytes](), list[int | None]()
@@ -70,10 +70,10 @@ def test_a_link_polls_longer_for_the_next_frame_after_the_node_has_published(
         polled.append(max_polls)
         return receive(receiver, sock, buffer, max_polls)
 
-    def deliver(frame: memoryview | bytes) -> None:
-        if frame == b"q":
+    def deliver(message: memoryview | bytes) -> None:
+        if message == b"q":
             published.value += 1
-        delivered.append(bytes(frame))
+        delivered.append(bytes(message))
 
     monkeypatch.setattr(PollingReceiver, "receive_into", receive_and_note)
     with socket.create_server(("127.0.0.1", 0)) as server:

@@ -1,7 +1,8 @@
-"""The sending end of a link, with a socket in memory: written, queued and dropped frames, and waits."""
+"""The sending end of a link, with a socket in memory: written, queued and dropped messages, and waits."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -9,7 +10,7 @@ import pytest
 
 from pipros.basics.limits import Limits
 from pipros.net import sockets
-from pipros.net.outgoing import CHECK_STALLED_INTERVAL_S, OutgoingLink
+from pipros.net.outgoing import CHECK_STALLED_INTERVAL_S, TURN_BYTES, OutgoingLink
 
 SIZE = 10
 
@@ -19,6 +20,7 @@ class Socket:
 
     def __init__(self) -> None:
         self.space = 0
+        self.most_at_once = sys.maxsize
         self.sent = b""
         self.is_reset = False
         self.is_closed = False
@@ -30,7 +32,7 @@ class Socket:
     def send(self, data: bytes | memoryview) -> int:
         if self.is_reset:
             raise ConnectionResetError
-        count = min(len(data), self.space)
+        count = min(len(data), self.space, self.most_at_once)
         if not count:
             raise BlockingIOError
         self.sent += bytes(data[:count])
@@ -128,8 +130,8 @@ class Subscriber:
             self.loop.writer()
 
     @property
-    def frames(self) -> str:
-        """The digits of the sent frames, one for each complete frame."""
+    def messages(self) -> str:
+        """The digits of the sent messages, one for each complete message."""
         sent = self.sock.sent.decode()
         return "".join(sent[start] for start in range(0, len(sent) - SIZE + 1, SIZE))
 
@@ -143,27 +145,27 @@ def drained(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
     return answers
 
 
-def test_a_frame_is_written_at_once_while_the_socket_has_room() -> None:
+def test_a_message_is_written_at_once_while_the_socket_has_room() -> None:
     subscriber = Subscriber(10)
     subscriber.sock.space = 100
     subscriber.send(1, 2)
-    assert subscriber.frames == "12"
+    assert subscriber.messages == "12"
     assert not subscriber.link.is_behind
     assert (subscriber.link.statistics.frames, subscriber.link.statistics.bytes) == (2, 2 * SIZE)
 
 
-def test_with_a_full_socket_the_newest_frames_wait_and_the_oldest_are_dropped() -> None:
+def test_with_a_full_socket_the_newest_messages_wait_and_the_oldest_are_dropped() -> None:
     subscriber = Subscriber(2)
     subscriber.send(1, 2, 3, 4)
     subscriber.link.queue_for_loop()
     subscriber.loop.run()
     subscriber.allow(100)
-    assert subscriber.frames == "34"
+    assert subscriber.messages == "34"
     assert (subscriber.link.statistics.frames, subscriber.link.statistics.dropped) == (2, 2)
     assert subscriber.loop.writer is None, "nothing waits, so the socket is not watched"
 
 
-def test_the_rest_of_a_frame_follows_whatever_is_dropped_behind_it() -> None:
+def test_the_rest_of_a_message_follows_whatever_is_dropped_behind_it() -> None:
     subscriber = Subscriber(1)
     subscriber.sock.space = 4
     subscriber.send(1, 2, 3)
@@ -175,21 +177,21 @@ def test_the_rest_of_a_frame_follows_whatever_is_dropped_behind_it() -> None:
     assert subscriber.link.statistics.dropped == 1
 
 
-def test_a_queue_size_of_zero_keeps_every_frame_up_to_the_limit_in_bytes() -> None:
+def test_a_queue_size_of_zero_keeps_every_message_up_to_the_limit_in_bytes() -> None:
     subscriber = Subscriber(0, Limits(queue_bytes=3 * SIZE))
     subscriber.send(*range(9))
     assert subscriber.link.statistics.dropped == 6
     subscriber.sock.space = 100
     assert subscriber.link.flush()
-    assert subscriber.frames == "678"
+    assert subscriber.messages == "678"
 
 
-def test_a_frame_larger_than_the_limit_is_queued_nevertheless() -> None:
+def test_a_message_larger_than_the_limit_is_queued_nevertheless() -> None:
     subscriber = Subscriber(0, Limits(queue_bytes=1))
     subscriber.send(1)
     subscriber.sock.space = 100
     subscriber.link.flush()
-    assert subscriber.frames == "1"
+    assert subscriber.messages == "1"
 
 
 def test_without_a_queue_a_link_that_does_not_become_writable_in_time_has_stalled() -> None:
@@ -260,11 +262,48 @@ def test_the_header_is_sent_first_and_is_not_counted() -> None:
     assert subscriber.link.statistics.frames == 1
 
 
-def test_the_frames_of_a_publisher_that_reuses_its_message_are_kept_as_they_were() -> None:
+def test_the_messages_of_a_publisher_that_reuses_its_message_are_kept_as_they_were() -> None:
     subscriber = Subscriber(10)
     message = bytearray(b"1" * SIZE)
     subscriber.link.send((memoryview(message),), SIZE)
     message[:] = b"2" * SIZE
     subscriber.sock.space = 100
     subscriber.link.flush()
-    assert subscriber.frames == "1"
+    assert subscriber.messages == "1"
+
+
+def test_the_loop_turns_to_others_while_a_subscriber_reads_quickly() -> None:
+    subscriber = Subscriber(0)
+    subscriber.sock.most_at_once = TURN_BYTES // 4
+    for _ in range(3):
+        subscriber.link.send((bytes(TURN_BYTES),), TURN_BYTES)
+    subscriber.link.queue_for_loop()
+    subscriber.loop.run()
+    subscriber.allow(3 * TURN_BYTES)
+    assert len(subscriber.sock.sent) == TURN_BYTES
+    assert subscriber.loop.writer
+
+
+def test_a_closed_link_keeps_no_messages() -> None:
+    subscriber = Subscriber(10)
+    subscriber.send(1)
+    subscriber.link.close()
+    subscriber.send(2)
+    subscriber.sock.space = 100
+    assert not subscriber.link.flush()
+    assert subscriber.messages == ""
+    assert subscriber.link.statistics.dropped == 1
+
+
+def test_a_stalled_link_that_falls_behind_again_is_left_to_the_loop(drained: list[bool]) -> None:
+    subscriber = Subscriber(None)
+    subscriber.send(1)
+    subscriber.link.stop_waiting()
+    subscriber.loop.run()
+    drained.clear()
+    subscriber.allow(SIZE)
+    subscriber.send(2, 3)
+    assert not subscriber.link.is_waited_for
+    subscriber.loop.run()
+    subscriber.allow(100)
+    assert subscriber.messages == "13", "the newest waited only"

@@ -122,8 +122,9 @@ class Topic:
     def __init__(self) -> None:
         self.loop = Loop()
         self.links = [Link(), Link()]
+        self.lock = threading.Lock()
         loop: Any = self.loop
-        self.sharing = PacketSharing(loop, threading.Lock(), lambda: self.links)
+        self.sharing = PacketSharing(loop, self.lock, lambda: self.links)
         self.now_s = time.monotonic()
 
     def send(self, count: int, gap_s: float) -> None:
@@ -167,4 +168,17 @@ def test_the_watch_ends_with_the_topic() -> None:
     topic.send(1 + RUN_LENGTH, CLOSE)
     topic.sharing.close()
     topic.loop.turn()
+    assert topic.loop.later == []
+
+
+def test_the_watch_does_not_wait_for_a_message_that_is_being_published() -> None:
+    topic = Topic()
+    topic.now_s -= 3600
+    topic.send(1 + RUN_LENGTH, CLOSE)
+    with topic.lock:
+        topic.loop.turn()
+        assert topic.loop.turn() == CHECK_S
+    assert topic.links[0].changes == [True]
+    topic.loop.turn()
+    assert topic.links[0].changes == [True, False]
     assert topic.loop.later == []

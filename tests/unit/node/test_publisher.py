@@ -7,6 +7,7 @@ from typing import Any
 
 from pipros.msg import load_message_class
 from pipros.net.busy_poll import PublishCount
+from pipros.net.outgoing_state import State
 from pipros.node.publisher import Publication
 
 PointStamped: Any = load_message_class("geometry_msgs/PointStamped")
@@ -16,7 +17,7 @@ def test_sequence_numbers_wrap_around() -> None:
     sent: list[int] = []
     context: Any = SimpleNamespace(limits=SimpleNamespace(stall_s=2.0), loop=None, published=PublishCount())
     publication = Publication("p", PointStamped, context)
-    peer: Any = SimpleNamespace(link=SimpleNamespace(send=lambda frame, size: None, is_behind=False))
+    peer: Any = SimpleNamespace(link=SimpleNamespace(send=lambda frame, size: None, state=State.IDLE))
     publication.links = (peer,)
     publication._sequence = 2**32 - 3
     for _ in range(4):

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from types import ModuleType
-
+from pipros.basics.lazy_names import lazy_names as _lazy_names
 from pipros.basics.lazy_names import star_names as _star_names
 
 _MODULES = (
@@ -12,18 +11,6 @@ _MODULES = (
 )
 """The attributes that `import rospy` sets in Noetic; here they are imported at their first use."""
 
+__getattr__, __dir__ = _lazy_names(__name__, {}, submodules=_MODULES)
 
-def __getattr__(name: str) -> ModuleType:
-    if name in _MODULES:
-        from importlib import import_module
-
-        return import_module(f"rospy.impl.{name}")
-    raise AttributeError(f"module 'rospy.impl' has no attribute '{name}'")
-
-
-_star_names(
-    __name__,
-    "rospy.impl.init rospy.impl.masterslave rospy.impl.paramserver rospy.impl.registration "
-    "rospy.impl.rosout rospy.impl.simtime rospy.impl.statistics rospy.impl.tcpros rospy.impl.tcpros_base "
-    "rospy.impl.tcpros_pubsub rospy.impl.tcpros_service rospy.impl.transport rospy.impl.validators",
-)
+_star_names(__name__, " ".join(f"rospy.impl.{name}" for name in _MODULES))

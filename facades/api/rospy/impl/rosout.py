@@ -34,16 +34,17 @@ class RosOutHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Publish a record."""
-        if session.rosout_handler is not None:
-            session.rosout_handler.emit(record)
+        if session.logs.rosout_handler is not None:
+            session.logs.rosout_handler.emit(record)
 
 
 def init_rosout() -> None:
     """Open `/rosout` after `init_node(disable_rosout=True)`. Otherwise does nothing."""
-    session.open_rosout()
+    if session.node is not None:
+        session.logs.open_rosout(session.node)
 
 
 def load_rosout_handlers(level: int) -> None:
     """Publish log records of the given ROS level and above on `/rosout`."""
-    session.open_rosout()
+    init_rosout()
     session.logger.setLevel(_rospy_to_logging_levels[level])

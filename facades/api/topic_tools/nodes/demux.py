@@ -7,7 +7,7 @@ import threading
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.topic_tools.selection import Selection
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from topic_tools.nodes.output import Input, Output, base_name
 from topic_tools.nodes.switching import Services, selection_of
 
@@ -25,7 +25,7 @@ class Demux:
         self._lock = threading.Lock()
         self._outputs = {topic: Output(topic) for topic in selection.topics}
 
-    def pass_on(self, message: RawMessage) -> None:
+    def pass_on(self, message: AnyMsg) -> None:
         with self._lock:
             new = [item for item in self._outputs.values() if item.advertise_like(message, latch=False)]
             output = self._outputs.get(self.selection.selected)

@@ -7,7 +7,7 @@ import threading
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.topic_tools.rates import Dropping
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from topic_tools.nodes.output import Input, Output, base_name
 
 USAGE = """
@@ -35,7 +35,7 @@ def main() -> int:
     output = Output(arguments[3] if len(arguments) == 4 else f"{source.rstrip('/')}_drop")
     rule, turn = Dropping(dropped, of), threading.Lock()
 
-    def pass_on(message: RawMessage) -> None:
+    def pass_on(message: AnyMsg) -> None:
         if output.advertise_like(message, latch=False):
             print(f"advertised as {output.topic}\n", flush=True)
         with turn:

@@ -7,7 +7,7 @@ import threading
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.topic_tools.selection import NONE, Refused, Selection
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from topic_tools.nodes.output import Input, Output, base_name
 from topic_tools.nodes.switching import Services, selection_of
 
@@ -31,7 +31,7 @@ class Mux:
     def _input(self, topic: str) -> Input:
         return Input(topic, lambda message: self._on_message(topic, message))
 
-    def _on_message(self, topic: str, message: RawMessage) -> None:
+    def _on_message(self, topic: str, message: AnyMsg) -> None:
         if self._output.advertise_like(message, self._latch):
             rospy.loginfo("advertising")
             self._follow()

@@ -10,7 +10,7 @@ import rospy
 from pipros.basics import names
 from pipros.basics.printable import printable
 from pipros.libraries.topic_tools.raw import UnknownType, class_like
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 
 QUEUE_SIZE = 10
 
@@ -65,7 +65,7 @@ class Output(rospy.SubscribeListener):
     def subscribers(self) -> int:
         return self._publisher.get_num_connections() if self._publisher is not None else 0
 
-    def advertise_like(self, message: RawMessage, latch: bool) -> bool:
+    def advertise_like(self, message: AnyMsg, latch: bool) -> bool:
         """Advertise the topic with the type of a message, unless it is already advertised.
 
         Return whether this call advertised it. A message of unknown type is logged as an error.
@@ -83,7 +83,7 @@ class Output(rospy.SubscribeListener):
             )
             return True
 
-    def publish(self, message: RawMessage) -> None:
+    def publish(self, message: AnyMsg) -> None:
         """Publish the bytes of a message. A message of another type is dropped, and logged once."""
         publisher = self._publisher
         if publisher is None:
@@ -118,7 +118,7 @@ class Output(rospy.SubscribeListener):
 class Input:
     """A topic with a subscription that can be switched on and off. Calls may be repeated."""
 
-    def __init__(self, topic: str, callback: Callable[[RawMessage], object]) -> None:
+    def __init__(self, topic: str, callback: Callable[[AnyMsg], object]) -> None:
         self.topic = rospy.resolve_name(topic)
         self._callback = callback
         self._subscriber: Any = None
@@ -129,7 +129,7 @@ class Input:
         with self._lock:
             if self._subscriber is not None:
                 return False
-            self._subscriber = rospy.Subscriber(self.topic, RawMessage, self._callback, queue_size=QUEUE_SIZE)
+            self._subscriber = rospy.Subscriber(self.topic, AnyMsg, self._callback, queue_size=QUEUE_SIZE)
             return True
 
     def unsubscribe(self) -> bool:
@@ -151,6 +151,6 @@ class Input:
         return not output.subscribers
 
 
-def is_latched(message: RawMessage) -> bool:
+def is_latched(message: AnyMsg) -> bool:
     """Return whether the publisher of a message latches."""
     return message.header.get("latching") == "1"

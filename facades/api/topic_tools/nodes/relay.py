@@ -7,7 +7,7 @@ import threading
 import rosgraph
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from topic_tools.nodes.output import Input, Output, base_name, is_latched
 
 USAGE = "\nusage: relay IN_TOPIC [OUT_TOPIC]\n"
@@ -22,7 +22,7 @@ class Relay:
         self._output = Output(target, self._on_subscriber)
         self.source = Input(source, self._on_message)
 
-    def _on_message(self, message: RawMessage) -> None:
+    def _on_message(self, message: AnyMsg) -> None:
         latch = is_latched(message)
         if self._output.advertise_like(message, latch):
             if latch:

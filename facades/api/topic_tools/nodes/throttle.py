@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.topic_tools.rates import ByteRate, MessageRate, Rule
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from topic_tools.nodes.output import Input, Output, base_name, is_latched
 
 USAGE = """
@@ -42,7 +42,7 @@ class Throttle:
         self._output = Output(target, self._on_subscriber)
         self.source = Input(source, self._on_message)
 
-    def _on_message(self, message: RawMessage) -> None:
+    def _on_message(self, message: AnyMsg) -> None:
         if self._output.advertise_like(message, self._latches(message)):
             print(f"advertised as {self._output.topic}", flush=True)
         if self._lazy and self.source.is_idle(self._output):

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 from pipros.cli.complete.candidates import candidates
 from pipros.cli.complete.running import MANY_LINES
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
 
 
 @command

@@ -9,8 +9,8 @@ from functools import partial
 from importlib import import_module
 
 from pipros.basics.interrupts import ended_by_termination
-from pipros.cli.command import CommandError, Subcommand, run
-from pipros.cli.streams import OutputFailed, command
+from pipros.cli.entry_point import OutputFailed, command
+from pipros.cli.runner import CommandError, Subcommand, run
 
 _DESCRIPTIONS = {
     "check": "Determine whether a bag is playable in the current system, or if it can be migrated.",

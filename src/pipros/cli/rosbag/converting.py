@@ -9,8 +9,8 @@ from pathlib import Path
 from pipros.bag.errors import BagError
 from pipros.bag.opening import open_bag, writer_for
 from pipros.bag.rewrite import copy_chosen, replaced_file
-from pipros.cli.command import add_flag, option_parser
 from pipros.cli.rosbag.progress import Progress
+from pipros.cli.runner import add_flag, option_parser
 
 _USAGE = """rosbag convert [options] IN OUT
        rosbag convert [options] --output-dir=DIR IN1 [IN2 ...]"""

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from optparse import OptionParser
 
 from pipros.bag.reader import BagReader
-from pipros.cli.command import CommandError, add_flag
 from pipros.cli.rosbag.rewriting import bag_parser
+from pipros.cli.runner import CommandError, add_flag
 
 _CURE = "Use genuine rosbag with GnuPG for it, and keep the result on an encrypted disk or encrypt the file"
 

@@ -14,7 +14,7 @@ from pipros.bag.opening import open_bag
 from pipros.bag.reader import BagReader
 from pipros.basics.names import canonicalize, is_legal_topic
 from pipros.basics.printable import listed
-from pipros.cli.command import CommandError, option_parser
+from pipros.cli.runner import CommandError, option_parser
 from pipros.graph.message_path import Part
 from pipros.graph.message_rows import MessageRows
 from pipros.msg.base import Message

@@ -12,8 +12,8 @@ from pipros.bag.filter_expression import MessageExpression
 from pipros.bag.opening import open_bag, writer_for
 from pipros.bag.rewrite import copy_chosen, replaced_file
 from pipros.basics.printable import listed, printable_lines
-from pipros.cli.command import CommandError, option_parser
 from pipros.cli.rosbag.progress import Progress
+from pipros.cli.runner import CommandError, option_parser
 from pipros.msg.time import Time
 from pipros.safe.expr import ExpressionError
 

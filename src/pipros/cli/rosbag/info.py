@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pipros.bag.errors import BagError, NotIndexed
 from pipros.bag.info import bag_info, info_text, info_value, info_yaml
 from pipros.bag.opening import open_bag
-from pipros.cli.command import add_flag, option_parser
+from pipros.cli.runner import add_flag, option_parser
 
 
 def info(argv: Sequence[str]) -> int:

@@ -12,7 +12,7 @@ from pipros.bag.opening import open_bag, writer_for
 from pipros.bag.reader import BagReader
 from pipros.bag.rewrite import replaced_file
 from pipros.basics.printable import listed
-from pipros.cli.command import add_flag, option_parser
+from pipros.cli.runner import add_flag, option_parser
 from pipros.msg.class_finder import installed_class
 from pipros.workspace.index import PackageIndex
 

@@ -15,8 +15,8 @@ from pipros.bag.errors import BagError
 from pipros.bag.player import Player, PlayOptions, opened_bags
 from pipros.basics.names import parse_arguments
 from pipros.basics.terminals import single_keys
-from pipros.cli.command import CommandError, add_flag, option_parser
 from pipros.cli.command_node import command_node
+from pipros.cli.runner import CommandError, add_flag, option_parser
 
 _SHOW_PERIOD_S = 0.1
 _KEY_PERIOD_S = 0.02

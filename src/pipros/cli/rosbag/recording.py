@@ -13,8 +13,8 @@ from pipros.bag.compression import BZ2, LZ4, NONE, has_lz4
 from pipros.bag.record_files import FileOptions
 from pipros.bag.recorder import Recorder, RecordOptions
 from pipros.basics.names import parse_arguments
-from pipros.cli.command import CommandError, add_flag, option_parser
 from pipros.cli.command_node import command_node
+from pipros.cli.runner import CommandError, add_flag, option_parser
 
 _MIB = 1024 * 1024
 _MULTIPLIERS = {"": 1, "k": 1024, "m": _MIB, "g": 1024 * _MIB}

@@ -15,8 +15,8 @@ from pipros.bag.reader import BagReader
 from pipros.bag.repair import reindex as reindex_file
 from pipros.bag.rewrite import recompress, replaced_file
 from pipros.basics.limits import process_limits
-from pipros.cli.command import add_flag, option_parser
 from pipros.cli.rosbag.progress import Progress
+from pipros.cli.runner import add_flag, option_parser
 
 Work = Callable[[Path, Path, Values], None]
 """Writes the second path from the first."""

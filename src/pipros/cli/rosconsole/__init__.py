@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.command import USAGE_ERROR, dispatch, run
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
+from pipros.cli.runner import USAGE_ERROR, dispatch, run
 
 OVERVIEW = """\
 rosconsole is a command-line tool for configuring the logger level of ROS nodes.

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from pipros.basics.names import parse_arguments
 from pipros.basics.printable import listed
-from pipros.cli.command import option_parser
+from pipros.cli.runner import option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.errors import GraphError
 from pipros.graph.loggers import LEVELS, levels_of, set_level

@@ -6,8 +6,8 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from pipros.cli.command import USAGE_ERROR, run
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
+from pipros.cli.runner import USAGE_ERROR, run
 from pipros.workspace.type_catalogue import MESSAGES, TypeCatalogue
 
 OVERVIEW = """\

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pipros.bag.errors import BagError
 from pipros.bag.reader import BagReader
-from pipros.cli.command import CommandError
+from pipros.cli.runner import CommandError
 
 
 def bag_definitions(path: Path) -> dict[str, str]:

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 
 from pipros.basics.errors import NotFound
-from pipros.cli.command import USAGE_ERROR, add_flag, option_parser, single_argument
+from pipros.cli.runner import USAGE_ERROR, add_flag, option_parser, single_argument
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.type_catalogue import TypeCatalogue
 

@@ -8,8 +8,8 @@ from optparse import OptionParser
 from pathlib import Path
 
 from pipros.basics.errors import NotFound
-from pipros.cli.command import USAGE_ERROR, add_flag, option_parser
 from pipros.cli.rosmsg.bag import bag_definitions
+from pipros.cli.runner import USAGE_ERROR, add_flag, option_parser
 from pipros.msg.language.full_text import specs_from_text
 from pipros.msg.language.spec import DefinitionError
 from pipros.workspace.type_catalogue import TypeCatalogue, expanded

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pipros.cli.command import option_parser
+from pipros.cli.runner import option_parser
 from pipros.graph.cleanup import clean_up
 from pipros.graph.client import GraphClient
 

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 
 from pipros.basics.printable import listed
-from pipros.cli.command import add_flag, option_parser
+from pipros.cli.runner import add_flag, option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.nodes import kill, node_names
 from pipros.graph.output import bullets

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pipros.cli.command import add_flag, option_parser
+from pipros.cli.runner import add_flag, option_parser
 from pipros.cli.terminal import DIM, aligned, is_terminal
 from pipros.graph.client import GraphClient
 from pipros.graph.nodes import listing

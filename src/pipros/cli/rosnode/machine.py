@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pipros.basics.printable import listed
-from pipros.cli.command import option_parser
+from pipros.cli.runner import option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.nodes import machines, nodes_on
 

@@ -8,7 +8,7 @@ from optparse import OptionParser
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import listed
-from pipros.cli.command import add_flag, option_parser
+from pipros.cli.runner import add_flag, option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.nodes import node_names
 from pipros.graph.ping import ping, ping_all

@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.command import dispatch, run
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
+from pipros.cli.runner import dispatch, run
 
 OVERVIEW = """\
 rosparam is a command-line tool for getting, setting, and deleting parameters from the ROS Parameter Server.

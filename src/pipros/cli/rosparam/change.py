@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from pipros.basics.names import canonicalize
-from pipros.cli.command import CommandError, option_parser
 from pipros.cli.rosparam.arguments import add_verbose_option, parse_name
+from pipros.cli.runner import CommandError, option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.param_files import parse_value
 from pipros.graph.params import delete, write

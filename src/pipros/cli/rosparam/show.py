@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from pipros.basics.printable import listed, printable_lines
-from pipros.cli.command import CommandError, add_flag, option_parser
 from pipros.cli.rosparam.arguments import add_verbose_option, parse_name
+from pipros.cli.runner import CommandError, add_flag, option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.param_text import as_document, as_pretty_text, as_shown
 from pipros.graph.params import leaves, names_below, read

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from pipros.basics.names import parse_arguments
-from pipros.cli.command import option_parser
+from pipros.cli.runner import option_parser
 from pipros.graph.client import GraphClient
 from pipros.graph.service_call import ServiceCaller, wait_for_service
 

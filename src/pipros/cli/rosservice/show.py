@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from pipros.basics.names import parse_arguments
 from pipros.basics.printable import listed
-from pipros.cli.command import only_argument, option_parser
+from pipros.cli.runner import only_argument, option_parser
 from pipros.cli.terminal import CYAN, table
 from pipros.graph.client import GraphClient
 from pipros.graph.services import (

@@ -6,8 +6,8 @@ import sys
 from collections.abc import Sequence
 
 from pipros.basics.interrupts import accept_ctrl_c
-from pipros.cli.command import USAGE_ERROR, dispatch, run
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
+from pipros.cli.runner import USAGE_ERROR, dispatch, run
 
 OVERVIEW = """\
 rostopic is a command-line tool for printing information about ROS Topics.

@@ -12,7 +12,7 @@ from pipros.bag.errors import BagError, NotIndexed
 from pipros.bag.index import Stamp
 from pipros.bag.reader import BagReader
 from pipros.basics.printable import listed
-from pipros.cli.command import CommandError
+from pipros.cli.runner import CommandError
 from pipros.graph.listening import TopicPart
 from pipros.graph.message_path import parse_path
 from pipros.graph.system_state import is_below

@@ -8,15 +8,15 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from pipros.basics.names import parse_arguments
-from pipros.cli.command import option_parser
 from pipros.cli.rostopic.window_option import add_window_option, window_of
+from pipros.cli.runner import option_parser
 from pipros.cli.terminal import LiveBlock, is_terminal
 from pipros.graph.client import GraphClient
 from pipros.graph.measurements import BANDWIDTH_WINDOW, bandwidth_table, bandwidth_text
 from pipros.graph.samples import BandwidthWindow
 
 if TYPE_CHECKING:
-    from pipros.node.any_msg import RawMessage
+    from pipros.node.any_msg import AnyMsg
 
 REPORT_PERIOD_S = 1.0
 
@@ -38,8 +38,8 @@ def measure_bandwidth(argv: Sequence[str]) -> int:
     windows = {topic: BandwidthWindow(window) for topic in topics}
     lock, block = threading.Lock(), LiveBlock()
 
-    def count(topic: str) -> Callable[[RawMessage], None]:
-        def callback(raw: RawMessage) -> None:
+    def count(topic: str) -> Callable[[AnyMsg], None]:
+        def callback(raw: AnyMsg) -> None:
             with lock:
                 windows[topic].add(time.monotonic(), len(raw.body))
 

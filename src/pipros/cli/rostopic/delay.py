@@ -13,7 +13,7 @@ from pipros.graph.measurements import delay_text
 from pipros.graph.samples import DEFAULT_WINDOW, Samples
 
 if TYPE_CHECKING:
-    from pipros.node.any_msg import RawMessage
+    from pipros.node.any_msg import AnyMsg
 
 REPORT_PERIOD_S = 1.0
 
@@ -70,7 +70,7 @@ class Delays:
         self._has_new = False
         self._has_warned = False
 
-    def add(self, raw: RawMessage, now_ns: int) -> None:
+    def add(self, raw: AnyMsg, now_ns: int) -> None:
         """Count a message that arrived at `now_ns`; the first one without a header prints an error."""
         from pipros.msg.time import Time
 

@@ -8,15 +8,15 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from pipros.basics.names import parse_arguments
-from pipros.cli.command import option_parser
 from pipros.cli.rostopic.window_option import add_window_option, window_of
+from pipros.cli.runner import option_parser
 from pipros.cli.terminal import LiveBlock
 from pipros.graph.client import GraphClient
 from pipros.graph.measurements import Rates
 from pipros.graph.samples import DEFAULT_WINDOW
 
 if TYPE_CHECKING:
-    from pipros.node.any_msg import RawMessage
+    from pipros.node.any_msg import AnyMsg
 
 REPORT_PERIOD_S = 1.0
 
@@ -60,8 +60,8 @@ def measure_rate(argv: Sequence[str]) -> int:
         listening = Listening(node)
         clock = node.clock
 
-        def count(topic: str) -> Callable[[RawMessage], None]:
-            def callback(raw: RawMessage) -> None:
+        def count(topic: str) -> Callable[[AnyMsg], None]:
+            def callback(raw: AnyMsg) -> None:
                 now_ns = clock.now_ns()
                 has_begun = now_ns > 0  # a simulated clock is 0 until its first message
                 if has_begun and (passes is None or passes(decoder.decode(raw), topic)):

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pipros.basics.errors import Refused
 from pipros.basics.names import parse_arguments
 from pipros.basics.printable import listed
-from pipros.cli.command import option_parser
+from pipros.cli.runner import option_parser
 from pipros.cli.terminal import CYAN, DIM, table
 from pipros.graph.client import GraphClient
 from pipros.graph.system_state import Registrations, SystemState, is_below

@@ -16,7 +16,7 @@ from pipros.graph.message_rows import MessageRows, field_filter
 from pipros.graph.raw_decoder import RawDecoder
 from pipros.msg.text import strify_message
 from pipros.msg.time import NS_PER_S, Time
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from pipros.node.clock import Clock
 
 CLEAR_SCREEN = "\x1b[2J\x1b[;H"
@@ -43,7 +43,7 @@ class MessagePrinter:
         if self._left is not None and self._left <= 0:
             finish()
 
-    def show(self, raw: RawMessage) -> None:
+    def show(self, raw: AnyMsg) -> None:
         """Print a message or the requested part of it; print an error if the message lacks that part."""
         self.show_message(self._decoder.decode(raw), None, self._source.topic)
 

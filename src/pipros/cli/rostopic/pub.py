@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.names import parse_arguments
-from pipros.cli.command import CommandError, option_parser
+from pipros.cli.runner import CommandError, option_parser
 from pipros.graph.client import GraphClient
 
 if TYPE_CHECKING:

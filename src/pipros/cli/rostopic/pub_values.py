@@ -7,7 +7,7 @@ from optparse import OptionParser
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.cli.command import CommandError
+from pipros.cli.runner import CommandError
 from pipros.cli.yaml_args import value_of
 from pipros.graph.errors import GraphError
 from pipros.graph.message_from_yaml import message_from_yaml

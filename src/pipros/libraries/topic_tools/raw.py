@@ -6,14 +6,14 @@ from collections.abc import Mapping
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 
 
 class UnknownType(PiprosError):
     """The connection header of a publisher does not contain the message type."""
 
 
-def class_like(header: Mapping[str, str]) -> type[RawMessage]:
+def class_like(header: Mapping[str, str]) -> type[AnyMsg]:
     """Return a message class with the type, MD5 sum and definition of a publisher's connection header.
 
     Its messages consist of the bytes in `body` and are not decoded, so that the type's package is not needed.
@@ -29,4 +29,4 @@ def class_like(header: Mapping[str, str]) -> type[RawMessage]:
         caller = printable(header.get("callerid", "?"))
         raise UnknownType(f"publisher [{caller}] does not send the type of its messages")
     text = header.get("message_definition", "")
-    return type("Passed", (RawMessage,), {"_type": kind, "_md5sum": md5sum, "_full_text": text})
+    return type("Passed", (AnyMsg,), {"_type": kind, "_md5sum": md5sum, "_full_text": text})

@@ -9,12 +9,17 @@ from __future__ import annotations
 
 import struct
 import sys
+from itertools import islice
 
 TYPE_CHECKING = False  # true for type checkers; importing `typing` would double the time of a first import
 if TYPE_CHECKING:
     from typing import Any
 
 SIZES = {code: struct.calcsize(f"<{code}") for code in "bBhHiIqQfd?"}
+CHUNK = 64 * 1024
+"""Number of elements of a list that are converted at once. No other thread runs meanwhile: for a whole map of
+100 MB this would take seconds.
+"""
 _KINDS = (
     dict.fromkeys("bhilqn", "signed") | dict.fromkeys("BHILQNc", "unsigned") | dict.fromkeys("fde", "float")
 )
@@ -32,7 +37,7 @@ def octets(value: Any) -> bytes | memoryview:
     if kind is bytes:
         return value  # type: ignore[no-any-return]
     if kind is list or kind is tuple:
-        return bytes(value)
+        return b"".join([bytes(value[start : start + CHUNK]) for start in range(0, len(value), CHUNK)])
     memory = _memory("B", value)
     if memory is None:
         raise TypeError(f"expected octets, got {kind.__name__}")
@@ -53,7 +58,12 @@ def numbers(code: str, value: Any) -> bytes | memoryview:
         memory = _memory(code, value)
         if memory is not None:
             return memory
-    return struct.pack(f"<{len(value)}{code}", *value)
+    count = len(value)
+    if count <= CHUNK:
+        return struct.pack(f"<{count}{code}", *value)
+    elements = iter(value)
+    sizes = (min(CHUNK, count - start) for start in range(0, count, CHUNK))
+    return b"".join([struct.pack(f"<{size}{code}", *islice(elements, size)) for size in sizes])
 
 
 def numpy_numbers(numpy: Any, code: str, data: bytes | memoryview, offset: int, count: int) -> Any:

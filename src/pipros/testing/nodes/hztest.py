@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from pipros.node.clock import WallClock
 from pipros.testing.nodes.run_checks import number, parameter, poll, run_checks
 
@@ -78,13 +78,13 @@ def check(node: Node) -> None:
     clock = node.clock if _measures_in_time_of_node(node) else WallClock()
     arrivals_ns: list[int] = []
 
-    def arrive(_: RawMessage) -> None:
+    def arrive(_: AnyMsg) -> None:
         now_ns = clock.now_ns()
         if arrivals_ns and now_ns < arrivals_ns[0]:
             arrivals_ns.clear()  # simulated time was reset
         arrivals_ns.append(now_ns)
 
-    node.subscribe(topic, RawMessage, arrive)
+    node.subscribe(topic, AnyMsg, arrive)
     # Also if no message is expected: the publisher may still be starting.
     if not any(arrivals_ns for _ in poll(node, wait)) and rate.hz:
         raise AssertionError("no messages before timeout")

@@ -6,7 +6,7 @@ Private parameter `topics`: a list of `{name, timeout: 10.0, negative: false}`.
 from __future__ import annotations
 
 from pipros.node import Node
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
 from pipros.testing.nodes.run_checks import run_checks
 
@@ -21,11 +21,11 @@ def check(node: Node) -> None:
         raise AssertionError("No topic is specified in rosparam.")
     received: dict[str, str] = {}
 
-    def receive(message: RawMessage) -> None:
+    def receive(message: AnyMsg) -> None:
         received[message.header["topic"]] = message.header["type"]
 
     for item in expected:
-        node.subscribe(item.name, RawMessage, receive)
+        node.subscribe(item.name, AnyMsg, receive)
 
     def find(item: Expectation) -> str | None:
         return received.get(item.name)

@@ -14,7 +14,7 @@ from typing import Any
 from pipros.basics.limits import process_limits
 from pipros.graph.service_call import ServiceCaller
 from pipros.net.master_client import MasterClient
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from pipros.node.service_client import OpenCalls
 from pipros.web.known_topic import LONGEST_NAME, KnownTopic
 from pipros.web.server import RequestRefused
@@ -102,7 +102,7 @@ class Log:
         """Number of the next entry. Entries are numbered consecutively."""
         return self._end
 
-    def add(self, message: Any, _: RawMessage | None, wall_s: float) -> None:
+    def add(self, message: Any, _: AnyMsg | None, wall_s: float) -> None:
         """Add a `rosgraph_msgs/Log`, with shortened texts."""
         entry: Entry = [
             message.level,

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipros.basics.limits import limit_text, process_limits
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from pipros.web.known_topic import LONGEST_NAME, KnownTopic
 from pipros.web.shared import Shared
 from pipros.web.watched_system import WatchedSystem
@@ -64,7 +64,7 @@ class Statuses:
         self._statuses: dict[str, Status] = {}
         self._lock = threading.Lock()
 
-    def add(self, message: Any, _: RawMessage | None, wall_s: float) -> None:
+    def add(self, message: Any, _: AnyMsg | None, wall_s: float) -> None:
         """Add a `diagnostic_msgs/DiagnosticArray`, with shortened texts."""
         with self._lock:
             for status in message.status:

@@ -13,7 +13,7 @@ from typing import Any
 
 from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
 from pipros.graph.drawing.scene import draw
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from pipros.web.known_topic import LONGEST_NAME, KnownTopic, Take
 from pipros.web.shared import Shared
 from pipros.web.views.graph import scene_values
@@ -132,7 +132,7 @@ class FrameViews:
 
 
 def _taker(tree: FrameTree, *, is_static: bool) -> Take:
-    def take(message: Any, raw: RawMessage, wall_s: float) -> None:
+    def take(message: Any, raw: AnyMsg, wall_s: float) -> None:
         tree.add(message, wall_s, raw.header.get("callerid", ""), is_static=is_static)
 
     return take

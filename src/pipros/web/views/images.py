@@ -9,7 +9,7 @@ from typing import Any
 
 from pipros.basics.printable import printable
 from pipros.msg import load_message_class
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from pipros.web.known_topic import LONGEST_NAME
 from pipros.web.server import RequestRefused
 from pipros.web.topic_watch import TopicWatch
@@ -48,7 +48,7 @@ class ImageViews:
                 await asyncio.sleep(SEND_INTERVAL_S)
 
 
-def decoded_image(watch: TopicWatch, message: RawMessage) -> tuple[Mapping[str, Any], bytes]:
+def decoded_image(watch: TopicWatch, message: AnyMsg) -> tuple[Mapping[str, Any], bytes]:
     """Decode the image in a message. Refuses other types, and definitions other than the installed one."""
     kind = message.header.get("type", "")
     if kind not in IMAGE_TYPES:

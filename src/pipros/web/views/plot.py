@@ -12,7 +12,7 @@ from typing import Any
 from pipros.basics.errors import PiprosError
 from pipros.graph.message_path import Step, extract, parse_path
 from pipros.msg.time import TVal
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from pipros.web.server import RequestRefused
 from pipros.web.topic_watch import NewSamples, TopicWatch
 from pipros.web.watched_system import WatchedSystem
@@ -103,7 +103,7 @@ class _Curve:
         self._second = 0
         self._decoded = 0
 
-    def add(self, message: RawMessage, wall_s: float) -> None:
+    def add(self, message: AnyMsg, wall_s: float) -> None:
         second = int(time.monotonic())
         if second != self._second:
             self._second, self._decoded = second, 0

@@ -9,7 +9,7 @@ from typing import Any
 import numpy
 import pytest
 
-from pipros.msg.compile.arrays import numbers, numpy_numbers, octets
+from pipros.msg.compile.arrays import CHUNK, numbers, numpy_numbers, octets
 
 PACKED = struct.pack("<3i", 1, -2, 3)
 
@@ -29,6 +29,19 @@ PACKED = struct.pack("<3i", 1, -2, 3)
 )
 def test_numbers_are_little_endian_whatever_holds_them(value: Any) -> None:
     assert bytes(numbers("i", value)) == PACKED
+
+
+@pytest.mark.parametrize("kind", [list, tuple, numpy.array])
+def test_long_arrays_are_written_as_a_whole(kind: Any) -> None:
+    value = [number % 100 for number in range(2 * CHUNK + 1)]
+    assert bytes(numbers("h", kind(value))) == struct.pack(f"<{len(value)}h", *value)
+    assert bytes(octets(kind(value) if kind is not numpy.array else kind(value, "u1"))) == bytes(value)
+
+
+@pytest.mark.parametrize("write", [lambda value: numbers("B", value), octets])
+def test_a_value_that_does_not_fit_into_a_long_array_is_refused(write: Any) -> None:
+    with pytest.raises((struct.error, ValueError)):
+        write([0] * (2 * CHUNK) + [256])
 
 
 def test_memory_in_the_wire_format_is_not_copied() -> None:

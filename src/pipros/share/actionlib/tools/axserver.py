@@ -2,6 +2,6 @@
 import sys
 
 from actionlib_tools.axserver import main
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
 
 sys.exit(command(main)())

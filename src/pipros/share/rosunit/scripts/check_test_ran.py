@@ -10,7 +10,7 @@ import rospkg
 
 import rosunit
 import rosunit.junitxml
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
 
 USAGE = """\
 Usage:

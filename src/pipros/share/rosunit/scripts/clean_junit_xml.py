@@ -8,7 +8,7 @@ import sys
 
 import rospkg
 
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
 from rosunit import junitxml
 
 FOLDER = "_hudson"

@@ -8,7 +8,7 @@ from optparse import OptionParser
 
 import rospkg
 
-from pipros.cli.streams import command
+from pipros.cli.entry_point import command
 from rosunit import junitxml
 
 

@@ -10,7 +10,7 @@ from contextlib import suppress
 Question = Callable[[], object]
 
 
-class Recheck:
+class CallerVerification:
     """Queries the master to confirm the claims of untrusted callers.
 
     The first query is sent at once. Queries requested while it runs, and for `interval_s` after its response,

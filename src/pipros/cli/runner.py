@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import PiprosError, Unreachable
 from pipros.basics.printable import printable_lines
-from pipros.cli.streams import discard_output
+from pipros.cli.entry_point import discard_output
 from pipros.graph.errors import NO_MASTER
 
 if TYPE_CHECKING:

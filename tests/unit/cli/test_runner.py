@@ -8,7 +8,7 @@ from optparse import OptionParser
 import pytest
 
 from pipros.basics.errors import Unreachable
-from pipros.cli.command import CommandError, dispatch, option_parser, run
+from pipros.cli.runner import CommandError, dispatch, option_parser, run
 from pipros.cli.yaml_args import documents_of, value_of
 from pipros.graph.output import bullets
 from pipros.safe.yaml import YamlError

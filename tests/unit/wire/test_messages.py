@@ -1,4 +1,4 @@
-"""Frames come out whole and in order, however they arrived, and a claimed length costs nothing."""
+"""Messages come out whole and in order, however they arrived, and a claimed length costs nothing."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipros.basics.errors import LimitExceeded
-from pipros.wire.frames import FrameBuffer, ReplyReader
+from pipros.wire.messages import MessageReader, ReplyReader
 
 
 def framed(*bodies: bytes) -> bytes:
@@ -28,27 +28,27 @@ def pieces(stream: bytes, sizes: list[int]) -> Iterator[bytes]:
         at += size
 
 
-def fed(buffer: FrameBuffer, data: bytes) -> list[bytes]:
-    return [bytes(frame) for frame in buffer.feed(data)]
+def fed(buffer: MessageReader, data: bytes) -> list[bytes]:
+    return [bytes(message) for message in buffer.feed(data)]
 
 
-def receive(buffer: FrameBuffer, data: bytes) -> list[bytes]:
+def receive(buffer: MessageReader, data: bytes) -> list[bytes]:
     """As a socket does it: into the room that there is."""
-    frames, view = [], memoryview(data)
+    messages, view = [], memoryview(data)
     while view:
         space = buffer.space()
         count = min(len(space), len(view))
         space[:count] = view[:count]
         view = view[count:]
-        frames += [bytes(frame) for frame in buffer.received(count)]
-    return frames
+        messages += [bytes(message) for message in buffer.received(count)]
+    return messages
 
 
 @given(st.lists(st.binary(max_size=300), max_size=20), st.lists(st.integers(1, 500), min_size=1))
-def test_frames_come_out_as_they_went_in_wherever_the_stream_was_cut(
+def test_messages_come_out_as_they_went_in_wherever_the_stream_was_cut(
     bodies: list[bytes], cuts: list[int]
 ) -> None:
-    buffer, received = FrameBuffer(), []
+    buffer, received = MessageReader(), []
     for piece in pieces(framed(*bodies), cuts):
         received += fed(buffer, piece)
     assert received == bodies
@@ -56,28 +56,28 @@ def test_frames_come_out_as_they_went_in_wherever_the_stream_was_cut(
 
 @given(st.lists(st.binary(max_size=300), max_size=20), st.lists(st.integers(1, 500), min_size=1))
 def test_it_does_not_matter_who_received_the_bytes(bodies: list[bytes], cuts: list[int]) -> None:
-    buffer, received = FrameBuffer(), []
+    buffer, received = MessageReader(), []
     for number, piece in enumerate(pieces(framed(*bodies), cuts)):
         received += (fed if number % 2 else receive)(buffer, piece)
     assert received == bodies
 
 
-def test_a_frame_larger_than_the_first_buffer_arrives_whole() -> None:
+def test_a_message_larger_than_the_first_buffer_arrives_whole() -> None:
     body = bytes(range(256)) * 4096
-    assert fed(FrameBuffer(), framed(b"before", body, b"after")) == [b"before", body, b"after"]
+    assert fed(MessageReader(), framed(b"before", body, b"after")) == [b"before", body, b"after"]
 
 
-def test_an_empty_frame_is_a_frame() -> None:
-    assert fed(FrameBuffer(), framed(b"", b"")) == [b"", b""]
+def test_an_empty_message_arrives() -> None:
+    assert fed(MessageReader(), framed(b"", b"")) == [b"", b""]
 
 
-def test_a_frame_above_the_limit_is_refused_before_it_arrives() -> None:
-    with pytest.raises(LimitExceeded, match="frame of 11 bytes announced, the limit is 10"):
-        fed(FrameBuffer(limit_bytes=10), struct.pack("<I", 11))
+def test_a_message_above_the_limit_is_refused_before_it_arrives() -> None:
+    with pytest.raises(LimitExceeded, match="message of 11 bytes announced, the limit is 10"):
+        fed(MessageReader(limit_bytes=10), struct.pack("<I", 11))
 
 
 def test_memory_grows_with_what_arrives_not_with_what_is_claimed() -> None:
-    buffer = FrameBuffer()
+    buffer = MessageReader()
     claim = struct.pack("<I", 1 << 29)
     buffer.space()[: len(claim)] = claim
     assert list(buffer.received(len(claim))) == []
@@ -85,32 +85,32 @@ def test_memory_grows_with_what_arrives_not_with_what_is_claimed() -> None:
 
 
 def test_room_is_used_again() -> None:
-    buffer = FrameBuffer()
+    buffer = MessageReader()
     first = buffer.space()
     for _ in range(1000):
         data = framed(b"x" * 1000)
         buffer.space()[: len(data)] = data
-        assert [bytes(frame) for frame in buffer.received(len(data))] == [b"x" * 1000]
+        assert [bytes(message) for message in buffer.received(len(data))] == [b"x" * 1000]
     assert buffer.space().obj is first.obj
 
 
-def test_the_memory_of_a_large_frame_is_given_back_when_small_ones_follow() -> None:
-    buffer = FrameBuffer()
+def test_the_memory_of_a_large_message_is_given_back_when_small_ones_follow() -> None:
+    buffer = MessageReader()
     assert len(receive(buffer, framed(bytes(4_000_000)))) == 1
     for _ in range(250):
         assert receive(buffer, framed(b"small")) == [b"small"]
     assert len(buffer.space()) <= 128 * 1024
 
 
-def test_the_memory_for_large_frames_stays_as_long_as_they_come() -> None:
-    buffer = FrameBuffer()
+def test_the_memory_for_large_messages_stays_as_long_as_they_come() -> None:
+    buffer = MessageReader()
     for number in range(300):
         receive(buffer, framed(bytes(1_000_000) if number % 50 == 0 else b"small"))
     assert len(buffer.space()) >= 1_000_000
 
 
-def test_an_idle_link_gives_the_memory_back_but_never_a_part_of_a_frame() -> None:
-    buffer = FrameBuffer()
+def test_an_idle_link_gives_the_memory_back_but_never_a_part_of_a_message() -> None:
+    buffer = MessageReader()
     receive(buffer, framed(bytes(1_000_000)))
     receive(buffer, framed(b"in two")[:6])
     buffer.trim()
@@ -122,25 +122,25 @@ def test_an_idle_link_gives_the_memory_back_but_never_a_part_of_a_frame() -> Non
 
 
 def test_bytes_that_were_received_elsewhere_may_exceed_the_buffer() -> None:
-    buffer = FrameBuffer(limit_bytes=1000)
+    buffer = MessageReader(limit_bytes=1000)
     data = framed(*[bytes([number]) * 100 for number in range(200)])
     assert fed(buffer, data[:-1]) == [bytes([n]) * 100 for n in range(199)]
     assert fed(buffer, data[-1:]) == [bytes([199]) * 100]
 
 
 def test_feeding_a_stream_takes_no_more_memory_than_its_largest_piece() -> None:
-    buffer, piece = FrameBuffer(), framed(*[bytes(1000)] * 100)
+    buffer, piece = MessageReader(), framed(*[bytes(1000)] * 100)
     fed(buffer, piece[:50])
     for _ in range(100):
         assert len(fed(buffer, piece[50:] + piece[:50])) == 100
     assert len(buffer.space()) < 4 * len(piece)
 
 
-def test_frames_that_were_fed_are_there_before_they_are_asked_for() -> None:
-    buffer = FrameBuffer()
+def test_messages_that_were_fed_are_there_before_they_are_asked_for() -> None:
+    buffer = MessageReader()
     first, second = framed(b"first"), framed(b"second")
     buffer.feed(first[:3])
-    assert buffer.is_within
+    assert buffer.has_partial_message
     assert fed(buffer, first[3:] + second) == [b"first", b"second"]
 
 

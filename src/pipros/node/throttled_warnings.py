@@ -12,7 +12,7 @@ REPORT_S: Final = 10.0
 """How many warnings are logged in full before the others are only counted, and again after each report."""
 
 
-class Complaints:
+class ThrottledWarnings:
     """Allows the first warnings to be logged in full, and reports only the number and the last of later ones.
 
     For the event loop only.
@@ -28,7 +28,7 @@ class Complaints:
         self._last = ""
         self._is_reporting = False
 
-    def may_say(self, last: str) -> bool:
+    def should_log(self, last: str) -> bool:
         """Return whether to log this warning in full; if not, count it. `last` names it in the report."""
         if not self._is_reporting:
             self._is_reporting = True

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from pipros.net.loop import BackgroundLoop
-from pipros.node.recheck import Recheck
+from pipros.node.verify_callers import CallerVerification
 from tests.support.waiting import wait_until
 
 
@@ -22,8 +22,8 @@ def loop() -> Iterator[BackgroundLoop]:
 
 def test_the_first_check_runs_at_once_and_not_in_the_event_loop(loop: BackgroundLoop) -> None:
     asked: list[threading.Thread] = []
-    recheck = Recheck(interval_s=1000.0)
-    loop.call(recheck.ask, "a", lambda: asked.append(threading.current_thread()))
+    verification = CallerVerification(interval_s=1000.0)
+    loop.call(verification.ask, "a", lambda: asked.append(threading.current_thread()))
     [thread] = wait_until(lambda: asked)
     assert thread.daemon
     assert not thread.name.startswith("test")
@@ -38,12 +38,12 @@ def test_a_flood_of_calls_makes_two_checks(loop: BackgroundLoop) -> None:
         began.set()
         answered.wait(10)
 
-    recheck = Recheck(interval_s=0.01)
-    loop.call(recheck.ask, "a", ask)
+    verification = CallerVerification(interval_s=0.01)
+    loop.call(verification.ask, "a", ask)
     assert began.wait(10)
     for _ in range(1000):
-        loop.call(recheck.ask, "a", ask)
-    loop.call(recheck.ask, "b", lambda: asked.append("b"))
+        loop.call(verification.ask, "a", ask)
+    loop.call(verification.ask, "b", lambda: asked.append("b"))
     answered.set()
     wait_until(lambda: asked[-1] == "b")
     assert asked == ["a", "a", "b"]  # a later call may have been news
@@ -51,9 +51,9 @@ def test_a_flood_of_calls_makes_two_checks(loop: BackgroundLoop) -> None:
 
 def test_calls_within_the_interval_wait(loop: BackgroundLoop) -> None:
     asked: list[str] = []
-    recheck = Recheck(interval_s=1000.0)
+    verification = CallerVerification(interval_s=1000.0)
     for about in "abc":
-        loop.call(recheck.ask, about, lambda about=about: asked.append(about))
+        loop.call(verification.ask, about, lambda about=about: asked.append(about))
     wait_until(lambda: asked)
 
     async def turn() -> None:
@@ -73,8 +73,8 @@ def test_a_failing_check_does_not_prevent_the_others(
     def fail() -> None:
         raise RuntimeError("no")
 
-    recheck = Recheck(interval_s=0.01)
-    loop.call(recheck.ask, "a", fail)
-    loop.call(recheck.ask, "b", lambda: asked.append("b"))
+    verification = CallerVerification(interval_s=0.01)
+    loop.call(verification.ask, "a", fail)
+    loop.call(verification.ask, "b", lambda: asked.append("b"))
     wait_until(lambda: asked)
     assert len(failures) == 1

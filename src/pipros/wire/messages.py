@@ -1,8 +1,8 @@
-"""TCPROS frames: a little-endian 32-bit length, then that many bytes.
+"""TCPROS messages: a little-endian 32-bit length, then that many bytes.
 
-`FrameBuffer` is for topics and the requests of services: sockets receive directly into memory that is
+`MessageReader` is for topics and the requests of services: sockets receive directly into memory that is
 reused, because new buffers of megabytes cost page faults, which dominate the time of large messages.
-`ReplyReader` is for the replies of services: frames, each after a byte that says whether the call succeeded.
+`ReplyReader` is for the replies of services: messages after a byte that says whether the call succeeded.
 
 Source: http://wiki.ros.org/ROS/TCPROS
 """
@@ -28,34 +28,34 @@ _REPLY_HEAD_BYTES = 5
 _unpack_length = struct.Struct("<I").unpack_from
 
 
-class FrameBuffer:
-    """A receive buffer that hands out complete frames as views of itself.
+class MessageReader:
+    """A receive buffer that hands out complete messages as views of itself.
 
     Call `space()`, receive into it, and pass `received()` the number of bytes; or `feed()` bytes that were
-    received elsewhere. The frames that these yield are valid until the next `space()` or `feed()`: copy one
+    received elsewhere. The messages that these yield are valid until the next `space()` or `feed()`: copy one
     to keep it. The buffer is at most twice as large as the data that really arrived, so a claimed length
     costs nothing.
 
-    >>> buffer = FrameBuffer(limit_bytes=1024)
-    >>> [bytes(frame) for frame in buffer.feed(b"\\x02\\x00\\x00\\x00h")]
+    >>> buffer = MessageReader(limit_bytes=1024)
+    >>> [bytes(message) for message in buffer.feed(b"\\x02\\x00\\x00\\x00h")]
     []
-    >>> [bytes(frame) for frame in buffer.feed(b"i")]
+    >>> [bytes(message) for message in buffer.feed(b"i")]
     [b'hi']
     """
 
     __slots__ = ("_end", "_largest", "_rounds", "_start", "_store", "_view", "is_large", "limit_bytes")
 
     def __init__(self, limit_bytes: int | None = None) -> None:
-        """Limit each frame to `limit_bytes`, by default `Limits.frame_bytes` of the process."""
+        """Limit each message to `limit_bytes`, by default `Limits.frame_bytes` of the process."""
         self.limit_bytes = process_limits().frame_bytes if limit_bytes is None else limit_bytes
         self._use(bytearray(_INITIAL_BYTES))
-        self._start = 0  # index of the first byte that is not in a yielded frame
+        self._start = 0  # index of the first byte that is not in a yielded message
         self._end = 0  # index after the last byte received
         self._rounds = 0  # how often the buffer was filled and emptied while it was large
         self._largest = 0  # maximum number of bytes held since the last reset
 
     def space(self) -> memoryview:
-        """Return memory to receive into, never empty. Frames yielded before become invalid."""
+        """Return memory to receive into, never empty. Messages yielded before become invalid."""
         if self._end == len(self._store) < _COMFORTABLE_BYTES:
             self._grow()  # the peer sent more than fitted
         pending = self._end - self._start
@@ -72,15 +72,15 @@ class FrameBuffer:
         return self._view[self._end :]
 
     @property
-    def is_within(self) -> bool:
-        """Whether a frame has arrived in part."""
+    def has_partial_message(self) -> bool:
+        """Whether a message has arrived in part."""
         return self._end > self._start
 
     def received(self, count: int) -> Iterator[memoryview]:
-        """Yield the frames completed by `count` more bytes.
+        """Yield the messages completed by `count` more bytes.
 
         Raises:
-            LimitExceeded: a frame was announced that exceeds the limit.
+            LimitExceeded: a message was announced that exceeds the limit.
         """
         self._end += count
         view, end = self._view, self._end
@@ -89,14 +89,14 @@ class FrameBuffer:
             body = self._start + 4
             if length > self.limit_bytes:
                 limit = limit_text("frame_bytes", self.limit_bytes)
-                raise LimitExceeded(f"frame of {length} bytes announced, {limit}")
+                raise LimitExceeded(f"message of {length} bytes announced, {limit}")
             if end - body < length:
                 return
             self._start = body + length
             yield view[body : body + length]
 
     def feed(self, data: bytes) -> Iterator[memoryview]:
-        """Yield the frames completed by `data`, which is copied at once.
+        """Yield the messages completed by `data`, which is copied at once.
 
         Raises the same errors as `received`.
         """
@@ -107,8 +107,8 @@ class FrameBuffer:
         return self.received(0)
 
     def trim(self) -> None:
-        """Free the memory of large frames, unless the buffer holds part of a frame."""
-        if self.is_large and not self.is_within:
+        """Free the memory of large messages, unless the buffer holds part of a message."""
+        if self.is_large and not self.has_partial_message:
             self._start = self._end = 0
             self._use(bytearray(_COMFORTABLE_BYTES))
 
@@ -127,7 +127,7 @@ class FrameBuffer:
             self._rounds = self._largest = 0
 
     def _missing(self) -> int:
-        """Return how many bytes the incomplete frame still lacks, as far as known."""
+        """Return how many bytes the incomplete message still lacks, as far as known."""
         have = self._end - self._start
         if have < 4:
             return 4 - have

@@ -1,0 +1,135 @@
+"""The start of the node by `init_node`."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import sys
+import warnings
+from collections.abc import Sequence
+from typing import Any
+
+from pipros.basics import names
+from pipros.basics.errors import Interrupted
+from pipros.basics.posix import call_in_children
+from pipros.node import Node
+from pipros.node.logger_services import serve_loggers
+from pipros.node.start_params import is_on, set_private_params, window_limits
+from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
+from rospy.session import Session
+
+
+class InitInterrupted(ROSInitException, ROSInterruptException):
+    """The process was shut down while init_node waited for the master."""
+
+
+def start_node(
+    session: Session,
+    name: str,
+    argv: Sequence[str] | None,
+    *,
+    anonymous: bool,
+    log_level: int | None,
+    disable_rostime: bool,
+    disable_rosout: bool,
+    disable_signals: bool,
+    rpc_port: int,
+    tcpros_port: int,
+) -> None:
+    """Start the node; see `rospy.init_node`."""
+    argv = sys.argv if argv is None else argv
+    arguments = (name, list(argv), anonymous, log_level, disable_rostime, disable_signals)
+    if not name:
+        raise ValueError("name must not be empty")
+    if "/" in name:
+        raise ValueError("namespaces are not allowed in node names")
+    with session.lock:
+        if session.init_arguments is not None:
+            if session.init_arguments == arguments:
+                return
+            raise ROSException(
+                "rospy.init_node() has already been called with different arguments: "
+                f"{session.init_arguments}"
+            )
+        session.init_arguments = arguments
+    try:
+        _end_previous(session)
+        _start(session, arguments, disable_rosout, rpc_port, tcpros_port)
+    except BaseException:
+        if session.node is None:
+            session.init_arguments = None
+        raise
+
+
+def _end_previous(session: Session) -> None:
+    """End the previous node, if `rospy.client._init_node_args` was set to None while it ran.
+
+    Raises:
+        ROSInitException: shutdown was requested.
+    """
+    if session.is_shutdown:
+        raise ROSInitException(
+            "init_node interrupted before it could complete: rospy has been shut down "
+            "(rospy.core._shutdown_flag = False lets it start over)"
+        )
+    if session.node is not None:
+        session.forget_node()
+
+
+def _start(
+    session: Session, arguments: tuple[Any, ...], disable_rosout: bool, rpc_port: int, tcpros_port: int
+) -> None:
+    name, argv, anonymous, log_level, disable_rostime, disable_signals = arguments
+    if not names.is_legal_base(name):
+        warnings.warn(
+            f"'{name}' is not a legal ROS base name. This may cause problems with other ROS tools.",
+            stacklevel=4,
+        )
+    node = Node(
+        name,
+        anonymous=anonymous,
+        argv=argv,
+        log=session.logger,
+        on_shutdown_request=session.end_by_request,
+        rpc_port=rpc_port,
+        tcpros_port=tcpros_port,
+    )
+    node.on_shutdown(session.calls.interrupt_present)
+    node.on_shutdown(lambda: session.hooks.call_first(session.end_reason))
+    session.process_id = os.getpid()
+    session.logs.open(node, log_level)
+    handles_signals = session.signals.are_installed or not disable_signals
+    if handles_signals:
+        session.signals.start(node)
+    else:
+        node.start()
+    session.node = node
+    if handles_signals:
+        session.signals.listen(node)
+    atexit.unregister(session.end)
+    atexit.register(session.end, "atexit")
+    call_in_children(lambda: atexit.unregister(session.end))  # a child's exit does not end the node
+    try:
+        node.wait_for_master(lambda _: _warn_no_master(node))
+    except Interrupted:
+        raise InitInterrupted("init_node interrupted before it could complete") from None
+    set_private_params(node)
+    if not disable_rosout:
+        session.logs.open_rosout(node)
+    if not disable_rostime:
+        session.follow_simulated_time()
+    if is_on(node, "/enable_statistics"):
+        node.enable_statistics(window_limits(node))
+    session.has_time = True
+    session.logs.create_internal_loggers()
+    serve_loggers(node)
+    session.logger.debug("init_node, name[%s], pid[%s]", node.name, os.getpid())
+    session.run_deferred(node)
+
+
+def _warn_no_master(node: Node) -> None:
+    uri = node.environment.master_uri
+    print(
+        f"Unable to register with master node [{uri}]: master may not be running yet. Will keep trying.",
+        flush=True,
+    )

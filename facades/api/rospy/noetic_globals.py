@@ -1,0 +1,77 @@
+"""Values behind module variables of Noetic's rospy that packages read and set, such as `rospy.core._uri`."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from pipros.node import Node
+
+
+class OwnerOfNode(Protocol):
+    """The part of the session that the variables show."""
+
+    node: Node | None
+    has_time: bool
+
+    @property
+    def is_shutdown(self) -> bool: ...
+
+    def set_shutdown(self, value: bool) -> None: ...
+
+
+class NoeticGlobals:
+    """Variables that follow the session, and can be assigned to.
+
+    Attributes:
+        log_file: `rospy.core._log_filename`.
+    """
+
+    def __init__(self, session: OwnerOfNode) -> None:
+        self._session = session
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget assigned values, for the next node."""
+        self.log_file: str | None = None
+        self._is_initialized: bool | None = None
+        self._node_uri: str | None = None
+
+    @property
+    def is_initialized(self) -> bool:
+        """Whether init_node has returned, or the assigned value."""
+        if self._is_initialized is not None:
+            return self._is_initialized
+        return self._session.node is not None and self._session.has_time
+
+    @is_initialized.setter
+    def is_initialized(self, value: bool) -> None:
+        self._is_initialized = value
+
+    @property
+    def is_shutdown(self) -> bool:
+        """Whether the node has shut down. Assigning False then restores the state before `init_node`."""
+        return self._session.is_shutdown
+
+    @is_shutdown.setter
+    def is_shutdown(self, value: bool) -> None:
+        self._session.set_shutdown(value)
+
+    @property
+    def is_ending(self) -> bool:
+        """Whether the shutdown of the node was requested."""
+        node = self._session.node
+        return self._session.is_shutdown or (node is not None and node.is_ending)
+
+    @is_ending.setter
+    def is_ending(self, value: bool) -> None:
+        """Ignore the value: packages that set it to False also set `is_shutdown`, which has the effect."""
+
+    @property
+    def node_uri(self) -> str | None:
+        """The URI of the node's slave API, or the assigned one; None before init_node."""
+        node = self._session.node
+        return self._node_uri if self._node_uri is not None or node is None else node.uri
+
+    @node_uri.setter
+    def node_uri(self, value: str | None) -> None:
+        self._node_uri = value

@@ -1,0 +1,71 @@
+"""The shutdown hooks of the node, and the threads and waits that end with it."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+
+from pipros.basics.interruptible_wait import OnceEvent
+
+Hook = Callable[..., object]
+
+THREAD_END_S = 5.0
+"""How long the shutdown waits for each registered thread."""
+
+
+class ShutdownHooks:
+    """Hooks in the order of their calls. One that fails is logged.
+
+    Attributes:
+        client: called without arguments, while publishing still works.
+        preshutdown: called with the reason after them.
+        shutdown: called with the reason once the node has unregistered, each by one thread only.
+        threads: waited for at the end, for some seconds at most.
+    """
+
+    def __init__(self, log: logging.Logger) -> None:
+        self.client: list[Hook] = []
+        self.preshutdown: list[Hook] = []
+        self.shutdown: list[Hook] = []
+        self.threads: list[threading.Thread] = []
+        self._waits: set[OnceEvent] = set()
+        self._log = log
+        self._lock = threading.Lock()
+
+    def join(self, thread: threading.Thread) -> None:
+        """Let the shutdown wait for a thread that is still running."""
+        self.threads = [*filter(threading.Thread.is_alive, self.threads), thread]
+
+    @contextlib.contextmanager
+    def ended_by_shutdown(self, wait: OnceEvent) -> Iterator[None]:
+        """Set the event if the node ends within the block."""
+        self._waits.add(wait)
+        try:
+            yield
+        finally:
+            self._waits.discard(wait)
+
+    def call_first(self, reason: str) -> None:
+        """Call the hooks of the client and those of `preshutdown`, and end waits."""
+        self._call(self.client)
+        self._call(self.preshutdown, reason)
+        for wait in list(self._waits):
+            wait.set()
+
+    def call_last(self, reason: str) -> None:
+        """Call the hooks of `shutdown`, and wait for the threads."""
+        with self._lock:
+            hooks = list(self.shutdown)
+            self.shutdown.clear()
+        self._call(hooks, reason)
+        self._call([partial(thread.join, THREAD_END_S) for thread in self.threads if thread.is_alive()])
+
+    def _call(self, hooks: Sequence[Hook], *args: object) -> None:
+        for hook in list(hooks):
+            try:
+                hook(*args)
+            except Exception:
+                self._log.exception("a shutdown hook failed")

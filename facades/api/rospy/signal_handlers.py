@@ -1,0 +1,62 @@
+"""SIGINT and SIGTERM, for one node after another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from pipros.node import Node
+from pipros.node.signals import NotInMainThread, Signals
+from rospy.exceptions import ROSInitException
+
+
+class SignalHandlers:
+    """The signal handlers of the process, which stay installed for later nodes.
+
+    Attributes:
+        are_installed: whether signals end the node.
+    """
+
+    def __init__(self, end: Callable[[str], object]) -> None:
+        """Call `end` with the reason at a signal."""
+        self._end = end
+        self.forget()
+
+    def forget(self) -> None:
+        """Return to the state before the first node, in a forked child, which has other handlers."""
+        self._signals = Signals(self._end)
+        self._have_listened = self.are_installed = False
+
+    def install(self) -> None:
+        """Install the handlers, unless they are; further signals are kept for `listen`.
+
+        Raises:
+            ROSInitException: called outside the main thread.
+        """
+        if self.are_installed:
+            return
+        try:
+            self._signals.install()
+        except NotInMainThread:
+            raise ROSInitException(
+                "init_node() must be called in the main thread, or with disable_signals=True: "
+                "only the main thread can handle signals"
+            ) from None
+        self.are_installed = True
+
+    def start(self, node: Node) -> None:
+        """Install the handlers and start the node. Call `listen` after it: meanwhile signals are kept."""
+        was_installed = self.are_installed
+        self.install()
+        try:
+            node.start()
+        except BaseException:
+            if not was_installed:
+                self.are_installed = False
+                self._signals.uninstall()
+            raise
+
+    def listen(self, node: Node) -> None:
+        """Let signals end the node."""
+        listen = self._signals.listen_anew if self._have_listened else self._signals.listen
+        self._have_listened = True
+        listen(node)
