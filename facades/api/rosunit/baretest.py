@@ -46,11 +46,8 @@ TIMEOUT_SIGINT = 15.0
 TIMEOUT_SIGTERM = 2.0
 
 
-# Test scripts do not need `LocalProcess` at their start.
 _star_names(
-    __name__,
-    "rosunit.pmon:LocalProcess errno os rospkg rosunit.junitxml rosunit.pmon signal io:StringIO subprocess "
-    "time traceback unittest",
+    __name__, "errno os rospkg rosunit.junitxml signal io:StringIO subprocess time traceback unittest"
 )
 
 

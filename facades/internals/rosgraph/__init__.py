@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from typing import Any
 
 from pipros.basics.lazy_names import star_names as _star_names
 from rosgraph import names, network, rosenv
@@ -47,13 +46,5 @@ def myargv(argv: Sequence[str] | None = None) -> list[str]:
     return [argument for argument in argv if ":=" not in argument]
 
 
-def __getattr__(name: str) -> Any:
-    """Import modules on first use that `import rospy` makes attributes in Noetic."""
-    if name in ("roslogging", "xmlrpc"):
-        from importlib import import_module
-
-        return import_module(f"rosgraph.{name}")
-    raise AttributeError(f"module 'rosgraph' has no attribute '{name}'")
-
-
-_star_names(__name__, hidden="names network rosenv")
+# The two modules are attributes after `import rospy` in Noetic.
+_star_names(__name__, "rosgraph.roslogging rosgraph.xmlrpc", hidden="names network rosenv roslogging xmlrpc")
