@@ -235,8 +235,6 @@ class ROSLaunchRunner:
                 run_id=self.run_id,
                 has_summary=False,
                 checks_log_folder=False,
-                has_server=False,
-                numbers=process_numbers,
                 master=MasterOptions(limits=limits_with_timeout(self.timeout)),
                 run=RunOptions(
                     sigint_timeout_s=self.sigint_timeout,
@@ -247,6 +245,8 @@ class ROSLaunchRunner:
             Console(has_title=False),
             environment=Environment.from_os(),
             load_launch=self.config.to_launch,
+            numbers=process_numbers,
+            has_server=False,
             on_end=self.pm.tell,
         )
 
