@@ -115,6 +115,8 @@ class MsgSpec(genmsg.msgs.MsgSpec):
         short_name: str = "",
         package: str = "",
     ) -> None:
+        for kind in types:
+            parse_type(kind)
         try:
             super().__init__(types, names, constants, text, full_name)
         except genmsg.base.InvalidMsgSpec as error:

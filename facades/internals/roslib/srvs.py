@@ -13,7 +13,7 @@ from roslib.msgs import MsgSpec, MsgSpecException
 from roslib.packages import resource_file
 from roslib.resources import list_package_resources
 
-_star_names(__name__, "roslib io:StringIO sys")
+_star_names(__name__, "os roslib io:StringIO sys")
 
 SEP = "/"
 EXT = ".srv"

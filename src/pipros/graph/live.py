@@ -85,7 +85,9 @@ class LiveGraph:
         topic_links, registered_links: connections between nodes and topics: those that the nodes report, and
             those that the registrations imply.
         silent: the nodes that did not report their connections.
-        asked_at: when each node was asked last, by the clock of the graph.
+        apis, nodes_by_api: the addresses of the nodes that were looked up.
+        master_asked_at, asked_at: when the master and each node were asked last, by the clock of the graph.
+        max_age_of_state_s, max_age_of_report_s: for how long answers of the master and of nodes are used.
     """
 
     def __init__(
@@ -117,9 +119,9 @@ class LiveGraph:
         self.silent_lock = Lock()
         self.max_age_of_state_s = self.max_age_of_report_s = max_age_s
         self.asked_at: dict[str, float] = {}
-        self._master_asked_at = 0.0
-        self._apis: dict[str, str] = {}
-        self._nodes_by_api: dict[str, str] = {}
+        self.master_asked_at = 0.0
+        self.apis: dict[str, str] = {}
+        self.nodes_by_api: dict[str, str] = {}
         self._master = master
         self._query = ask
         self._now_s = now_s
@@ -127,7 +129,7 @@ class LiveGraph:
     def update(self) -> bool:
         """Query the master and the nodes whose answers are too old. Return True on any change."""
         changed = False
-        if self._now_s() - self._master_asked_at > self.max_age_of_state_s:
+        if self._now_s() - self.master_asked_at > self.max_age_of_state_s:
             changed = self._query_master()
         for node in sorted(self.nodes):
             if self._now_s() - self.asked_at.get(node, 0.0) > self.max_age_of_report_s:
@@ -142,7 +144,7 @@ class LiveGraph:
         return any(changed)
 
     def _query_master(self) -> bool:
-        self._master_asked_at = self._now_s()
+        self.master_asked_at = self._now_s()
         try:
             state = SystemState.from_state(self._master.get_system_state())
         except PiprosError as error:
@@ -174,7 +176,7 @@ class LiveGraph:
         self.links = {link for link in self.links if node not in link[:2]}
         self.topic_links = {link for link in self.topic_links if node not in link[:2]}
         self.asked_at.pop(node, None)
-        self._nodes_by_api.pop(self._apis.pop(node, ""), None)
+        self.nodes_by_api.pop(self.apis.pop(node, ""), None)
         with self.silent_lock:
             self.silent.pop(node, None)
 
@@ -221,18 +223,18 @@ class LiveGraph:
 
     def _api_of(self, node: str) -> str:
         api = self._master.lookup_node(node)
-        self._apis[node] = api
-        self._nodes_by_api[api] = node
+        self.apis[node] = api
+        self.nodes_by_api[api] = node
         return api
 
     def _name_of(self, peer: str) -> str | None:
         """Return the node at the other end of a connection, given by name or URI."""
         if not peer.startswith(("http://", "rosrpc://")):
             return peer
-        if peer not in self._nodes_by_api:
-            for node in self.nodes - self._apis.keys():
+        if peer not in self.nodes_by_api:
+            for node in self.nodes - self.apis.keys():
                 try:
                     self._api_of(node)
                 except PiprosError as error:
                     logger.debug("the master no longer knows %s: %s", node, error)
-        return self._nodes_by_api.get(peer) or self._nodes_by_api.get(peer.rstrip("/") + "/")
+        return self.nodes_by_api.get(peer) or self.nodes_by_api.get(peer.rstrip("/") + "/")

@@ -39,11 +39,22 @@ class BadNode:
         self.reason = reason
 
 
+def _of_live(attribute: str) -> property:
+    return property(
+        lambda self: getattr(self._live, attribute),
+        lambda self, value: setattr(self._live, attribute, value),
+    )
+
+
 class Graph:
     """The graph of the environment's master as of the last `update`; see `pipros.graph.live.LiveGraph`.
 
     Attributes:
+        nn_nodes, nt_nodes, srvs: the nodes, the vertices of the topics, and the names of the services.
         bad_nodes_lock: taken while `bad_nodes` changes.
+        master_stale, node_stale: for how many seconds answers of the master and of nodes are used.
+        last_master_refresh, last_node_refresh: when the master and each node were asked last.
+        node_uri_map, uri_node_map: the addresses of the nodes that were looked up.
     """
 
     def __init__(self, node_ns: str = "/", topic_ns: str = "/") -> None:
@@ -54,20 +65,15 @@ class Graph:
         self.topic_ns = self._live.topic_namespace
         self.bad_nodes_lock: Lock = self._live.silent_lock
 
-    @property
-    def nn_nodes(self) -> set[str]:
-        """The nodes."""
-        return self._live.nodes
-
-    @property
-    def nt_nodes(self) -> set[str]:
-        """The vertices of the topics."""
-        return self._live.topics
-
-    @property
-    def srvs(self) -> set[str]:
-        """The names of the services."""
-        return self._live.services
+    master_stale = _of_live("max_age_of_state_s")
+    node_stale = _of_live("max_age_of_report_s")
+    last_master_refresh = _of_live("master_asked_at")
+    last_node_refresh = _of_live("asked_at")
+    node_uri_map = _of_live("apis")
+    uri_node_map = _of_live("nodes_by_api")
+    nn_nodes = _of_live("nodes")
+    nt_nodes = _of_live("topics")
+    srvs = _of_live("services")
 
     @property
     def nn_edges(self) -> EdgeList:
@@ -94,11 +100,11 @@ class Graph:
 
     def set_master_stale(self, stale_secs: float) -> None:
         """Set for how many seconds an answer of the master is used."""
-        self._live.max_age_of_state_s = stale_secs
+        self.master_stale = stale_secs
 
     def set_node_stale(self, stale_secs: float) -> None:
         """Set for how many seconds an answer of a node is used."""
-        self._live.max_age_of_report_s = stale_secs
+        self.node_stale = stale_secs
 
     def update(self) -> bool:
         """Query the master and the nodes whose answers are stale, bad ones too. Return True on any change."""
