@@ -316,10 +316,6 @@ class RunProcesses:
         self._known: dict[str, RunProcess] = {}
         self._lock = threading.Lock()
 
-    @property
-    def has_running(self) -> bool:
-        return self._run.has_running
-
     def watch_once(self, timeout_s: float | None = None) -> bool:
         return self._run.watch_once(timeout_s)
 
