@@ -377,17 +377,20 @@ class ProcessMonitor(threading.Thread):
         self.done = True
 
     def _look(self) -> None:
-        run, has_adopted = self._run, any(self._adopted)
-        if run is None or has_adopted:
-            self._changed.wait(_LOOK_EVERY_S)
-            self._changed.clear()
-        if run is not None and not run.watch_once(_LOOK_EVERY_S if has_adopted else None):
-            self.is_shutdown = True
+        self._watch_run()
         gone = self._adopted.check()
         self.is_shutdown = self.is_shutdown or gone is None
         self.dead_list += [DeadProcess(adopted.process) for adopted in gone or ()]
         if not self.is_shutdown and self._all_have_died():
             printlog("all processes on machine have died, roslaunch will exit")
+            self.is_shutdown = True
+
+    def _watch_run(self) -> None:
+        run, has_adopted = self._run, any(self._adopted)
+        if run is None or has_adopted:
+            self._changed.wait(_LOOK_EVERY_S)
+            self._changed.clear()
+        if run is not None and not run.watch_once(_LOOK_EVERY_S if has_adopted else None):
             self.is_shutdown = True
 
     def _all_have_died(self) -> bool:

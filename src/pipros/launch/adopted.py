@@ -116,7 +116,8 @@ class AdoptedProcesses(Generic[_Process]):
         """End all processes, in the reverse order of `add`."""
         errors: list[str] = []
         last = list(self._last)
-        for process in [*(one for one in reversed(list(self)) if one not in last), *reversed(last)]:
+        first = [process for process in self if process not in last]
+        for process in [*reversed(first), *reversed(last)]:
             self._printer.say(f"[{process.name}] killing on exit")
             try:
                 process.stop(errors)
