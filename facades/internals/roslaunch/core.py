@@ -61,6 +61,9 @@ __all__ = [
     "setup_env",
 ]
 
+HANDED_ON = " ".join(f"roslaunch.core:{name}" for name in __all__)
+"""The names of this module for `star_names` of modules that hand them on."""
+
 _star_names(
     __name__,
     "basestring=builtins:str xml.sax.saxutils:escape logging xmlrpc.client:MultiCall os re rosgraph rospkg "
