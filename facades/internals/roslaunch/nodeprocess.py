@@ -13,7 +13,7 @@ from typing import Any
 from pipros.basics.env import Environment
 from pipros.basics.interruptible_wait import wait_in_slices
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.launch.command import CannotLaunch, Command, CommandMaker
+from pipros.launch.command import CannotLaunch, CommandMaker, NodeCommand
 from pipros.launch.console import Console
 from pipros.launch.guardian import Guardian
 from pipros.launch.logs import LogFolder
@@ -119,7 +119,7 @@ class LocalProcess(Process):
         try:
             process = NodeProcess(
                 self.name,
-                Command(tuple(words), {**os.environ, **self.env}, self.env, folder),
+                NodeCommand(tuple(words), {**os.environ, **self.env}, self.env, folder),
                 stdout_log=Path(f"{stem}-stdout.log") if self.log_output else None,
                 guardian=self._guardian,
                 on_exit=lambda _: None,
