@@ -215,11 +215,16 @@ class _Adopted:
 
 
 class _Printer:
-    """The functions that scripts can redirect with `roslaunch.core.add_printlog_handler`."""
+    """The functions that scripts can redirect with `roslaunch.core.add_printlog_handler`, or replace."""
 
-    say = staticmethod(printlog)
-    bold = staticmethod(printlog_bold)
-    error = staticmethod(printerrlog)
+    def say(self, text: str) -> None:
+        printlog(text)
+
+    def bold(self, text: str) -> None:
+        printlog_bold(text)
+
+    def error(self, text: str) -> None:
+        printerrlog(text)
 
 
 class ProcessMonitor(threading.Thread):

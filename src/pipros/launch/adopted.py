@@ -102,7 +102,8 @@ class AdoptedProcesses(Generic[_Process]):
             if process.is_required:
                 return None
             if delay_s is None:
-                self.remove(process)
+                with suppress(ValueError):  # another thread has removed it
+                    self.remove(process)
                 gone.append(process)
             else:
                 self._printer.say(f"[{process.name}] restarting process")

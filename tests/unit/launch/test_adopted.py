@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from pipros.launch.adopted import AdoptedProcesses
@@ -62,11 +63,16 @@ class Watch:
         self.page = Page()
         self.ended: list[tuple[str, int | None]] = []
         self.failures: list[str] = []
+        self.on_end: Callable[[], object] = bool
         self.processes = AdoptedProcesses[Program](
-            self.page, lambda *end: self.ended.append(end), lambda: self.failures.append("raised")
+            self.page, self._note_end, lambda: self.failures.append("raised")
         )
         for program in programs:
             self.processes.add(program)
+
+    def _note_end(self, name: str, exit_code: int | None) -> None:
+        self.ended.append((name, exit_code))
+        self.on_end()
 
 
 def test_an_ended_process_is_reported_and_no_longer_watched() -> None:
@@ -78,6 +84,16 @@ def test_an_ended_process_is_reported_and_no_longer_watched() -> None:
     assert watch.page.lines == ["error [a] has died", "bold [b] has died"]
     assert watch.ended == [("a", 3), ("b", None)]
     assert list(watch.processes) == [runs]
+
+
+def test_a_process_may_be_removed_when_its_end_is_reported() -> None:
+    program = Program("a", is_up=False)
+    watch = Watch(program)
+    watch.on_end = lambda: watch.processes.remove(program)
+
+    assert watch.processes.check() == [program]
+
+    assert list(watch.processes) == []
 
 
 def test_a_process_is_restarted_when_its_delay_is_over() -> None:
