@@ -59,7 +59,7 @@ def target(data: bytes) -> None:
     seconds = itertools.count()
     observer = SystemObserver(Master(), ask=ask, now_s=lambda: float(next(seconds)))
     for _ in range(3):
-        observation = observer.look()
+        observation = observer.poll()
     scene = draw(graph_of(observation, GraphOptions(mode="all")), with_traffic=True)
     shown = scene_values(scene), traffic_values(observation, scene), node_values(observation, "/node")
     text = json.dumps([shown, list(topic_rows(observation))], allow_nan=False)

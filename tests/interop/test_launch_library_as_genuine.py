@@ -117,5 +117,5 @@ def test_the_library_does_what_genuine_roslaunch_does(ros: RosSystem, package: P
 @pytest.mark.timeout(240)
 def test_the_libraries_of_tests_do_what_genuine_ones_do(ros: RosSystem, package: Path) -> None:
     genuine, ours = (outcomes(side, "examine_rostest.py", package) for side in (ros.genuine, ros.pipros))
-    assert len(genuine) > 45
+    assert len(genuine) > 44
     assert "\n".join(difflib.unified_diff(genuine, ours, "genuine", "pipros", lineterm="", n=0)) == ""

@@ -39,9 +39,9 @@ def genuine_edges(ros: RosSystem) -> dict[str, Any]:
 def observe(ros: RosSystem, nodes: int) -> Observation:
     """Looks until all nodes have answered or failed, as the page does: 60 nodes at most each time."""
     observer = SystemObserver(MasterClient(ros.master_uri, "/page", timeout_s=30))
-    observation = observer.look()
+    observation = observer.poll()
     for _ in range(nodes // 50):
-        observation = observer.look()
+        observation = observer.poll()
     return observation
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pipros.workspace.build import BuildResult, build
 from pipros.workspace.build_options import BuildOptions
-from pipros.workspace.layout import Layout
+from pipros.workspace.layout import WorkspaceFolders
 
 MANIFEST = """\
 <package format="2">
@@ -23,7 +23,7 @@ class Workspace:
     def __init__(self, base: Path) -> None:
         (base / "src").mkdir(parents=True, exist_ok=True)
         self.base = base
-        self.layout = Layout(base, base / "src", base / "build", base / "devel", base / "install")
+        self.layout = WorkspaceFolders(base, base / "src", base / "build", base / "devel", base / "install")
         self.lines: list[str] = []
 
     def add(self, name: str, cmake: str = "catkin_package()", depends: str = "", **files: str) -> Path:

@@ -71,7 +71,6 @@ FACADES_BELOW: dict[str, set[str]] = {
     "rosmsg": {"genpy"},  # generate_dynamic is a name of both
     "rosparam": {"rosgraph"},  # get_param_server returns a rosgraph.Master
     "rospy": {"rosgraph"},  # rospy.names has functions of rosgraph.names
-    "rosunit": {"roslaunch"},  # its monitor of processes is roslaunch's
     "rostest": {"rosgraph", "roslaunch", "rospy", "rosunit"},  # ROSTestLaunchParent is a launch; logs
     "tf": {"rospy", "roswtf", "tf2_ros"},  # its rules for roswtf
     "tf2_geometry_msgs": {"tf2_ros"},  # registers its types there

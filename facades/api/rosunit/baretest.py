@@ -46,11 +46,8 @@ TIMEOUT_SIGINT = 15.0
 TIMEOUT_SIGTERM = 2.0
 
 
-# Test scripts do not need `LocalProcess` at their start.
 _star_names(
-    __name__,
-    "rosunit.pmon:LocalProcess errno os rospkg rosunit.junitxml rosunit.pmon signal io:StringIO subprocess "
-    "time traceback unittest",
+    __name__, "errno os rospkg rosunit.junitxml signal io:StringIO subprocess time traceback unittest"
 )
 
 
@@ -81,8 +78,7 @@ class BareTestCase(unittest.TestCase):
         super().__init__()
         self.text_mode = text_mode
         self.exe = os.path.abspath(exe)
-        owner = None if package_name else PackageIndex.from_environment().containing(Path(self.exe))
-        self.package = package_name or (owner.name if owner else None)
+        self.package = package_name or _package_of(Path(self.exe))
         self.test_name = test_name or os.path.basename(exe)
         self.args = [*(["python"] if self.exe.endswith(".py") else []), self.exe, *args]
         if text_mode:
@@ -104,29 +100,31 @@ class BareTestCase(unittest.TestCase):
             self.time_limit,
             text=self.text_mode,
         )
-        while True:
-            printlog("Running test [%s]", self.test_name)
-            is_timed_out = False
-            try:
-                test.run_once(self)
-            except TestProgramTimedOut as error:
-                if not self.retry:
-                    raise TestTimeoutException(str(error)) from error
-                printerrlog("test [%s] timed out", self.test_name)
-                is_timed_out = True
-            else:
-                printlog("test [%s] finished", self.test_name)
-            results = self.results
-            if not self.text_mode and not is_timed_out:
-                results = junitxml.read(xml_results_file(self.package, self.test_name), self.test_name)
-            is_failed = is_timed_out or bool(results.num_errors or results.num_failures)
-            if not is_failed or not self.retry:
-                break
+        while not self._has_passed(test, self.package) and self.retry:
             self.retry -= 1
             printlog("test [%s] failed, retrying. Retries left: %s", self.test_name, self.retry)
-        self.results = results
+        results = self.results
         sums = results.num_errors, results.num_failures, results.num_tests
         printlog("test [%s] results summary: %s errors, %s failures, %s tests", self.test_name, *sums)
+
+    def _has_passed(self, test: BareTest, package: str) -> bool:
+        printlog("Running test [%s]", self.test_name)
+        try:
+            test.run_once(self)
+        except TestProgramTimedOut as error:
+            if not self.retry:
+                raise TestTimeoutException(str(error)) from error
+            printerrlog("test [%s] timed out", self.test_name)
+            return False
+        printlog("test [%s] finished", self.test_name)
+        if not self.text_mode:
+            self.results = junitxml.read(xml_results_file(package, self.test_name), self.test_name)
+        return not (self.results.num_errors or self.results.num_failures)
+
+
+def _package_of(file: Path) -> str | None:
+    owner = PackageIndex.from_environment().containing(file)
+    return owner.name if owner else None
 
 
 def print_unittest_summary(result: unittest.TestResult) -> None:

@@ -19,7 +19,7 @@ __all__ = [
     "xml_results_file",
 ]
 
-_star_names(__name__, "os rospkg rosunit.pmon sys unittest")
+_star_names(__name__, "os rospkg sys unittest")
 
 
 def rosunitmain() -> None:

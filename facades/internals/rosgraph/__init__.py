@@ -8,7 +8,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.basics.lazy_names import lazy_names as _lazy_names
 from pipros.basics.lazy_names import star_names as _star_names
 from rosgraph import names, network, rosenv
 from rosgraph.masterapi import Master, MasterError, MasterException, MasterFailure
@@ -47,7 +46,5 @@ def myargv(argv: Sequence[str] | None = None) -> list[str]:
     return [argument for argument in argv if ":=" not in argument]
 
 
-# Modules that `import rospy` makes attributes in Noetic.
-__getattr__, __dir__ = _lazy_names(__name__, {}, submodules=("roslogging", "xmlrpc"))
-
-_star_names(__name__, hidden="names network rosenv")
+# The two modules are attributes after `import rospy` in Noetic.
+_star_names(__name__, "rosgraph.roslogging rosgraph.xmlrpc", hidden="names network rosenv roslogging xmlrpc")

@@ -7,13 +7,15 @@ import os
 import socket
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import ProtocolError
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.basics.names import parse_arguments
 from pipros.net import address as _address
-from pipros.net.this_machine import is_this_machine
+from pipros.net.this_machine import is_this_machine, own_address, own_addresses
 from pipros.wire.header import HeaderReader, decode_header, encode_header
 from rosgraph.rosenv import ROS_HOSTNAME, ROS_IP, ROS_IPV6
 
@@ -75,51 +77,33 @@ def get_address_override() -> str | None:
 
     Invalid values are reported on standard error.
     """
-    for key in ("__hostname:=", "__ip:="):
-        for argument in sys.argv:
-            if argument.startswith(key):
-                return argument[len(key) :]
-    for name in (ROS_HOSTNAME, ROS_IP):
-        if name in os.environ:
-            value = os.environ[name]
-            if not value:
-                sys.stderr.write(f"invalid {name} (an empty string)\n")
-            elif "://" in value:
-                sys.stderr.write(f"invalid {name} (protocol should not be included)\n")
-            elif name == ROS_IP and "." in value and value.rfind(":") > value.rfind("."):
-                sys.stderr.write(f"invalid {name} (port should not be included)\n")
-            elif name == ROS_IP and "." not in value and ":" not in value:
-                sys.stderr.write(f"invalid {name} (must be a valid IPv4 or IPv6 address)\n")
-            return value
-    return None
+    special = parse_arguments(sys.argv).special
+    if argument := special.get("__hostname") or special.get("__ip"):
+        return argument
+    name = next((name for name in (ROS_HOSTNAME, ROS_IP) if name in os.environ), None)
+    if name is None:
+        return None
+    if problem := _address.problem_of(os.environ[name], is_address=name == ROS_IP):
+        sys.stderr.write(f"invalid {name} ({problem})\n")
+    return os.environ[name]
 
 
 def get_host_name() -> str:
     """Return the name or address of this machine to advertise to other machines."""
-    return get_address_override() or _best_name()
-
-
-def _best_name() -> str:
+    if override := get_address_override():
+        return override
     name = socket.gethostname()
-    return name if name and not _address.is_loopback(name) else get_local_address()
+    return own_address() if not name or _address.is_loopback(name) else name
 
 
 def get_local_addresses() -> list[str]:
     """Return the IP addresses of this machine, loopback first."""
-    try:
-        _, _, found = socket.gethostbyname_ex(socket.gethostname())
-    except OSError:
-        found = []
-    towards = _address.address_towards("http://192.0.2.1:9/")
-    return list(dict.fromkeys([_address.LOOPBACK, *found, towards]))
+    return own_addresses()
 
 
 def get_local_address() -> str:
     """Return the overridden address, or one that other machines can reach if it exists, or loopback."""
-    if override := get_address_override():
-        return override
-    addresses = get_local_addresses()
-    return next((found for found in addresses if not _address.is_loopback(found)), addresses[0])
+    return get_address_override() or own_address()
 
 
 def is_local_address(hostname: str) -> bool:
@@ -132,14 +116,8 @@ def get_bind_address(address: str | None = None) -> str:
 
     The default is the same as for pipros nodes: loopback if master and node are local.
     """
-    address = address or get_address_override()
-    if not address:
-        return _address.bind_host(Environment.from_os())
-    if not _address.is_loopback(address):
-        return _address.ANY_IPV6 if use_ipv6() else _address.ANY
-    if use_ipv6():
-        return _address.LOOPBACK_IPV6
-    return address if address.startswith("127.") else _address.LOOPBACK
+    environment = Environment.from_os()
+    return _address.bind_host(replace(environment, hostname=address or get_address_override()))
 
 
 def use_ipv6() -> bool:

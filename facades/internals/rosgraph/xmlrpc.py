@@ -9,23 +9,12 @@ from typing import Any
 
 from pipros.basics.env import Environment
 from pipros.basics.interruptible_wait import wait_in_slices
-from pipros.basics.lazy_names import lazy_names
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.net import address as _address
 from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_server import RpcServer
+from rosgraph.names import isstring as isstring
 from rosgraph.network import get_host_name
-
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {
-        "ForkingXMLRPCServer": "rosgraph.xmlrpc_servers",
-        "SilenceableXMLRPCRequestHandler": "rosgraph.xmlrpc_servers",
-        "ThreadingXMLRPCServer": "rosgraph.xmlrpc_servers",
-        "isstring": "rosgraph.names",
-    },
-)
-"""Servers of the standard library, imported on first use because their import is slow."""
 
 _star_names(
     __name__,

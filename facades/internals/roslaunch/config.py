@@ -279,16 +279,24 @@ def load_config_default(
     loader.ignore_unset_args = ignore_unset_args
     load_roscore(loader, config, verbose=verbose)
     for entry in roslaunch_files:
-        file, words = (entry, None) if isinstance(entry, str) else entry
-        try:
-            loader.load(file, config, argv=words, verbose=verbose)
-        except RLException as error:
-            raise RLException(error.reason, error.places, error.element) from error
+        _load_file(loader, config, entry, verbose)
     for text in roslaunch_strs or ():
-        try:
-            loader.load_string(text, config)
-        except RLException as error:
-            raise RLException(f"Launch string: {text}\nException: {error}") from error
+        _load_string(loader, config, text)
     if assign_machines:
         config.assign_machines()
     return config
+
+
+def _load_file(loader: XmlLoader, config: ROSLaunchConfig, entry: FileAndArguments, verbose: bool) -> None:
+    file, words = (entry, None) if isinstance(entry, str) else entry
+    try:
+        loader.load(file, config, argv=words, verbose=verbose)
+    except RLException as error:
+        raise RLException(error.reason, error.places, error.element) from error
+
+
+def _load_string(loader: XmlLoader, config: ROSLaunchConfig, text: str) -> None:
+    try:
+        loader.load_string(text, config)
+    except RLException as error:
+        raise RLException(f"Launch string: {text}\nException: {error}") from error

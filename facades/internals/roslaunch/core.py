@@ -61,6 +61,9 @@ __all__ = [
     "setup_env",
 ]
 
+HANDED_ON = " ".join(f"roslaunch.core:{name}" for name in __all__)
+"""The names of this module for `star_names` of modules that hand them on."""
+
 _star_names(
     __name__,
     "basestring=builtins:str xml.sax.saxutils:escape logging xmlrpc.client:MultiCall os re rosgraph rospkg "
@@ -265,33 +268,35 @@ class Node:
     ) -> None:
         self.package = package
         self.type = node_type
-        self.name = name or None
+        self.name, self.machine_name, self.launch_prefix = (
+            text or None for text in (name, machine_name, launch_prefix)
+        )
         self.namespace = re.sub("//+", "/", names.make_global_namespace(namespace or "/"))
-        self.machine_name = machine_name or None
         self.respawn = respawn
         self.respawn_delay = respawn_delay
         self.args = args or ""
         self.remap_args: Any = remap_args or []
         self.env_args: Any = env_args or []
         self.output = output
-        self.cwd = "ROS_HOME" if cwd == "ros_home" else cwd
-        self.launch_prefix = launch_prefix or None
+        self.cwd = {"ros_home": "ROS_HOME"}.get(cwd or "", cwd)
         self.required = required
         self.filename = filename
         self.process_name: str | None = None
         self.machine: Machine | None = None
-        if self.respawn and self.required:
-            raise ValueError("respawn and required cannot both be set to true")
-        if self.name and "/" in self.name:
-            raise ValueError("node name cannot contain a namespace")
-        if not self.package.strip():
-            raise ValueError("package must be non-empty")
-        if not self.type.strip():
-            raise ValueError("type must be non-empty")
-        if self.output not in ("log", "screen", None):
-            raise ValueError("output must be one of 'log', 'screen'")
-        if self.cwd not in ("ROS_HOME", "node", None):
-            raise ValueError("cwd must be one of 'ROS_HOME', 'node'")
+        self._check()
+
+    def _check(self) -> None:
+        """Raise ValueError for the first rule that is broken."""
+        for is_broken, rule in (
+            (self.respawn and self.required, "respawn and required cannot both be set to true"),
+            ("/" in (self.name or ""), "node name cannot contain a namespace"),
+            (not self.package.strip(), "package must be non-empty"),
+            (not self.type.strip(), "type must be non-empty"),
+            (self.output not in ("log", "screen", None), "output must be one of 'log', 'screen'"),
+            (self.cwd not in ("ROS_HOME", "node", None), "cwd must be one of 'ROS_HOME', 'node'"),
+        ):
+            if is_broken:
+                raise ValueError(rule)
 
     def xmltype(self) -> str:
         """Return the tag of the node's XML element."""

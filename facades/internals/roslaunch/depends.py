@@ -12,6 +12,7 @@ from pipros.basics.lazy_names import star_names as _star_names
 from pipros.launch.arguments import split_arguments
 from pipros.launch.check import UNSET, known_nodes
 from pipros.launch.load_context import LoadContext
+from pipros.launch.model import Launch, Node
 from pipros.launch.xml import load
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.manifest import read_manifest
@@ -93,33 +94,39 @@ def parse_launch(
     if verbose:
         print(f"processing launch {launch_file}")
     index = PackageIndex.from_environment()
-    try:
-        launch = load(
-            [launch_file],
-            split_arguments(sys.argv)[0],
-            context=LoadContext.of_process(index),
-            unset_as=UNSET if ignore_unset_args else None,
-        )
-    except PiprosError as error:
-        raise RoslaunchDepsException(str(error)) from error
-    for file in launch.files:
-        file_deps[file] = RoslaunchDeps()
+    launch = _loaded(launch_file, index, UNSET if ignore_unset_args else None)
+    file_deps.update({file: RoslaunchDeps() for file in launch.files})
     for file, included in launch.includes:
         if verbose:
             print(f"processing included launch {included}")
-        deps, package = file_deps[file], _package_of(included, index)
-        if included not in deps.includes:
-            deps.includes.append(included)
-        if package is None:
-            print(f"ERROR: cannot determine package for [{included}]", file=sys.stderr)
-        elif package != _package_of(file, index):
-            deps.pkgs.append(package)
+        _add_include(file_deps[file], file, included, index)
     for node in known_nodes(launch):
-        deps = file_deps[node.place.file if node.place else launch_file]
-        if (node.package, node.type) not in deps.nodes:
-            deps.nodes.append((node.package, node.type))
-        if node.package not in deps.pkgs:
-            deps.pkgs.append(node.package)
+        _add_node(file_deps[node.place.file if node.place else launch_file], node)
+
+
+def _loaded(file: str, index: PackageIndex, unset_as: str | None) -> Launch:
+    context = LoadContext.of_process(index)
+    try:
+        return load([file], split_arguments(sys.argv)[0], context=context, unset_as=unset_as)
+    except PiprosError as error:
+        raise RoslaunchDepsException(str(error)) from error
+
+
+def _add_include(deps: RoslaunchDeps, file: str, included: str, index: PackageIndex) -> None:
+    package = _package_of(included, index)
+    if included not in deps.includes:
+        deps.includes.append(included)
+    if package is None:
+        print(f"ERROR: cannot determine package for [{included}]", file=sys.stderr)
+    elif package != _package_of(file, index):
+        deps.pkgs.append(package)
+
+
+def _add_node(deps: RoslaunchDeps, node: Node) -> None:
+    if (node.package, node.type) not in deps.nodes:
+        deps.nodes.append((node.package, node.type))
+    if node.package not in deps.pkgs:
+        deps.pkgs.append(node.package)
 
 
 def rl_file_deps(file_deps: FileDeps, launch_file: str, verbose: bool = False) -> None:

@@ -9,8 +9,9 @@ from typing import Any
 from pipros.basics import names
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.launch.load_context import LoadContext
-from pipros.launch.param_types import flatten
-from pipros.safe import yaml as _yaml
+from pipros.launch.param_types import flatten, parameters_in
+from pipros.launch.scope import checked_remapping
+from pipros.safe.yaml import YamlError
 from rosgraph.names import canonicalize_name, is_legal_name, load_mappings, make_global_ns, ns_join
 from roslaunch.core import PHASE_SETUP, Param, RLException, RosbinExecutable
 from roslaunch.substitution_args import convert_value
@@ -89,12 +90,10 @@ class LoaderContext:
         Raises:
             RLException: a name is empty or illegal.
         """
-        source, target = map(names.canonicalize, remap)
-        if not source or not target:
-            raise RLException("remap from/to attributes cannot be empty")
-        for word, name in (("from", source), ("to", target)):
-            if not names.is_legal(name):
-                raise RLException(f"remap {word} [{name}] is not a valid ROS name")
+        try:
+            source, target = checked_remapping(*remap)
+        except ValueError as error:
+            raise RLException(str(error)) from None
         self._remap_args = [pair for pair in self._remap_args if pair[0] != source] + [[source, target]]
 
     def add_arg(
@@ -105,21 +104,24 @@ class LoaderContext:
         Raises:
             LoadException: the argument was already declared, or `value` would override the caller's value.
         """
+        self._declare(name)
+        context = self.resolve_dict if self.include_resolve_dict is None else self.include_resolve_dict
+        arguments = context.setdefault("arg", {})
+        documented = context.setdefault("arg_doc", {})
+        if not value:
+            documented[name] = (doc, default)
+        if value is None:
+            arguments.update({} if default is None else {name: arguments.get(name, default)})
+            return
+        if name in arguments and not self.pass_all_args:
+            raise LoadException(f"cannot override arg '{name}', which has already been set")
+        arguments[name] = value
+
+    def _declare(self, name: str) -> None:
         if name not in self.arg_names:
             self.arg_names.append(name)
         elif not self.pass_all_args:
             raise LoadException(f"arg '{name}' has already been declared")
-        context = self.resolve_dict if self.include_resolve_dict is None else self.include_resolve_dict
-        arguments = context.setdefault("arg", {})
-        if value is not None:
-            if name in arguments and not self.pass_all_args:
-                raise LoadException(f"cannot override arg '{name}', which has already been set")
-            arguments[name] = value
-        elif default is not None:
-            arguments.setdefault(name, default)
-        documented = context.setdefault("arg_doc", {})
-        if not value:
-            documented[name] = (doc, default)
 
     def remap_args(self) -> list[list[str]]:
         """Return the remappings of this context and its parents."""
@@ -243,33 +245,43 @@ class Loader:
             ValueError: the command is unknown, or a value needs a name.
             LoadException: the file or its YAML cannot be read.
         """
-        if cmd not in ("load", "dump", "delete"):
-            raise ValueError("command must be 'load', 'dump', or 'delete'")
-        if cmd == "delete" and file_ is not None:
-            raise ValueError("'file' attribute is invalid with 'delete' command.")
-        full = names.join(context.ns, param) if param else context.ns
+        _check_command(cmd, file_)
+        full = names.join(context.ns, param or "")
         if cmd != "load":
             words: Any = (cmd, file_, full) if cmd == "dump" else (cmd, full)
             ros_config.add_executable(RosbinExecutable("rosparam", words, PHASE_SETUP))
             return
         if file_ is not None:
-            try:
-                text = LoadContext.of_process().read_file(file_).decode()
-            except FileNotFoundError:
-                raise LoadException(f"file does not exist [{file_}]") from None
+            text = _text_of(file_)
         if subst_function is not None:
             text = subst_function(text)
-        try:
-            value = _yaml.load(text, file_ or context.filename or "<rosparam>")
-        except _yaml.YamlError as error:
-            raise LoadException(f"error loading <rosparam> tag: \n\t{error}") from error
-        if value is None:
-            return
-        if not param and not isinstance(value, dict):
-            raise ValueError("'param' attribute must be set for non-dictionary values")
-        self.add_param(ros_config, full, value, verbose=verbose)
+        sources = file_, context.filename
+        for key, value in _parameters_in(text, sources, full, is_named=bool(param)).items():
+            ros_config.add_param(Param(key, value), verbose=verbose)
 
     def load_env(self, context: LoaderContext, ros_config: Any, name: str, value: str) -> None:
         """Add an environment variable for all subsequent nodes of a context."""
         _ = ros_config
         context.env_args.append((name, value))
+
+
+def _text_of(file: str) -> str:
+    try:
+        return LoadContext.of_process().read_file(file).decode()
+    except FileNotFoundError:
+        raise LoadException(f"file does not exist [{file}]") from None
+
+
+def _check_command(command: str, file: str | None) -> None:
+    if command not in ("load", "dump", "delete"):
+        raise ValueError("command must be 'load', 'dump', or 'delete'")
+    if command == "delete" and file is not None:
+        raise ValueError("'file' attribute is invalid with 'delete' command.")
+
+
+def _parameters_in(text: str, sources: Sequence[str | None], key: str, *, is_named: bool) -> dict[str, Any]:
+    try:
+        source = next(filter(None, sources), "<rosparam>")
+        return parameters_in(text, source, key, is_named=is_named)
+    except YamlError as error:
+        raise LoadException(f"error loading <rosparam> tag: \n\t{error}") from error

@@ -13,7 +13,7 @@ from typing import Any
 from pipros.basics.env import Environment
 from pipros.basics.interruptible_wait import wait_in_slices
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.launch.command import CannotLaunch, Command, CommandMaker
+from pipros.launch.command import CannotLaunch, CommandMaker, NodeCommand
 from pipros.launch.console import Console
 from pipros.launch.guardian import Guardian
 from pipros.launch.logs import LogFolder
@@ -23,36 +23,11 @@ from pipros.launch.run import LaunchRun
 from pipros.launch.terminate import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S, end
 from pipros.workspace.index import PackageIndex
 from roslaunch.core import (
-    PHASE_RUN,
-    PHASE_SETUP,
-    PHASE_TEARDOWN,
-    TEST_TIME_LIMIT_DEFAULT,
-    Executable,
-    Machine,
+    HANDED_ON,
     Master,
     Node,
-    Param,
     RLException,
-    RosbinExecutable,
-    Test,
-    add_printerrlog_handler,
-    add_printlog_handler,
-    clear_printerrlog_handlers,
-    clear_printlog_handlers,
-    generate_run_id,
-    get_master_uri_env,
-    get_ros_package_path,
-    get_ros_root,
-    is_child_mode,
-    is_machine_local,
-    local_machine,
-    printerrlog,
-    printlog,
     printlog_bold,
-    remap_localhost_uri,
-    rle_wrapper,
-    set_child_mode,
-    setup_env,
 )
 from roslaunch.node_args import create_local_process_args
 from roslaunch.pmon import FatalProcessLaunch, Process
@@ -61,46 +36,17 @@ __all__ = [
     "DEFAULT_TIMEOUT_SIGINT",
     "DEFAULT_TIMEOUT_SIGTERM",
     "NUM_WORKERS",
-    "PHASE_RUN",
-    "PHASE_SETUP",
-    "PHASE_TEARDOWN",
-    "TEST_TIME_LIMIT_DEFAULT",
-    "Executable",
     "FatalProcessLaunch",
     "LocalProcess",
-    "Machine",
-    "Master",
-    "Node",
-    "Param",
     "Process",
-    "RLException",
-    "RosbinExecutable",
-    "Test",
-    "add_printerrlog_handler",
-    "add_printlog_handler",
-    "clear_printerrlog_handlers",
-    "clear_printlog_handlers",
     "create_local_process_args",
     "create_master_process",
     "create_node_process",
-    "generate_run_id",
-    "get_master_uri_env",
-    "get_ros_package_path",
-    "get_ros_root",
-    "is_child_mode",
-    "is_machine_local",
-    "local_machine",
-    "printerrlog",
-    "printlog",
-    "printlog_bold",
-    "remap_localhost_uri",
-    "rle_wrapper",
-    "set_child_mode",
-    "setup_env",
 ]
 
 _star_names(
     __name__,
+    f"{HANDED_ON} "
     "basestring=builtins:str errno xml.sax.saxutils:escape logging xmlrpc.client:MultiCall os re rosgraph "
     "rospkg xmlrpc.client:ServerProxy signal socket subprocess sys time traceback unicode=builtins:str",
 )
@@ -173,7 +119,7 @@ class LocalProcess(Process):
         try:
             process = NodeProcess(
                 self.name,
-                Command(tuple(words), {**os.environ, **self.env}, self.env, folder),
+                NodeCommand(tuple(words), {**os.environ, **self.env}, self.env, folder),
                 stdout_log=Path(f"{stem}-stdout.log") if self.log_output else None,
                 guardian=self._guardian,
                 on_exit=lambda _: None,
@@ -315,10 +261,6 @@ class RunProcesses:
         self._stop = stop
         self._known: dict[str, RunProcess] = {}
         self._lock = threading.Lock()
-
-    @property
-    def has_running(self) -> bool:
-        return self._run.has_running
 
     def watch_once(self, timeout_s: float | None = None) -> bool:
         return self._run.watch_once(timeout_s)

@@ -184,13 +184,13 @@ class ROSLaunchParent:
                 run_id=self.run_id,
                 has_summary=self.show_summary,
                 checks_log_folder=False,
-                numbers=process_numbers,
                 master=MasterOptions(limits=limits_with_timeout(self.timeout)),
                 run=self._run_options,
             ),
             Console(has_title=False),
             environment=Environment.from_os(),
             load_launch=self._load,
+            numbers=process_numbers,
             on_end=self.pm.tell,
         )
 

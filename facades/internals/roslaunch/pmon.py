@@ -8,14 +8,16 @@ import logging
 import threading
 import time
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from types import FrameType
 from typing import Any, Protocol
 
 from pipros.basics.interrupts import accept_ctrl_c
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.basics.shared_names import share_names
+from pipros.launch.adopted import AdoptedProcesses
 from roslaunch.core import RLException, printerrlog, printlog, printlog_bold
 
 __all__ = [
@@ -168,9 +170,6 @@ class DeadProcess(Process):
 class Watched(Protocol):
     """The nodes of a running launch; see `roslaunch.nodeprocess.RunProcesses`."""
 
-    @property
-    def has_running(self) -> bool: ...
-
     def watch_once(self, timeout_s: float | None = None) -> bool: ...
 
     def alive(self) -> Sequence[Process]: ...
@@ -178,6 +177,54 @@ class Watched(Protocol):
     def ended(self) -> Sequence[Process]: ...
 
     def stop(self) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class _Adopted:
+    """A registered process, in the form that a launch watches."""
+
+    process: Process
+
+    @property
+    def name(self) -> str:
+        return self.process.name
+
+    @property
+    def is_required(self) -> bool:
+        return self.process.required
+
+    @property
+    def exit_code(self) -> int | None:
+        return self.process.exit_code
+
+    def has_ended(self) -> bool:
+        return bool(self.process.spawn_count) and not self.process.is_alive()
+
+    def restart_delay_s(self) -> float | None:
+        delay_s = self.process.should_respawn()
+        return None if delay_s is False else float(delay_s)
+
+    def describe_end(self) -> str:
+        return self.process.get_exit_description()
+
+    def start(self) -> object:
+        return self.process.start()
+
+    def stop(self, errors: list[str]) -> None:
+        self.process.stop(errors)
+
+
+class _Printer:
+    """The functions that scripts can redirect with `roslaunch.core.add_printlog_handler`, or replace."""
+
+    def say(self, text: str) -> None:
+        printlog(text)
+
+    def bold(self, text: str) -> None:
+        printlog_bold(text)
+
+    def error(self, text: str) -> None:
+        printerrlog(text)
 
 
 class ProcessMonitor(threading.Thread):
@@ -200,7 +247,7 @@ class ProcessMonitor(threading.Thread):
         self.dead_list: list[Process] = []
         self.core_procs: list[Process] = []
         self.reacquire_signals: set[int] = set()
-        self._registered: list[Process] = []
+        self._adopted = AdoptedProcesses[_Adopted](_Printer(), self.tell, traceback.print_exc)
         self._run: Watched | None = None
         self._registrations_complete = False
         self._had_processes = False
@@ -212,7 +259,10 @@ class ProcessMonitor(threading.Thread):
         if self.done:
             return []
         with self.plock:
-            return [*(self._run.alive() if self._run else ()), *self._registered]
+            return [
+                *(self._run.alive() if self._run else ()),
+                *(adopted.process for adopted in self._adopted),
+            ]
 
     def watch(self, run: Watched) -> None:
         """Also monitor the nodes of a launch, and end them on shutdown."""
@@ -238,18 +288,21 @@ class ProcessMonitor(threading.Thread):
         Raises:
             RLException: a process with the same name is registered, or the monitor was shut down.
         """
+        self._register(p, is_core=False)
+
+    def register_core_proc(self, p: Process) -> None:
+        """Register a process that is ended after all others. Raises the same errors as `register`."""
+        self._register(p, is_core=True)
+        self.core_procs.append(p)
+
+    def _register(self, p: Process, *, is_core: bool) -> None:
         with self.plock:
             if self.has_process(p.name):
                 raise RLException(f"cannot add process with duplicate name '{p.name}'")
             if self.is_shutdown:
                 raise RLException(f"cannot add process [{p.name}] after process monitor has been shut down")
-            self._registered.append(p)
+            self._adopted.add(_Adopted(p), ends_last=is_core)
         self._changed.set()
-
-    def register_core_proc(self, p: Process) -> None:
-        """Register a process that is ended after all others. Raises the same errors as `register`."""
-        self.register(p)
-        self.core_procs.append(p)
 
     def registrations_complete(self) -> None:
         """Allow the monitor to finish when no process is left."""
@@ -258,7 +311,7 @@ class ProcessMonitor(threading.Thread):
     def unregister(self, p: Process) -> None:
         """Remove a registered process. Raises ValueError if it is not registered."""
         with self.plock:
-            self._registered.remove(p)
+            self._adopted.remove(_Adopted(p))
 
     def has_process(self, name: str) -> bool:
         """Return whether a process with the given name is monitored."""
@@ -321,76 +374,34 @@ class ProcessMonitor(threading.Thread):
                 self._look()
         except Exception:
             traceback.print_exc()
-        finally:
-            self._end_all()
+        self.is_shutdown = True
+        if self._run is not None:
+            self._run.stop()
+        self._adopted.end()
+        self.core_procs.clear()
+        self.done = True
 
     def _look(self) -> None:
-        run = self._run
-        if run is None or self._registered:
-            self._changed.wait(_LOOK_EVERY_S)
-            self._changed.clear()
-        if run is not None and not run.watch_once(_LOOK_EVERY_S if self._registered else None):
-            self.is_shutdown = True
-        for process in list(self._registered):
-            if process.spawn_count and not process.is_alive():
-                self._handle_end(process)
-        is_empty = not self._registered and (run is None or not run.has_running)
-        self._had_processes = self._had_processes or not is_empty or bool(run and run.ended())
-        if self._registrations_complete and self._had_processes and is_empty and not self.is_shutdown:
+        self._watch_run()
+        gone = self._adopted.check()
+        self.is_shutdown = self.is_shutdown or gone is None
+        self.dead_list += [DeadProcess(adopted.process) for adopted in gone or ()]
+        if not self.is_shutdown and self._all_have_died():
             printlog("all processes on machine have died, roslaunch will exit")
             self.is_shutdown = True
 
-    def _handle_end(self, process: Process) -> None:
-        """Report the exit of a registered process, and restart or remove it."""
-        wait_s = process.should_respawn()
-        if wait_s is not False and wait_s > 0:
-            return
-        description = process.get_exit_description()
-        if process.required:
-            rule = "=" * 80
-            what = f"REQUIRED process [{process.name}] has died!\n{description}\nInitiating shutdown!"
-            printerrlog(f"{rule}{what}\n{rule}")
+    def _watch_run(self) -> None:
+        run, has_adopted = self._run, any(self._adopted)
+        if run is None or has_adopted:
+            self._changed.wait(_LOOK_EVERY_S)
+            self._changed.clear()
+        if run is not None and not run.watch_once(_LOOK_EVERY_S if has_adopted else None):
             self.is_shutdown = True
-        else:
-            say = printerrlog if process.exit_code else printlog_bold
-            say(f"[{process.name}] {description}")
-        self.tell(process.name, process.exit_code)
-        if self.is_shutdown:
-            return
-        if wait_s is False:
-            self.unregister(process)
-            self.dead_list.append(DeadProcess(process))
-        else:
-            printlog(f"[{process.name}] restarting process")
-        with suppress(RLException):
-            process.stop([])
-            if wait_s is not False:
-                process.start()
 
-    def _end_all(self) -> None:
-        """End all processes, the core processes last."""
-        self.is_shutdown = True
-        with self.plock:
-            registered = list(self._registered)
-        errors: list[str] = []
-        if self._run is not None:
-            self._run.stop()
-        for process in self._in_order_of_end(registered):
-            printlog(f"[{process.name}] killing on exit")
-            try:
-                process.stop(errors)
-            except Exception:
-                traceback.print_exc()
-        with self.plock:
-            self._registered.clear()
-            self.core_procs.clear()
-        self.done = True
-        if errors:
-            printerrlog("Shutdown errors:\n" + "\n".join(f" * {error}" for error in errors))
-
-    def _in_order_of_end(self, processes: Sequence[Process]) -> Iterator[Process]:
-        yield from (process for process in reversed(processes) if process not in self.core_procs)
-        yield from reversed(self.core_procs)
+    def _all_have_died(self) -> bool:
+        is_empty = not self.procs
+        self._had_processes = self._had_processes or not is_empty or bool(self._run and self._run.ended())
+        return self._registrations_complete and self._had_processes and is_empty
 
 
 def start_process_monitor() -> ProcessMonitor | None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import logging
 import os
-import threading
-from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.lazy_names import star_names as _star_names
@@ -22,7 +20,6 @@ from roslaunch.core import (
 from roslaunch.launch import ROSLaunchRunner
 from roslaunch.nodeprocess import DEFAULT_TIMEOUT_SIGINT, DEFAULT_TIMEOUT_SIGTERM
 from roslaunch.pmon import Process, ProcessListener, ProcessMonitor
-from roslaunch.xmlloader import XmlLoader
 
 if TYPE_CHECKING:
     from roslaunch.config import ROSLaunchConfig
@@ -30,13 +27,10 @@ if TYPE_CHECKING:
 __all__ = [
     "DEFAULT_TIMEOUT_SIGINT",
     "DEFAULT_TIMEOUT_SIGTERM",
-    "ChildROSLaunchProcess",
     "Process",
     "ProcessListener",
     "RLException",
     "ROSLaunchBaseHandler",
-    "ROSLaunchChildHandler",
-    "ROSLaunchChildNode",
     "ROSLaunchNode",
     "ROSLaunchParentHandler",
     "ROSLaunchParentNode",
@@ -55,22 +49,6 @@ _star_names(
 )
 
 Answer = tuple[int, str, Any]
-
-
-class ChildROSLaunchProcess(Process):
-    """The parent's view of a launch child on another machine; subclasses start it.
-
-    Attributes:
-        uri: the URI of the child's server; None until it has registered.
-    """
-
-    def __init__(self, name: str, args: Sequence[str], env: Mapping[str, str]) -> None:
-        super().__init__("roslaunch", name, args, env)
-        self.uri: str | None = None
-
-    def set_uri(self, uri: str) -> None:
-        """Set the URI; called when the child registers."""
-        self.uri = uri
 
 
 class ROSLaunchBaseHandler(XmlRpcHandler):
@@ -109,7 +87,7 @@ class ROSLaunchParentHandler(ROSLaunchBaseHandler):
     def __init__(
         self,
         pm: ProcessMonitor,
-        child_processes: dict[str, ChildROSLaunchProcess],
+        child_processes: dict[str, Any],
         listeners: list[ProcessListener],
     ) -> None:
         super().__init__(pm)
@@ -147,59 +125,6 @@ class ROSLaunchParentHandler(ROSLaunchBaseHandler):
 _ERROR = 8
 
 
-class ROSLaunchChildHandler(ROSLaunchBaseHandler):
-    """XML-RPC methods of a child, for its parent."""
-
-    def __init__(
-        self,
-        run_id: str,
-        name: str,
-        server_uri: str,
-        pm: ProcessMonitor,
-        sigint_timeout: float = DEFAULT_TIMEOUT_SIGINT,
-        sigterm_timeout: float = DEFAULT_TIMEOUT_SIGTERM,
-    ) -> None:
-        super().__init__(pm)
-        if server_uri is None:
-            raise RLException("server_uri is not initialized")
-        self.run_id = run_id
-        self.name = name
-        self.server_uri = server_uri
-        self.sigint_timeout = sigint_timeout
-        self.sigterm_timeout = sigterm_timeout
-        self._stopping = threading.Event()
-
-    def shutdown(self) -> Answer:
-        """End the child; called by the parent."""
-        self._stopping.set()
-        self.pm.shutdown()
-        return 1, "success", 1
-
-    def launch(self, launch_xml: str) -> Answer:
-        """Start nodes for the parent.
-
-        Return the names of the nodes that started and of the nodes that did not.
-        """
-        from roslaunch.config import ROSLaunchConfig
-
-        config = ROSLaunchConfig()
-        try:
-            XmlLoader(resolve_anon=False).load_string(launch_xml, config, verbose=False)
-            runner = ROSLaunchRunner(
-                self.run_id,
-                config,
-                server_uri=self.server_uri,
-                pmon=self.pm,
-                is_child=True,
-                sigint_timeout=self.sigint_timeout,
-                sigterm_timeout=self.sigterm_timeout,
-            )
-            started, failed = runner.launch()
-        except RLException as error:
-            return -1, f"ERROR: {error}", [[], []]
-        return 1, "launched", [[process.name for process in started], failed]
-
-
 class ROSLaunchNode(XmlRpcNode):
     """Server for a handler on a free port; its methods can be called as soon as `start` returns."""
 
@@ -222,7 +147,7 @@ class ROSLaunchParentNode(ROSLaunchNode):
     def __init__(self, rosconfig: ROSLaunchConfig, pm: ProcessMonitor) -> None:
         self.rosconfig = rosconfig
         self.listeners: list[ProcessListener] = []
-        self.child_processes: dict[str, ChildROSLaunchProcess] = {}
+        self.child_processes: dict[str, Any] = {}
         if pm is None:
             raise RLException("cannot create parent node: pm is not initialized")
         super().__init__(ROSLaunchParentHandler(pm, self.child_processes, self.listeners))
@@ -237,32 +162,10 @@ class ROSLaunchParentNode(ROSLaunchNode):
             node.set_uri(session.server.uri)
         return node
 
-    def add_child(self, name: str, p: ChildROSLaunchProcess) -> None:
+    def add_child(self, name: str, p: Any) -> None:
         """Add a launch child, which will register under that name."""
         self.child_processes[name] = p
 
     def add_process_listener(self, l: ProcessListener) -> None:  # noqa: E741  # Noetic's name
         """Add a listener that is notified when processes on other machines exit."""
         self.listeners.append(l)
-
-
-class ROSLaunchChildNode(ROSLaunchNode):
-    """The server of a child."""
-
-    def __init__(
-        self,
-        run_id: str,
-        name: str,
-        server_uri: str,
-        pm: ProcessMonitor,
-        sigint_timeout: float = DEFAULT_TIMEOUT_SIGINT,
-        sigterm_timeout: float = DEFAULT_TIMEOUT_SIGTERM,
-    ) -> None:
-        self.run_id = run_id
-        self.name = name
-        self.server_uri = server_uri
-        self.pm = pm
-        self.logger = logging.getLogger("roslaunch.server")
-        if pm is None:
-            raise RLException("cannot create child node: pm is not initialized")
-        super().__init__(ROSLaunchChildHandler(run_id, name, server_uri, pm, sigint_timeout, sigterm_timeout))

@@ -63,6 +63,17 @@ class XmlParseException(RLException):
         return self.reason
 
 
+def _context_of(scope: LaunchScope, filename: str | None, declared: Sequence[Argument]) -> LoaderContext:
+    context = LoaderContext(scope.namespace, filename, arg_names=sorted(scope.declared))
+    context.resolve_dict["arg"] = {
+        name: value for name, value in scope.arguments.items() if value is not None
+    }
+    context.resolve_dict["arg_doc"] = {
+        argument.name: (argument.doc or None, argument.default) for argument in declared if not argument.value
+    }
+    return context
+
+
 class DomElement(Protocol):
     """The required part of the interface of `xml.dom` elements."""
 
@@ -226,16 +237,7 @@ class XmlLoader(Loader):
         except LaunchError as error:
             kind = LoadException if error.reason.startswith(_NOT_LOADED) else XmlParseException
             raise kind(error.reason, error.places, error.element) from error
-        context = LoaderContext(scope.namespace, filename, arg_names=sorted(scope.declared))
-        context.resolve_dict["arg"] = {
-            name: value for name, value in scope.arguments.items() if value is not None
-        }
-        context.resolve_dict["arg_doc"] = {
-            argument.name: (argument.doc or None, argument.default)
-            for argument in builder.arguments
-            if not argument.value
-        }
-        self.root_context = context
+        self.root_context = _context_of(scope, filename, builder.arguments)
 
     def resolve_args(self, args: str, context: LoaderContext) -> str:
         """Return the text with all substitutions applied in a context.

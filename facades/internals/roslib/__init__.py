@@ -1,7 +1,6 @@
 """Drop-in replacement for Noetic's roslib: `load_manifest`, and modules for packages and names."""
 
 import pipros.startup as _startup  # noqa: F401 # the import hook, if pipros.pth did not run
-from pipros.basics.lazy_names import lazy_names as _lazy_names
 from pipros.basics.lazy_names import star_names as _star_names
 from roslib.launcher import load_manifest as load_manifest
 
@@ -20,11 +19,7 @@ def set_interactive(interactive: bool) -> None:
     _interactive[0] = interactive
 
 
-# Modules that `import roslib` makes available in Noetic.
-__getattr__, __dir__ = _lazy_names(__name__, {}, submodules=("exceptions", "manifest", "packages", "stacks"))
-
 _star_names(
     __name__,
-    "roslib roslib.exceptions roslib.launcher roslib.manifest roslib.manifestlib roslib.packages "
-    "roslib.stack_manifest roslib.stacks",
+    "roslib roslib.exceptions roslib.launcher roslib.manifest roslib.packages",
 )

@@ -5,13 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.workspace.dry_manifest import DryManifest
-from roslib import manifestlib
-from roslib.manifestlib import Depend as Depend
-from roslib.manifestlib import Export as Export
-from roslib.manifestlib import ManifestException as ManifestException
-from roslib.manifestlib import ROSDep as ROSDep
-from roslib.manifestlib import VersionControl as VersionControl
+from pipros.workspace.dry_manifest import Depend as Depend
+from pipros.workspace.dry_manifest import DryManifest, MalformedManifest, read_into
+from pipros.workspace.dry_manifest import Export as Export
+from pipros.workspace.dry_manifest import ROSDep as ROSDep
+from pipros.workspace.dry_manifest import VersionControl as VersionControl
+from roslib.exceptions import ROSLibException
 from roslib.packages import InvalidROSPkgException, get_pkg_dir
 
 _star_names(__name__, "os roslib")
@@ -19,11 +18,12 @@ _star_names(__name__, "os roslib")
 MANIFEST_FILE = "manifest.xml"
 
 
+class ManifestException(ROSLibException):
+    """A manifest is invalid."""
+
+
 class Manifest(DryManifest):
     """Contents of a `manifest.xml`."""
-
-    def __init__(self) -> None:
-        super().__init__("package")
 
 
 def load_manifest(package: str) -> Manifest:
@@ -62,13 +62,16 @@ def parse_file(file: str) -> Manifest:
         ValueError: the file does not exist.
         ManifestException: the file is not the manifest of a package.
     """
-    manifest = Manifest()
-    manifestlib.parse_file(manifest, file)
-    return manifest
+    if not file or not Path(file).is_file():
+        raise ValueError(f"Invalid/non-existent manifest file: {file}")
+    return parse(Path(file).read_text("utf-8"), file)
 
 
 def parse(string: str, filename: str = "string") -> Manifest:
     """Parse the text of a `manifest.xml`. Raises ManifestException like `parse_file`."""
     manifest = Manifest()
-    manifestlib.parse(manifest, string, filename)
+    try:
+        read_into(manifest, string, filename)
+    except MalformedManifest as error:
+        raise ManifestException(str(error)) from None
     return manifest

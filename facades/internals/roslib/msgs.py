@@ -102,7 +102,7 @@ class Field(genmsg.msgs.Field):
         self.is_header = is_header_type(self.base_type)
 
 
-class MsgSpec:
+class MsgSpec(genmsg.msgs.MsgSpec):
     """A message definition. Types are as written, except that types of the same package are qualified."""
 
     def __init__(
@@ -115,46 +115,29 @@ class MsgSpec:
         short_name: str = "",
         package: str = "",
     ) -> None:
-        if len(types) != len(names):
-            raise AssertionError(f"len({types}) != len({names})")
-        if len(set(names)) != len(names):
-            raise MsgSpecException(f"Duplicate field names in message: {names}")
-        self.types = types
-        self.names = names
-        self.constants = constants
-        self.text = text
-        self.full_name = full_name
+        for kind in types:
+            parse_type(kind)
+        try:
+            super().__init__(types, names, constants, text, full_name)
+        except genmsg.base.InvalidMsgSpec as error:
+            raise MsgSpecException(str(error)) from None
         self.short_name = short_name
         self.package = package
-        self._parsed_fields = [Field(name, kind) for kind, name in self.fields()]
-        self.header_present = self.has_header()
 
-    def fields(self) -> list[tuple[str, str]]:
-        """`(type, name)` of each field."""
-        return list(zip(self.types, self.names, strict=True))
-
-    def parsed_fields(self) -> list[Field]:
-        return self._parsed_fields
+    def parsed_fields(self) -> list[genmsg.msgs.Field]:
+        return [Field(name, kind) for kind, name in self.fields()]
 
     def has_header(self) -> bool:
         """Return True if the first field is a Header called `header`."""
-        first = self._parsed_fields[:1]
-        return bool(first) and first[0].name == "header" and first[0].is_header
+        return any(field.name == "header" and field.is_header for field in self.parsed_fields()[:1])
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, MsgSpec):
             return False
-        names = (self.full_name, self.short_name, self.package)
-        theirs = (other.full_name, other.short_name, other.package)
-        return (self.text, self.types, self.names, self.constants, *names) == (
-            *(other.text, other.types, other.names, other.constants),
-            *theirs,
-        )
+        names = (self.short_name, self.package)
+        return super().__eq__(other) and names == (other.short_name, other.package)
 
-    def __ne__(self, other: object) -> bool:
-        return not self == other
-
-    __hash__ = None  # type: ignore[assignment]
+    __hash__ = None
 
     def __str__(self) -> str:
         """Return the fields and constants, including those of embedded messages, which must be registered."""
@@ -168,10 +151,6 @@ class MsgSpec:
             bare = base_msg_type(kind)
             if not is_builtin(bare):
                 yield from get_registered(bare)._lines(indent + "  ")
-
-    def __repr__(self) -> str:
-        constants = f"{self.constants!r}, " if self.constants else ""
-        return f"MsgSpec[{constants}{self.types!r}, {self.names!r}]"
 
 
 def _time_spec(text: str) -> MsgSpec:
@@ -257,11 +236,22 @@ def read(text: str, full_name: str) -> MessageSpec:
 
     Raises the same errors as `load_from_string`. (Not in Noetic.)
     """
-    named = full_name if full_name.count(SEP) == 1 and all(full_name.split(SEP)) else "text/Text"
     try:
-        return parse_message(text, named)
+        return parse_message(text, type_name_of(full_name))
     except DefinitionError as error:
         raise MsgSpecException(str(error)) from error
+
+
+def type_name_of(full_name: str) -> str:
+    """Return a name of the form `package/Name`, which the parser requires. (Not in Noetic.)"""
+    return full_name if full_name.count(SEP) == 1 and all(full_name.split(SEP)) else "text/Text"
+
+
+def names_of_file(file: str, package_context: str, extension: str) -> tuple[str, str, str]:
+    """Return the full name, short name and package of a definition file. (Not in Noetic.)"""
+    short_name = os.path.basename(file).removesuffix(extension)
+    package = package_context.rstrip(SEP)
+    return f"{package}{SEP}{short_name}" if package else short_name, short_name, package
 
 
 def spec_of(parsed: MessageSpec, text: str, package_context: str, full_name: str, short_name: str) -> MsgSpec:
@@ -287,9 +277,7 @@ def load_from_file(file_path: str, package_context: str = "") -> tuple[str, MsgS
         MsgSpecException: the definition is invalid.
     """
     _say(f"Load spec from {file_path}")
-    short_name = os.path.basename(file_path).removesuffix(EXT)
-    package = package_context.rstrip(SEP)
-    full_name = f"{package}{SEP}{short_name}" if package else short_name
+    full_name, short_name, package = names_of_file(file_path, package_context, EXT)
     text = Path(file_path).read_text("utf-8")
     try:
         return full_name, load_from_string(text, package, full_name, short_name)

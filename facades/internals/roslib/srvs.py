@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
+import genmsg.srvs
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.msg.language.parse import parse_service
 from pipros.msg.language.spec import DefinitionError
@@ -13,7 +13,7 @@ from roslib.msgs import MsgSpec, MsgSpecException
 from roslib.packages import resource_file
 from roslib.resources import list_package_resources
 
-_star_names(__name__, "roslib io:StringIO sys")
+_star_names(__name__, "os roslib io:StringIO sys")
 
 SEP = "/"
 EXT = ".srv"
@@ -38,8 +38,11 @@ def set_verbose(v: bool) -> None:
     _verbose[0] = v
 
 
-class SrvSpec:
+class SrvSpec(genmsg.srvs.SrvSpec):
     """A service definition: request and response."""
+
+    request: MsgSpec
+    response: MsgSpec
 
     def __init__(
         self,
@@ -50,27 +53,9 @@ class SrvSpec:
         short_name: str = "",
         package: str = "",
     ) -> None:
-        self.request = request
-        self.response = response
-        self.text = text
-        self.full_name = full_name
+        super().__init__(request, response, text, full_name)
         self.short_name = short_name
         self.package = package
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, SrvSpec):
-            return False
-        mine = (self.request, self.response, self.text, self.full_name, self.short_name, self.package)
-        theirs = (other.full_name, other.short_name, other.package)
-        return mine == (other.request, other.response, other.text, *theirs)
-
-    def __ne__(self, other: object) -> bool:
-        return not self == other
-
-    __hash__ = None  # type: ignore[assignment]
-
-    def __repr__(self) -> str:
-        return f"SrvSpec[{self.request!r}, {self.response!r}]"
 
 
 def srv_file(package: str, type_: str) -> str:
@@ -102,9 +87,8 @@ def load_from_string(
     Raises:
         roslib.msgs.MsgSpecException: the definition is invalid.
     """
-    named = full_name if full_name.count(SEP) == 1 and all(full_name.split(SEP)) else "text/Text"
     try:
-        parsed = parse_service(text, named)
+        parsed = parse_service(text, msgs.type_name_of(full_name))
     except DefinitionError as error:
         raise MsgSpecException(str(error)) from error
     request, response = (
@@ -123,9 +107,7 @@ def load_from_file(file_name: str, package_context: str = "") -> tuple[str, SrvS
     """
     if is_verbose():
         print(f"Load spec from {file_name}")
-    short_name = os.path.basename(file_name).removesuffix(EXT)
-    package = package_context.rstrip(SEP)
-    full_name = f"{package}{SEP}{short_name}" if package else short_name
+    full_name, short_name, package = msgs.names_of_file(file_name, package_context, EXT)
     return full_name, load_from_string(Path(file_name).read_text("utf-8"), package, full_name, short_name)
 
 

@@ -11,5 +11,5 @@ __all__ = ["DEFAULT_MASTER_PORT", "rosmaster_main"]
 _star_names(
     __name__,
     "rosmaster.exceptions rosmaster.main rosmaster.master rosmaster.master_api rosmaster.paramserver "
-    "rosmaster.registrations rosmaster.threadpool rosmaster.util rosmaster.validators",
+    "rosmaster.registrations rosmaster.util rosmaster.validators",
 )

@@ -14,12 +14,12 @@ from pipros.master.api import MasterApi
 from pipros.master.params import ParamTree
 from pipros.master.registry import Notice, Registry
 from pipros.net.checked_calls import apivalidate as apivalidate
+from pipros.net.workers import Workers
 from rosgraph.names import resolve_name as resolve_name
 from rosgraph.xmlrpc import XmlRpcHandler as XmlRpcHandler
 from rosmaster.master import NUM_WORKERS as NUM_WORKERS
 from rosmaster.paramserver import ParamDictionary
 from rosmaster.registrations import RegistrationManager as RegistrationManager
-from rosmaster.threadpool import MarkedThreadPool
 from rosmaster.util import xmlrpcapi as xmlrpcapi
 from rosmaster.validators import ParameterInvalid as ParameterInvalid
 from rosmaster.validators import empty_or_valid_name as empty_or_valid_name
@@ -63,10 +63,21 @@ def service_update_task(api: str, service: str, uri: str) -> Any:
     return xmlrpcapi(api).serviceUpdate("/master", service, uri)  # type: ignore[union-attr]
 
 
+class _OrderedTasks:
+    """Runs tasks in threads; those with the same marker one after another."""
+
+    def __init__(self) -> None:
+        self._workers: dict[str, Workers] = {}
+
+    def queue_task(self, marker: str, task: Callable[..., object], args: Sequence[Any] = ()) -> None:
+        """Queue `task(*args)`."""
+        self._workers.setdefault(marker, Workers("notices", 1, kept_idle=0)).run(task, *args)
+
+
 class ROSMasterHandler(XmlRpcHandler):
     """Handler of the Master API and the Parameter Server API, for `rosgraph.xmlrpc.XmlRpcNode`.
 
-    Threads of a pool notify nodes of changes. (`rosmaster.master.Master` uses an event loop instead.)
+    Threads notify nodes of changes. (`rosmaster.master.Master` uses an event loop instead.)
 
     Attributes:
         uri: the URI of the master; set when the server is ready.
@@ -75,9 +86,11 @@ class ROSMasterHandler(XmlRpcHandler):
     """
 
     def __init__(self, num_workers: int = NUM_WORKERS) -> None:
+        """`num_workers` is accepted for compatibility and has no effect."""
+        del num_workers
         self.uri: str | None = None
         self.done = False
-        self.thread_pool = MarkedThreadPool(num_workers)
+        self.thread_pool = _OrderedTasks()
         self.ps_lock = threading.Condition()
         self._registry = Registry()
         tree = ParamTree()
@@ -99,7 +112,6 @@ class ROSMasterHandler(XmlRpcHandler):
 
     def _shutdown(self, reason: str) -> None:
         del reason
-        self.thread_pool.join_all(wait_for_tasks=False, wait_for_threads=False)
         self.done = True
 
     def _end(self, reason: str) -> bool:

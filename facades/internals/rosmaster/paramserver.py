@@ -173,7 +173,7 @@ def compute_param_updates(
         own = as_namespace(key)
         nodes = subscribers[key]
         if changed.startswith(own):
-            nodes = [node for node in nodes if caller_id_to_ignore is None or node[0] != caller_id_to_ignore]
+            nodes = [node for node in nodes if node[0] != caller_id_to_ignore]
             whole.append((nodes, changed, param_value))
         elif own.startswith(changed) and isinstance(param_value, dict):
             part = value_below(param_value, own[len(changed) :], {})

@@ -19,7 +19,7 @@ Unregistered = tuple[int, str, int]
 
 
 class ThreadPool(Protocol):
-    """Interface for running tasks, implemented by `rosmaster.threadpool.MarkedThreadPool`."""
+    """Interface for running tasks with the same marker one after another."""
 
     def queue_task(self, marker: str, task: Any, args: Any = None) -> object: ...
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from urllib.parse import urlsplit
 from xmlrpc.client import ServerProxy
 
 from pipros.basics.lazy_names import star_names as _star_names
@@ -16,10 +15,8 @@ _proxies = threading.local()
 
 def xmlrpcapi(uri: str | None) -> ServerProxy | None:
     """Return an XML-RPC proxy of a node or master; None for an invalid URI. Cached per thread."""
-    if uri is None:
-        return None
-    parts = urlsplit(uri)
-    if not parts.scheme or not parts.netloc:
+    scheme, _, rest = (uri or "").partition("://")
+    if uri is None or not scheme or not rest.partition("/")[0]:
         return None
     proxies: dict[str, ServerProxy] = _proxies.__dict__
     return proxies.setdefault(uri, ServerProxy(uri))

@@ -192,19 +192,19 @@ def create_names_filter(names: Collection[str]) -> Callable[[Any], list[str]]:
     return lambda message: [name for name in message.__slots__ if name not in names]
 
 
+_ELEMENT_CLASSES = {"time": "std_msgs/Time", "duration": "std_msgs/Duration", "Header": "std_msgs/Header"}
+
+
 def get_array_type_instance(field_type: str, default_package: str | None = None) -> Any:
     """Return the default value of an array element: 0 for `get_array_type_instance("int32[]")`.
 
     Return None for an array of strings, and for an unknown type.
     """
     base = field_type.partition("[")[0].strip()
-    if base in ("time", "duration"):
-        base = "std_msgs/" + base.capitalize()
-    elif base == "Header":
-        base = "std_msgs/Header"
-    elif base in BUILTINS:
-        return False if base == "bool" else None if base == "string" else 0
-    elif "/" not in base:
+    base = _ELEMENT_CLASSES.get(base, base)
+    if base in BUILTINS:
+        return {"bool": False, "string": None}.get(base, 0)
+    if "/" not in base:
         base = f"{default_package or ''}/{base}"
     try:
         return load_message_class(base)()

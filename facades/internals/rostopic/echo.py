@@ -130,17 +130,16 @@ class CallbackEcho:
         topic, kind = callback_args["topic"], callback_args["type_information"]
         if self.filter_fn is not None and not self.filter_fn(data):
             return
-        if self.max_count is not None and self.count >= self.max_count:
-            self.done = True
-            return
         try:
-            if topic == self.topic or self.echo_all_topics:
+            if not self._is_enough() and (topic == self.topic or self.echo_all_topics):
                 self._print(data, kind, current_time)
         except Exception:
             self.done = True
             traceback.print_exc()
-        if self.max_count is not None and self.count >= self.max_count:
-            self.done = True
+        self.done |= self._is_enough()
+
+    def _is_enough(self) -> bool:
+        return self.max_count is not None and self.count >= self.max_count
 
     def _print(self, data: Any, kind: str, current_time: Any) -> None:
         if self.msg_eval is not None:

@@ -71,18 +71,22 @@ def publish_message(
     make = _maker(msg_class, pub_args)
     message = make()
     if rate is None:
-        shown = f"[{message}]" if verbose else "message"
-        end = f" for {ONCE_S} seconds" if once else ". Press ctrl-C to terminate"
-        print(f"publishing and latching {shown}{end}", flush=True)
-        pub.publish(message)
-        if not once:
-            rospy.spin()
+        _latch(pub, message, once, verbose)
         return
     for _ in _ticks(rate):
         if verbose:
             print(f"publishing {message}", flush=True)
         pub.publish(message)
         message = make() if substitute_keywords else message
+
+
+def _latch(pub: rospy.Publisher[Any], message: Message, once: bool, verbose: bool) -> None:
+    shown = f"[{message}]" if verbose else "message"
+    end = f" for {ONCE_S} seconds" if once else ". Press ctrl-C to terminate"
+    print(f"publishing and latching {shown}{end}", flush=True)
+    pub.publish(message)
+    if not once:
+        rospy.spin()
 
 
 def argv_publish(
@@ -119,14 +123,25 @@ def stdin_publish(
         ROSTopicException: the file does not exist, or values do not match the type.
     """
     documents = file_yaml_arg(filename) if filename else stdin_yaml_arg
-    repeats = filename is not None and rate is not None and len(list(islice(documents(), 2))) == 1
+    if filename is not None and rate is not None and len(list(islice(documents(), 2))) == 1:
+        wait_for_subscriber(pub, SUBSCRIBER_TIMEOUT)
+        print("Got one message and a rate, publishing repeatedly", flush=True)
+        publish_message(pub, msg_class, next(documents()), rate, once, verbose)
+        return
     wait_for_subscriber(pub, SUBSCRIBER_TIMEOUT)
-    for values, _ in zip(documents(), _ticks(rate) if rate else repeat(None), strict=False):
-        if repeats:
-            print("Got one message and a rate, publishing repeatedly", flush=True)
-            publish_message(pub, msg_class, values, rate, once, verbose)
-        else:
-            publish_message(pub, msg_class, values, None, rate is not None or once, verbose)
+    _publish_each(pub, msg_class, documents(), rate, once, verbose)
+
+
+def _publish_each(
+    pub: rospy.Publisher[Any],
+    msg_class: type[Message],
+    documents: Iterator[list[Any]],
+    rate: float | None,
+    once: bool,
+    verbose: bool,
+) -> None:
+    for values, _ in zip(documents, _ticks(rate) if rate else repeat(None), strict=False):
+        publish_message(pub, msg_class, values, None, rate is not None or once, verbose)
         if once or rospy.is_shutdown():
             return
 

@@ -10,23 +10,59 @@ from collections.abc import Sequence
 from functools import wraps
 
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.basics.printable import printable_lines
 from pipros.cli.roswtf import main as _main
-from pipros.health.wtf.context import WtfContext
-from pipros.health.wtf.report import print_results as print_results
+from pipros.health.wtf import report
+from pipros.health.wtf.plugins import Check, load_plugins, run_checks
+from pipros.health.wtf.rules import Problem
+from pipros.health.wtf.subject import Subject
+from roswtf.context import WtfContext
 
 __all__ = ["print_results", "roswtf_main", "yaml_results"]
 
 
 @wraps(_main)
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command; its plugins find a node of rospy."""
-    return _main(argv, start_node=_start_node)
+    """Run the command, with plugins that use rospy."""
+    return _main(argv, _Plugins())
 
 
-def _start_node() -> None:
-    import rospy
+class _Plugins:
+    """The rules of plugins, all of which share one context."""
 
-    rospy.init_node("roswtf", anonymous=True)
+    def __init__(self) -> None:
+        self._static: list[Check] = []
+        self._online: list[Check] = []
+        self._context = WtfContext()
+
+    def load(self) -> None:
+        self._static, self._online = load_plugins(say=print, complain=_print_error)
+
+    def check(self, subject: Subject) -> list[Problem]:
+        """Apply the checks; start a node for online checks, which may need it."""
+        self._context.set_subject(subject)
+        self._context.warnings, self._context.errors = [], []
+        checks = self._static if subject.system is None else self._online
+        if checks is self._online and checks:
+            import rospy
+
+            rospy.init_node("roswtf", anonymous=True)
+        run_checks(checks, self._context, complain=_print_error)
+        return _problems_of(self._context)
+
+
+def _problems_of(ctx: WtfContext) -> list[Problem]:
+    warnings = [Problem(False, found.msg) for found in ctx.warnings]
+    return warnings + [Problem(True, found.msg) for found in ctx.errors]
+
+
+def _print_error(text: str) -> None:
+    print(printable_lines(text), file=sys.stderr, flush=True)
+
+
+def print_results(ctx: WtfContext) -> None:
+    """Print the warnings and errors of a context; in colour on a terminal."""
+    report.print_problems(_problems_of(ctx))
 
 
 _star_names(__name__, "os rosgraph rospkg socket sys traceback")

@@ -1,5 +1,26 @@
-"""What rules found. Facade of `pipros.health.wtf.rules`."""
+"""Results of rules."""
 
-from pipros.health.wtf.rules import WtfError, WtfWarning
+from __future__ import annotations
+
+from typing import Any
 
 __all__ = ["WtfError", "WtfWarning"]
+
+
+class WtfError:
+    """An error found by a rule.
+
+    Attributes:
+        msg: the text for the user.
+        format_msg: the text of the rule.
+        return_val: the return value of the rule's function.
+    """
+
+    def __init__(self, msg: str, format_msg: str | None = None, return_val: Any = None) -> None:
+        self.msg = msg
+        self.format_msg = msg if format_msg is None else format_msg
+        self.return_val = True if return_val is None else return_val
+
+
+class WtfWarning(WtfError):
+    """A warning found by a rule; it may be intended."""

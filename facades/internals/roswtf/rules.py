@@ -1,14 +1,54 @@
-"""What a rule makes of the result of its function; for plugins. Facade of `pipros.health.wtf.rules`."""
+"""Adds the results of rules to a context; for plugins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.health.wtf.rules import (
-    error_rule,
-    warning_rule,
-)
+from pipros.health.wtf import rules as _rules
+from roswtf.context import WtfContext
+from roswtf.model import WtfError, WtfWarning
 
-__all__ = [
-    "error_rule",
-    "warning_rule",
-]
+__all__ = ["error_rule", "warning_rule"]
 
 _star_names(__name__, "roswtf.model:WtfError roswtf.model:WtfWarning")
+
+Rule = tuple[Callable[[WtfContext], Any], str]
+"""A function and its text; `%(name)s` in the text is replaced by an attribute of the context."""
+
+
+def error_rule(rule: Rule, ret: Any, ctx: WtfContext) -> None:
+    """Add an error to the context unless `ret`, the result of the rule's function, is false."""
+    if ret:
+        ctx.errors.append(WtfError(_rules.text_of(rule[1], ret, vars(ctx)), rule[1], ret))
+
+
+def warning_rule(rule: Rule, ret: Any, ctx: WtfContext) -> None:
+    """Add a warning to the context unless `ret`, the result of the rule's function, is false."""
+    if ret:
+        ctx.warnings.append(WtfWarning(_rules.text_of(rule[1], ret, vars(ctx)), rule[1], ret))
+
+
+def apply(ctx: WtfContext, warnings: Sequence[Rule], errors: Sequence[Rule]) -> None:
+    """Apply rules to the context. (Not in Noetic.)"""
+    for rule in warnings:
+        warning_rule(rule, rule[0](ctx), ctx)
+    for rule in errors:
+        error_rule(rule, rule[0](ctx), ctx)
+
+
+def of_context(function: Callable[[Any], Any]) -> Callable[[WtfContext], Any]:
+    """Return the function of a rule of pipros as a function of a context. (Not in Noetic.)"""
+
+    def check(ctx: WtfContext) -> Any:
+        return function(ctx.subject())
+
+    check.__name__ = function.__name__
+    check.__doc__ = function.__doc__
+    return check
+
+
+def of_contexts(rules: Sequence[_rules.Rule]) -> list[Rule]:
+    """Return rules of pipros as rules about a context. (Not in Noetic.)"""
+    return [(of_context(function), text) for function, text in rules]

@@ -16,7 +16,7 @@ from pipros.cli.make_args import MakeArguments, read_make_arguments
 from pipros.workspace import genuine_catkin
 from pipros.workspace.build import BuildResult, build
 from pipros.workspace.build_options import BuildOptions
-from pipros.workspace.layout import WORKSPACE_MARKER, Layout, WorkspaceError
+from pipros.workspace.layout import WORKSPACE_MARKER, WorkspaceError, WorkspaceFolders
 from pipros.workspace.make_targets import names as target_names
 
 _MARKER_TEXT = (
@@ -71,7 +71,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _check_targets(
-    targets: list[str], result: BuildResult, layout: Layout, definitions: Mapping[str, str]
+    targets: list[str], result: BuildResult, layout: WorkspaceFolders, definitions: Mapping[str, str]
 ) -> int:
     """Run make targets that only genuine catkin knows; return 1 if an error was printed."""
     known = set(target_names(result.projects))
@@ -96,7 +96,7 @@ def _check_targets(
     return 0
 
 
-def _clean_results(targets: list[str], layout: Layout) -> None:
+def _clean_results(targets: list[str], layout: WorkspaceFolders) -> None:
     """Remove test results if a target requires it."""
     for target in targets:
         if target == "clean_test_results" or target.startswith("clean_test_results_"):
@@ -163,9 +163,9 @@ def _parse(arguments: list[str]) -> tuple[Namespace, dict[str, str], MakeArgumen
     return options, definitions, for_make
 
 
-def _layout(options: Namespace, definitions: dict[str, str]) -> Layout:
+def _layout(options: Namespace, definitions: dict[str, str]) -> WorkspaceFolders:
     base = Path(options.directory).absolute().resolve()
-    return Layout(
+    return WorkspaceFolders(
         base,
         base / (options.source or "src"),
         base / (options.build or "build"),
@@ -174,7 +174,7 @@ def _layout(options: Namespace, definitions: dict[str, str]) -> Layout:
     )
 
 
-def _check(layout: Layout) -> None:
+def _check(layout: WorkspaceFolders) -> None:
     """Check that the folders can be built. The errors begin like Noetic's.
 
     Raises:
@@ -236,7 +236,7 @@ def _report(result: BuildResult, *, has_more_to_do: bool) -> int:
     return 0
 
 
-def _clean(layout: Layout) -> int:
+def _clean(layout: WorkspaceFolders) -> int:
     """Remove everything that a build created, like `make clean`."""
     for folder in (
         layout.build / "pipros",

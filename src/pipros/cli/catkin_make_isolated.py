@@ -15,9 +15,9 @@ from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.isolated import IsolatedOptions, IsolatedResult, build_isolated
 from pipros.workspace.layout import (
     WORKSPACE_MARKER,
-    Layout,
     SourcePackage,
     WorkspaceError,
+    WorkspaceFolders,
     closure,
     read_source_space,
 )
@@ -146,12 +146,12 @@ def _split(arguments: Sequence[str]) -> tuple[list[str], dict[str, list[str]]]:
     return own, collected
 
 
-def _layout(options: Namespace) -> Layout:
+def _layout(options: Namespace) -> WorkspaceFolders:
     base = Path(options.directory).absolute()
     if not base.is_dir():
         raise WorkspaceError(f"Workspace path '{base}' does not exist.")
     # As in Noetic, spaces given on the command line are relative to the current folder.
-    layout = Layout(
+    layout = WorkspaceFolders(
         base,
         Path(options.source).absolute() if options.source else base / "src",
         Path(options.build).absolute() if options.build else base / "build_isolated",
@@ -163,7 +163,7 @@ def _layout(options: Namespace) -> Layout:
     return layout
 
 
-def _spaces(layout: Layout) -> list[str]:
+def _spaces(layout: WorkspaceFolders) -> list[str]:
     return [
         f"Base path: {layout.base}",
         f"Source space: {layout.source}",

@@ -32,7 +32,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     def body() -> int:
         try:
             message = example(arguments[0], arguments[1])
-        except UnknownType as error:
+        except UnknownInterface as error:
             if options.silent:
                 return 0
             sys.stderr.write(str(error))
@@ -66,7 +66,7 @@ def _parser() -> OptionParser:
     return parser
 
 
-class UnknownType(PiprosError):
+class UnknownInterface(PiprosError):
     """The message or service does not exist."""
 
 
@@ -74,16 +74,16 @@ def example(kind: str, name: str) -> Message:
     """Return an empty message or service request; search all packages if the name has none.
 
     Raises:
-        UnknownType: no package defines it.
+        UnknownInterface: no package defines it.
     """
     interfaces, noun = (MESSAGES, "message") if kind == "msg" else (SERVICES, "service")
     found = interfaces.types_named(name)
     if not found:
-        raise UnknownType(f"Unknown {noun} name {name}")
+        raise UnknownInterface(f"Unknown {noun} name {name}")
     try:
         if kind == "msg":
             return load_message_class(found[0])()
         request: Message = load_service_class(found[0])._request_class()
     except PiprosError:
-        raise UnknownType(f"Unknown {noun} class: {found[0]}") from None
+        raise UnknownInterface(f"Unknown {noun} class: {found[0]}") from None
     return request

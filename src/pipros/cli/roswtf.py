@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from optparse import OptionParser
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.names import parse_arguments
@@ -15,19 +16,27 @@ from pipros.cli.entry_point import command
 from pipros.cli.runner import add_flag, run
 
 if TYPE_CHECKING:
-    from pipros.health.wtf.context import WtfContext
-    from pipros.health.wtf.plugins import Check
+    from pipros.health.wtf.rules import Problem
+    from pipros.health.wtf.subject import Subject
+
+
+class Plugins(Protocol):
+    """The rules of plugins, in the client library that they need."""
+
+    def load(self) -> None:
+        """Find and import the plugins. Prints their names, and problems on standard error."""
+
+    def check(self, subject: Subject) -> Sequence[Problem]:
+        """Apply the static checks, or the online checks if `subject` has a running system."""
+        ...
+
 
 _RULE = "=" * 80
 
 
 @command
-def main(argv: Sequence[str] | None = None, start_node: Callable[[], None] | None = None) -> int:
-    """Print all problems. Return 0 regardless of the findings, like Noetic's.
-
-    Args:
-        start_node: called before online checks of plugins, which may need a node of their client library.
-    """
+def main(argv: Sequence[str] | None = None, plugins: Plugins | None = None) -> int:
+    """Print all problems. Return 0 regardless of the findings, like Noetic's."""
     parser = OptionParser(
         usage="usage: roswtf [launch file]",
         prog="roswtf",
@@ -39,96 +48,84 @@ def main(argv: Sequence[str] | None = None, start_node: Callable[[], None] | Non
     add_flag(parser, "--offline", dest="is_offline", help="only run offline tests")
     arguments = parse_arguments(list(sys.argv[1:] if argv is None else argv))
     options, files = parser.parse_args(list(arguments.rest))
-    return run(lambda: _check(options, files, arguments.remappings, start_node))
+    return run(lambda: _check(options, files, arguments.remappings, plugins))
 
 
-def _check(
-    options: Any,
-    files: Sequence[str],
-    arguments: Mapping[str, str],
-    start_node: Callable[[], None] | None,
-) -> int:
-    from pipros.health.wtf.context import WtfException
-    from pipros.health.wtf.plugins import load_plugins
-    from pipros.health.wtf.report import print_results
+def _check(options: Any, files: Sequence[str], arguments: Mapping[str, str], plugins: Plugins | None) -> int:
+    from pipros.health.wtf.report import print_problems
+    from pipros.health.wtf.subject import CannotCheck
 
-    static: list[Check] = []
-    online: list[Check] = []
-    if not options.has_no_plugins:
-        static, online = load_plugins(say=print, complain=_print_error)
+    if options.has_no_plugins:
+        plugins = None
+    if plugins is not None:
+        plugins.load()
     try:
-        ctx = _context(files, arguments)
-    except WtfException as error:
+        subject = _subject(files, arguments)
+    except CannotCheck as error:
         _print_error(str(error))
         return 0
-    if options.all_packages and ctx.index is not None:
+    if options.all_packages:
         print("roswtf will run against all packages")
-        ctx.pkgs = [package.name for package in ctx.index]
-    _check_offline(ctx, static)
+        subject = replace(subject, packages=tuple(package.name for package in subject.index))
+    problems = _offline_problems(subject, plugins)
     print(_RULE)
     print("Static checks summary:\n")
-    print_results(ctx)
+    print_problems(problems)
     print(_RULE)
-    if options.is_offline or not _has_master(ctx.ros_master_uri):
+    if options.is_offline or not _has_master(subject.master_uri):
         print(
             "\nROS Master does not appear to be running.\nOnline graph checks will not be run.\n"
-            f"ROS_MASTER_URI is [{ctx.ros_master_uri}]"
+            f"ROS_MASTER_URI is [{subject.master_uri}]"
         )
         return 0
-    ctx.errors, ctx.warnings = [], []
-    _check_online(ctx, online, start_node)
+    problems = _online_problems(subject, plugins)
     print("\nOnline checks summary:\n")
-    print_results(ctx)
+    print_problems(problems)
     return 0
 
 
-def _context(files: Sequence[str], arguments: Mapping[str, str]) -> WtfContext:
-    """Return the context of the launch files, the current folder's package, or the environment alone."""
-    from pipros.health.wtf.context import WtfContext
+def _subject(files: Sequence[str], arguments: Mapping[str, str]) -> Subject:
+    """Return the launch files, the current folder's package, or the environment alone."""
+    from pipros.health.wtf.subject import Subject
 
+    subject = Subject.from_variables()
     if files:
-        return WtfContext.from_roslaunch(files, arguments=arguments)
-    ctx = WtfContext.from_env()
-    package = ctx.index.containing(Path.cwd()) if ctx.index is not None else None
-    if package is None or ctx.index is None or ctx.index.get(package.name) is None:
+        return subject.with_launch_files(files, arguments)
+    package = subject.index.containing(Path.cwd())
+    if package is None or subject.index.get(package.name) is None:
         print("No package or stack in the current directory")
-        return ctx
+        return subject
     print(f"Package: {package.name}")
-    ctx.set_package(package.name)
-    return ctx
+    return subject.with_package(package.name)
 
 
-def _check_offline(ctx: WtfContext, plugins: Sequence[Check]) -> None:
-    from pipros.health.wtf import environment, network, packages, roslaunchwtf
+def _offline_problems(subject: Subject, plugins: Plugins | None) -> list[Problem]:
+    from pipros.health.wtf.environment import check_environment
+    from pipros.health.wtf.launch import check_launch_files
+    from pipros.health.wtf.network import check_network
+    from pipros.health.wtf.packages import check_packages
 
-    environment.wtf_check_environment(ctx)
-    network.wtf_check(ctx)
-    packages.wtf_check(ctx)
-    roslaunchwtf.wtf_check_static(ctx)
-    _run_plugins(plugins, ctx)
+    return [
+        *check_environment(subject),
+        *check_network(subject),
+        *check_packages(subject),
+        *check_launch_files(subject),
+        *(plugins.check(subject) if plugins else ()),
+    ]
 
 
-def _check_online(ctx: WtfContext, plugins: Sequence[Check], start_node: Callable[[], None] | None) -> None:
-    from pipros.health.wtf import graph, roslaunchwtf
+def _online_problems(subject: Subject, plugins: Plugins | None) -> list[Problem]:
+    from pipros.health.wtf.graph import check_graph, with_running_system
+    from pipros.health.wtf.launch import check_launchers
 
     print("Beginning tests of your ROS graph. These may take a while...")
     print("analyzing graph...", flush=True)
-    graph.load_online(ctx, _print_error)
+    subject = with_running_system(subject, _print_error)
     print("... done analyzing graph\nrunning graph rules...", flush=True)
-    graph.wtf_check_graph(ctx)
+    problems = check_graph(subject)
     print("... done running graph rules")
-    roslaunchwtf.wtf_check_online(ctx)
-    if plugins and start_node is not None:
-        start_node()
-    _run_plugins(plugins, ctx)
-
-
-def _run_plugins(plugins: Sequence[Check], ctx: WtfContext) -> None:
-    for check in plugins:
-        try:
-            check(ctx)
-        except Exception as error:  # anything that the plugin's code raises
-            _print_error(f"ERROR: plugin [{getattr(check, '__module__', check)}] failed: {error}")
+    problems += check_launchers(subject)
+    return [*problems, *(plugins.check(subject) if plugins else ())]
 
 
 def _has_master(uri: str) -> bool:

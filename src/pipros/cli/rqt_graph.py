@@ -67,7 +67,7 @@ def _graph_now(options: Any) -> NodeGraph:
     shown = GraphOptions(options.mode, hide_dead_sinks=hides, hide_leaf_topics=hides, hide_debug=hides)
     with GraphClient("rqt_graph") as client:
         client.master.get_pid()
-        found = SystemObserver(client.master).look()
+        found = SystemObserver(client.master).poll()
     return node_graph(found.state, found.connections, found.unreachable, shown)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from pipros.basics.errors import Interrupted
 from pipros.basics.interruptible_wait import OnceEvent
-from pipros.graph.message_path import InvalidIndex, Step, has_field, parse_path
+from pipros.graph.message_path import InvalidIndex, PathStep, has_field, parse_path
 from pipros.graph.output import to_stderr
 from pipros.graph.topics import topic_type
 from pipros.msg.class_finder import installed_class
@@ -29,7 +29,7 @@ class TopicPart:
     """A topic, and a part of its messages."""
 
     topic: str
-    path: tuple[Step, ...]
+    path: tuple[PathStep, ...]
 
 
 def _never() -> bool:
@@ -66,7 +66,7 @@ def wait_for_topic(
     raise Interrupted(f"gave up waiting for topic [{name}]")
 
 
-def _parse(path: str, warn: Say) -> tuple[Step, ...]:
+def _parse(path: str, warn: Say) -> tuple[PathStep, ...]:
     try:
         return tuple(parse_path(path))
     except InvalidIndex as error:  # Noetic then shows the whole message

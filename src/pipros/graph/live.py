@@ -1,22 +1,22 @@
 """The live graph of nodes, topics and actual connections.
 
-The master knows the nodes and their registrations; each node knows its connections (`getBusInfo`). The name
-of a topic gets a leading space to distinguish it from a node of the same name. Classes and attributes are
-named as in `rosgraph.impl.graph`, which rqt_graph uses.
+The master knows the nodes and their registrations; each node knows its connections (`getBusInfo`). Vertices
+are named after nodes and topics; the name of a topic gets a leading space to distinguish it from a node of
+the same name.
 """
 
 from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from threading import Lock
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
 from pipros.graph.bus_info import BusConnection, read_row, rows_of
-from pipros.graph.edges import EdgeList
 from pipros.graph.system_state import SystemState
 from pipros.net.rpc_client import RpcClient
 
@@ -40,167 +40,171 @@ def ask_bus_info(api: str) -> Any:
         return client.call("getBusInfo", CALLER_ID)
 
 
-def topic_node(topic: str) -> str:
+class Link(NamedTuple):
+    """A connection from one vertex to another."""
+
+    start: str
+    end: str
+    topic: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class NoReport:
+    """Why a node did not report its connections.
+
+    Attributes:
+        is_reachable: whether it answered, but its answer is malformed.
+    """
+
+    is_reachable: bool
+    reason: Exception
+
+
+def vertex_of_topic(topic: str) -> str:
     """Return the vertex name of a topic."""
     return " " + topic
 
 
-def node_topic(node: str) -> str:
-    """Return the topic of a vertex name."""
-    return node[1:]
-
-
-class BadNode:
-    """A node that did not report its connections.
-
-    Attributes:
-        type: DEAD if it cannot be reached, WONKY if its answer is malformed.
-        reason: the error.
-    """
-
-    DEAD = 0
-    WONKY = 1
-
-    def __init__(self, name: str, type: int, reason: Any) -> None:  # noqa: A002  # the name in ROS
-        self.name = name
-        self.type = type
-        self.reason = reason
+def links_of(start: str, end: str, direction: str, topic: str = "") -> set[Link]:
+    """Return the links of a connection that `start` sees as `o`utbound, `i`nbound or `b`oth."""
+    links = set()
+    if direction in ("o", "b"):
+        links.add(Link(start, end, topic))
+    if direction in ("i", "b"):
+        links.add(Link(end, start, topic))
+    return links
 
 
 class LiveGraph:
     """The graph as of the last `update`.
 
     Attributes:
-        nn_nodes, nn_edges: nodes, and connections from node to node, labelled with the topic.
-        nt_nodes, nt_edges, nt_all_edges: topics; connections between nodes and topics; all connections that
-            the registrations allow.
-        srvs: names of the services.
-        bad_nodes: `BadNode` by name of the nodes that did not report their connections.
+        nodes, topics: the vertices.
+        services: names of the services.
+        links: connections from node to node.
+        topic_links, registered_links: connections between nodes and topics: those that the nodes report, and
+            those that the registrations imply.
+        silent: the nodes that did not report their connections.
+        apis, nodes_by_api: the addresses of the nodes that were looked up.
+        master_asked_at, asked_at: when the master and each node were asked last, by the clock of the graph.
+        max_age_of_state_s, max_age_of_report_s: for how long answers of the master and of nodes are used.
     """
 
     def __init__(
         self,
         master: GraphMaster,
-        node_ns: str = "/",
-        topic_ns: str = "/",
+        node_namespace: str = "/",
+        topic_namespace: str = "/",
         *,
+        max_age_s: float = 5.0,
         ask: Callable[[str], Any] = ask_bus_info,
         now_s: Callable[[], float] = time.time,
     ) -> None:
         """Create the graph of these namespaces without querying anything yet.
 
         Args:
+            max_age_s: for how long answers are used.
             ask: function that calls `getBusInfo` of the node at a URI.
             now_s: clock for the age of answers.
         """
-        self.node_ns = node_ns or "/"
-        self.topic_ns = topic_ns or "/"
-        self.nn_nodes: set[str] = set()
-        self.nt_nodes: set[str] = set()
-        self.nn_edges = EdgeList()
-        self.nt_edges = EdgeList()
-        self.nt_all_edges = EdgeList()
-        self.srvs: set[str] = set()
-        self.bad_nodes: dict[str, BadNode] = {}
-        self.bad_nodes_lock = Lock()
-        self.node_uri_map: dict[str, str] = {}
-        self.uri_node_map: dict[str, str] = {}
-        self.master_stale = 5.0
-        self.node_stale = 5.0
-        self.last_master_refresh = 0.0
-        self.last_node_refresh: dict[str, float] = {}
+        self.node_namespace = node_namespace or "/"
+        self.topic_namespace = topic_namespace or "/"
+        self.nodes: set[str] = set()
+        self.topics: set[str] = set()
+        self.services: set[str] = set()
+        self.links: set[Link] = set()
+        self.topic_links: set[Link] = set()
+        self.registered_links: set[Link] = set()
+        self.silent: dict[str, NoReport] = {}
+        self.silent_lock = Lock()
+        self.max_age_of_state_s = self.max_age_of_report_s = max_age_s
+        self.asked_at: dict[str, float] = {}
+        self.master_asked_at = 0.0
+        self.apis: dict[str, str] = {}
+        self.nodes_by_api: dict[str, str] = {}
         self._master = master
         self._query = ask
         self._now_s = now_s
 
-    def set_master_stale(self, stale_secs: float) -> None:
-        """Set for how many seconds an answer of the master is used."""
-        self.master_stale = stale_secs
-
-    def set_node_stale(self, stale_secs: float) -> None:
-        """Set for how many seconds an answer of a node is used."""
-        self.node_stale = stale_secs
-
     def update(self) -> bool:
-        """Query the master and the nodes whose answers are stale, bad ones too. Return True on any change."""
+        """Query the master and the nodes whose answers are too old. Return True on any change."""
         changed = False
-        if self._now_s() - self.last_master_refresh > self.master_stale:
+        if self._now_s() - self.master_asked_at > self.max_age_of_state_s:
             changed = self._query_master()
-        for node in sorted(self.nn_nodes):
-            if self._now_s() - self.last_node_refresh.get(node, 0.0) > self.node_stale:
+        for node in sorted(self.nodes):
+            if self._now_s() - self.asked_at.get(node, 0.0) > self.max_age_of_report_s:
                 changed |= self._query_node(node)
         return changed
 
-    def bad_update(self) -> bool:
-        """Query the bad nodes again. Return True if anything changed."""
-        with self.bad_nodes_lock:
-            bad = sorted(self.bad_nodes)
-        changed = [self._query_node(node) for node in bad]
+    def query_silent_nodes(self) -> bool:
+        """Query the nodes again that did not report their connections. Return True on any change."""
+        with self.silent_lock:
+            silent = sorted(self.silent)
+        changed = [self._query_node(node) for node in silent]
         return any(changed)
 
     def _query_master(self) -> bool:
-        self.last_master_refresh = self._now_s()
+        self.master_asked_at = self._now_s()
         try:
             state = SystemState.from_state(self._master.get_system_state())
         except PiprosError as error:
             logger.error("cannot query the master: %s", error)
             return False
-        nodes: set[str] = set()
-        topics: set[str] = set()
-        edges = EdgeList()
+        before = self.nodes, self.topics, self.services, self.registered_links
+        links = set(self._links_in(state))
+        providers = {name for names in state.services.values() for name in names if self._shows(name)}
+        nodes = providers | {end for link in links for end in link[:2] if not end.startswith(" ")}
+        for gone in self.nodes - nodes:
+            self._forget(gone)
+        self.nodes = nodes
+        self.topics = {end for link in links for end in link[:2] if end.startswith(" ")}
+        self.services = set(state.services)
+        self.registered_links = links
+        return before != (self.nodes, self.topics, self.services, self.registered_links)
+
+    def _shows(self, node: str) -> bool:
+        return node.startswith(self.node_namespace)
+
+    def _links_in(self, state: SystemState) -> Iterator[Link]:
         for registrations, direction in ((state.publishers, "o"), (state.subscribers, "i")):
             for topic, names in registrations.items():
-                if not topic.startswith(self.topic_ns):
-                    continue
-                for name in names:
-                    if name.startswith(self.node_ns):
-                        nodes.add(name)
-                        topics.add(topic_node(topic))
-                        edges.add_edges(name, topic_node(topic), direction)
-        for names in state.services.values():
-            nodes.update(name for name in names if name.startswith(self.node_ns))
-        services = set(state.services)
-        changed = (nodes, topics, services) != (self.nn_nodes, self.nt_nodes, self.srvs)
-        changed |= len(list(edges)) != len(list(self.nt_all_edges)) or any(
-            edge not in self.nt_all_edges for edge in edges
-        )
-        for gone in self.nn_nodes - nodes:
-            self._forget(gone)
-        self.nn_nodes, self.nt_nodes, self.srvs, self.nt_all_edges = nodes, topics, services, edges
-        return changed
+                if topic.startswith(self.topic_namespace):
+                    for name in filter(self._shows, names):
+                        yield from links_of(name, vertex_of_topic(topic), direction)
 
     def _forget(self, node: str) -> None:
-        self.nn_edges.delete_all(node)
-        self.nt_edges.delete_all(node)
-        self.last_node_refresh.pop(node, None)
-        self.uri_node_map.pop(self.node_uri_map.pop(node, ""), None)
-        with self.bad_nodes_lock:
-            self.bad_nodes.pop(node, None)
+        self.links = {link for link in self.links if node not in link[:2]}
+        self.topic_links = {link for link in self.topic_links if node not in link[:2]}
+        self.asked_at.pop(node, None)
+        self.nodes_by_api.pop(self.apis.pop(node, ""), None)
+        with self.silent_lock:
+            self.silent.pop(node, None)
 
     def _query_node(self, node: str) -> bool:
-        self.last_node_refresh[node] = self._now_s()
+        self.asked_at[node] = self._now_s()
         try:
             connections = self._bus_info(node)
         except (PiprosError, ValueError) as error:
-            is_dead = isinstance(error, OSError)
             logger.warning("cannot query the connections of node [%s]: %s", node, error)
-            with self.bad_nodes_lock:
-                self.bad_nodes[node] = BadNode(node, BadNode.DEAD if is_dead else BadNode.WONKY, error)
+            with self.silent_lock:
+                self.silent[node] = NoReport(not isinstance(error, OSError), error)
             return False
-        with self.bad_nodes_lock:
-            self.bad_nodes.pop(node, None)
-        changed = False
+        with self.silent_lock:
+            self.silent.pop(node, None)
+        before = len(self.links), len(self.topic_links)
         for connection in connections:
-            direction, topic = connection.direction, connection.topic
-            if not connection.is_established or not topic.startswith(self.topic_ns):
-                continue
-            name = self._name_of(connection.peer)
-            changed |= self.nt_edges.add_edges(node, topic_node(topic), direction)
-            if name is not None and name.startswith(self.node_ns):
-                changed |= self.nn_edges.add_edges(node, name, direction, topic)
-                opposite = {"i": "o", "o": "i"}.get(direction, direction)
-                changed |= self.nt_edges.add_edges(name, topic_node(topic), opposite)
-        return changed
+            if connection.is_established and connection.topic.startswith(self.topic_namespace):
+                self._add(node, connection)
+        return before != (len(self.links), len(self.topic_links))
+
+    def _add(self, node: str, connection: BusConnection) -> None:
+        direction, topic = connection.direction, connection.topic
+        name = self._name_of(connection.peer)
+        self.topic_links |= links_of(node, vertex_of_topic(topic), direction)
+        if name is not None and self._shows(name):
+            self.links |= links_of(node, name, direction, topic)
+            opposite = {"i": "o", "o": "i"}.get(direction, direction)
+            self.topic_links |= links_of(name, vertex_of_topic(topic), opposite)
 
     def _bus_info(self, node: str) -> list[BusConnection]:
         """Return the connections of a node.
@@ -219,18 +223,18 @@ class LiveGraph:
 
     def _api_of(self, node: str) -> str:
         api = self._master.lookup_node(node)
-        self.node_uri_map[node] = api
-        self.uri_node_map[api] = node
+        self.apis[node] = api
+        self.nodes_by_api[api] = node
         return api
 
     def _name_of(self, peer: str) -> str | None:
         """Return the node at the other end of a connection, given by name or URI."""
         if not peer.startswith(("http://", "rosrpc://")):
             return peer
-        if peer not in self.uri_node_map:
-            for node in self.nn_nodes - self.node_uri_map.keys():
+        if peer not in self.nodes_by_api:
+            for node in self.nodes - self.apis.keys():
                 try:
                     self._api_of(node)
                 except PiprosError as error:
                     logger.debug("the master no longer knows %s: %s", node, error)
-        return self.uri_node_map.get(peer) or self.uri_node_map.get(peer.rstrip("/") + "/")
+        return self.nodes_by_api.get(peer) or self.nodes_by_api.get(peer.rstrip("/") + "/")

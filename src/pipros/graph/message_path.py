@@ -19,7 +19,7 @@ class InvalidIndex(PiprosError, ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class PathStep:
     """One field of a path, with its index.
 
     Attributes:
@@ -46,7 +46,7 @@ class Part:
     type_name: str | None
 
 
-def parse_path(text: str) -> list[Step]:
+def parse_path(text: str) -> list[PathStep]:
     """Parse a path such as `/header/stamp` or `/ranges[0]` into steps.
 
     Raises:
@@ -55,13 +55,13 @@ def parse_path(text: str) -> list[Step]:
     return [_parse_step(word) for word in text.split("/") if word]
 
 
-def _parse_step(word: str) -> Step:
+def _parse_step(word: str) -> PathStep:
     match = _STEP.fullmatch(word)
     if match is None:
         raise InvalidIndex(f"field '{word}' has unbalanced brackets")
     name, written = match["name"], match["index"]
     if written is None:
-        return Step(word, name)
+        return PathStep(word, name)
     bounds = written.split(":")
     complaint = f"field '{name}' has invalid slice argument '{written}': "
     if len(bounds) > 3:
@@ -69,13 +69,13 @@ def _parse_step(word: str) -> Step:
     if len(bounds) == 1:
         if not written:
             raise InvalidIndex(complaint + "empty array index")
-        return Step(word, name, _integer(written, complaint + "non-integer array index step"))
+        return PathStep(word, name, _integer(written, complaint + "non-integer array index step"))
     roles = ("start", "stop", "step")
     numbers = [
         _integer(bound, f"{complaint}non-integer slice {role}") if bound else None
         for role, bound in zip(roles, bounds, strict=False)
     ]
-    return Step(word, name, slice(*numbers))
+    return PathStep(word, name, slice(*numbers))
 
 
 def _integer(text: str, complaint: str) -> int:
@@ -85,12 +85,12 @@ def _integer(text: str, complaint: str) -> int:
         raise InvalidIndex(f"{complaint} '{text}'") from None
 
 
-def describe_path(path: Sequence[Step]) -> str:
+def describe_path(path: Sequence[PathStep]) -> str:
     """Return the path as written after a topic."""
     return "".join(f"/{step.text}" for step in path)
 
 
-def extract(message: Message, path: Sequence[Step]) -> Part:
+def extract(message: Message, path: Sequence[PathStep]) -> Part:
     """Return the part of the message at the end of the path; after a slice, the list of these parts.
 
     An element of a slice that lacks the part counts as None.
@@ -102,7 +102,7 @@ def extract(message: Message, path: Sequence[Step]) -> Part:
     return _extract(Part(message, message._type), path)
 
 
-def _extract(part: Part, path: Sequence[Step]) -> Part:
+def _extract(part: Part, path: Sequence[PathStep]) -> Part:
     if not path:
         return part
     step, rest = path[0], path[1:]
@@ -119,7 +119,7 @@ def _extract(part: Part, path: Sequence[Step]) -> Part:
     return Part([part.value for part in parts], f"{kind}[]" if kind else None)
 
 
-def _extract_or_none(part: Part, path: Sequence[Step]) -> Part:
+def _extract_or_none(part: Part, path: Sequence[PathStep]) -> Part:
     try:
         return _extract(part, path)
     except (NotFound, IndexError):
@@ -140,7 +140,7 @@ def _element_type(type_name: str | None) -> str | None:
     return type_name.partition("[")[0] if type_name else None
 
 
-def has_field(message_class: type[Message], path: Sequence[Step]) -> bool:
+def has_field(message_class: type[Message], path: Sequence[PathStep]) -> bool:
     """Return whether messages of the class have the field, provided that their arrays are long enough."""
     type_name = message_class._type
     for step in path:

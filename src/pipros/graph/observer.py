@@ -34,7 +34,7 @@ class ObservedMaster(Protocol):
 
 
 CALLS_A_LOOK = 60
-"""Maximum number of nodes called per `look`; the others wait for the next."""
+"""Maximum number of nodes called per `poll`; the others wait for the next."""
 ASKED_AT_ONCE = 6
 ANSWER_DEADLINE_S = 1.5
 NODE_INTERVAL_S = 1.0
@@ -119,7 +119,7 @@ class _Node:
 
 
 class SystemObserver:
-    """Observes a running system. Call `look` repeatedly, always from the same thread."""
+    """Observes a running system. Call `poll` repeatedly, always from the same thread."""
 
     def __init__(
         self, master: ObservedMaster, *, ask: Ask | None = None, now_s: Callable[[], float] = time.monotonic
@@ -136,7 +136,7 @@ class SystemObserver:
         self._nodes: dict[str, _Node] = {}
         self._last = Observation()
 
-    def look(self) -> Observation:
+    def poll(self) -> Observation:
         """Query the master, and the nodes whose answers are stale.
 
         Block until they answer or a deadline expires. Does not raise for an unreachable master.

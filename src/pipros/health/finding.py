@@ -8,7 +8,7 @@ from enum import Enum
 from typing import Any
 
 
-class Severity(Enum):
+class FindingSeverity(Enum):
     """An error keeps something from working; a warning may be intended."""
 
     ERROR = "error"
@@ -28,7 +28,7 @@ class Finding:
     """
 
     rule: str
-    severity: Severity
+    severity: FindingSeverity
     summary: str
     cure: str
     subjects: tuple[str, ...] = ()
@@ -44,12 +44,12 @@ class Finding:
 
 
 def error(rule: str, summary: str, cure: str, *subjects: str) -> Finding:
-    return Finding(rule, Severity.ERROR, summary, cure, subjects)
+    return Finding(rule, FindingSeverity.ERROR, summary, cure, subjects)
 
 
 def warning(rule: str, summary: str, cure: str, *subjects: str) -> Finding:
-    return Finding(rule, Severity.WARNING, summary, cure, subjects)
+    return Finding(rule, FindingSeverity.WARNING, summary, cure, subjects)
 
 
 def has_errors(findings: Iterable[Finding]) -> bool:
-    return any(finding.severity is Severity.ERROR for finding in findings)
+    return any(finding.severity is FindingSeverity.ERROR for finding in findings)

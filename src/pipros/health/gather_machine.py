@@ -1,4 +1,4 @@
-"""Gather the setup of this machine and this shell into a `Machine`."""
+"""Gather the setup of this machine and this shell into a `MachineReport`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
 from pipros.basics.errors import PiprosError
 from pipros.health.installed_files import changed_packages
-from pipros.health.machine import Machine, PathKind
+from pipros.health.machine import MachineReport, PathKind
 from pipros.net.address import LOOPBACK, address_towards
 from pipros.net.in_parallel import in_parallel
 from pipros.net.master_client import MasterClient
@@ -28,7 +28,7 @@ CALLER_ID = "/pipros_doctor"
 _SCRIPT_BYTES = 1 << 20  # on Windows, a small launcher program precedes the script
 
 
-def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: float = 3.0) -> Machine:
+def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: float = 3.0) -> MachineReport:
     """Return the setup of a program started now.
 
     `variables` is the environment; defaults to `os.environ`. Blocks while host names are resolved, and up to
@@ -48,7 +48,7 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
     python_packages = _python_packages(values)
     master_error = _error_of_master(environment.master_uri, timeout_s) if master_host else None
     is_default = environment.master_uri.rstrip("/") == DEFAULT_MASTER_URI
-    return Machine(
+    return MachineReport(
         variables=values,
         hostname=hostname,
         addresses=own_addresses(hostname),

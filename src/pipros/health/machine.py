@@ -18,7 +18,7 @@ class PathKind(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Machine:
+class MachineReport:
     """Input of the machine checks.
 
     Attributes:

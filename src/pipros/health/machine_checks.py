@@ -1,4 +1,4 @@
-"""Checks of the setup of a machine and a shell. Pure: a `Machine` in, findings out."""
+"""Checks of the setup of a machine and a shell. Pure: a `MachineReport` in, findings out."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 
 from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
 from pipros.health.finding import Finding, error, warning
-from pipros.health.machine import Machine, PathKind
+from pipros.health.machine import MachineReport, PathKind
 from pipros.net.address import is_loopback
 
 Findings = Iterator[Finding]
@@ -15,12 +15,12 @@ Findings = Iterator[Finding]
 _PATH_VARIABLES = ("ROS_PACKAGE_PATH", "CMAKE_PREFIX_PATH", "PYTHONPATH")
 
 
-def check_machine(machine: Machine) -> list[Finding]:
+def check_machine(machine: MachineReport) -> list[Finding]:
     """Run all checks and return the findings in their order."""
     return [finding for check in CHECKS for finding in check(machine)]
 
 
-def mixed_programs(machine: Machine) -> Findings:
+def mixed_programs(machine: MachineReport) -> Findings:
     """Find commands of another implementation in PATH."""
     foreign = machine.foreign_programs
     if not foreign:
@@ -37,7 +37,7 @@ def mixed_programs(machine: Machine) -> Findings:
     )
 
 
-def mixed_python(machine: Machine) -> Findings:
+def mixed_python(machine: MachineReport) -> Findings:
     """Check that `import rospy` and the like import pipros."""
     foreign = {
         name: place for name, place in machine.python_packages.items() if place not in machine.own_packages
@@ -53,7 +53,7 @@ def mixed_python(machine: Machine) -> Findings:
         )
 
 
-def changed_packages(machine: Machine) -> Findings:
+def changed_packages(machine: MachineReport) -> Findings:
     """Find pipros modules that another distribution replaced, or that were edited or deleted."""
     changed = machine.changed_packages
     if not changed:
@@ -69,7 +69,7 @@ def changed_packages(machine: Machine) -> Findings:
     )
 
 
-def other_ros_set_up(machine: Machine) -> Findings:
+def other_ros_set_up(machine: MachineReport) -> Findings:
     """Find variables of ROS 2, or of genuine ROS 1, in the environment."""
     if machine.variables.get("ROS_VERSION") == "2" or machine.variables.get("AMENT_PREFIX_PATH"):
         yield warning(
@@ -92,7 +92,7 @@ def other_ros_set_up(machine: Machine) -> Findings:
             )
 
 
-def missing_paths(machine: Machine) -> Findings:
+def missing_paths(machine: MachineReport) -> Findings:
     """Find entries of path variables that do not exist."""
     for name in _PATH_VARIABLES:
         for entry in filter(None, machine.variables.get(name, "").split(os.pathsep)):
@@ -110,7 +110,7 @@ def missing_paths(machine: Machine) -> Findings:
                 )
 
 
-def workspace_not_set_up(machine: Machine) -> Findings:
+def workspace_not_set_up(machine: MachineReport) -> Findings:
     """Check that the workspace around the current folder is part of the environment."""
     if machine.workspace is None:
         return
@@ -124,7 +124,7 @@ def workspace_not_set_up(machine: Machine) -> Findings:
         )
 
 
-def master_uri(machine: Machine) -> Findings:
+def master_uri(machine: MachineReport) -> Findings:
     """Check that ROS_MASTER_URI is valid, its host is known, and a master answers there."""
     uri = machine.variables.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
     try:
@@ -146,7 +146,7 @@ def master_uri(machine: Machine) -> Findings:
         yield _no_master(machine, uri, host, port)
 
 
-def _no_master(machine: Machine, uri: str, host: str, port: int) -> Finding:
+def _no_master(machine: MachineReport, uri: str, host: str, port: int) -> Finding:
     summary = f"No master answers at ROS_MASTER_URI [{uri}]: {machine.master_error}"
     if machine.has_local_master and uri.rstrip("/") != DEFAULT_MASTER_URI:
         return error(
@@ -167,7 +167,7 @@ def _no_master(machine: Machine, uri: str, host: str, port: int) -> Finding:
     return error("no-master", summary, cure, "ROS_MASTER_URI")
 
 
-def own_address(machine: Machine) -> Findings:
+def own_address(machine: MachineReport) -> Findings:
     """Check the address that this machine advertises: ROS_HOSTNAME, ROS_IP or its name."""
     environment = Environment.from_os(machine.variables)
     hostname, ip = environment.hostname, environment.ip
@@ -198,7 +198,7 @@ def own_address(machine: Machine) -> Findings:
         )
 
 
-def _own_name(machine: Machine, what: str, name: str) -> Findings:
+def _own_name(machine: MachineReport, what: str, name: str) -> Findings:
     found = machine.resolved.get(name, (name,))
     cure = f"export ROS_IP={machine.address_towards_master or 'ADDRESS'}, and unset ROS_HOSTNAME."
     if "://" in name:
@@ -222,7 +222,7 @@ def _own_name(machine: Machine, what: str, name: str) -> Findings:
         )
 
 
-def _own_ip(machine: Machine, ip: str, *, is_master_here: bool) -> Findings:
+def _own_ip(machine: MachineReport, ip: str, *, is_master_here: bool) -> Findings:
     good = machine.address_towards_master
     if ip not in machine.own_hosts:
         yield error(
@@ -241,7 +241,7 @@ def _own_ip(machine: Machine, ip: str, *, is_master_here: bool) -> Findings:
         )
 
 
-def _is_master_here(machine: Machine, environment: Environment) -> bool:
+def _is_master_here(machine: MachineReport, environment: Environment) -> bool:
     try:
         host, _ = split_master_uri(environment.master_uri)
     except InvalidEnvironment:
@@ -249,7 +249,7 @@ def _is_master_here(machine: Machine, environment: Environment) -> bool:
     return is_loopback(host) or host in machine.own_hosts
 
 
-def folders_to_write(machine: Machine) -> Findings:
+def folders_to_write(machine: MachineReport) -> Findings:
     """Check that the folders for logs and caches are writable."""
     environment = Environment.from_os(machine.variables)
     folders = {
@@ -269,7 +269,7 @@ def folders_to_write(machine: Machine) -> Findings:
             )
 
 
-CHECKS: tuple[Callable[[Machine], Findings], ...] = (
+CHECKS: tuple[Callable[[MachineReport], Findings], ...] = (
     mixed_programs,
     mixed_python,
     changed_packages,

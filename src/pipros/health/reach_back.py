@@ -28,7 +28,7 @@ class _Arrivals:
         self._publications.append(publication)
         publication.listeners.append(self)
 
-    def look(self) -> None:
+    def probe(self) -> None:
         """Add the subscribers that are currently connected."""
         found = {
             (publication.topic, link.caller_id)
@@ -40,10 +40,10 @@ class _Arrivals:
             self.changed.notify_all()
 
     def peer_subscribe(self, *_: object) -> None:
-        self.look()
+        self.probe()
 
     def peer_unsubscribe(self, *_: object) -> None:
-        self.look()
+        self.probe()
 
 
 def reach_back(pairs: Iterable[tuple[str, str]], environment: Environment, *, wait_s: float = 3.0) -> Pairs:
@@ -63,5 +63,5 @@ def reach_back(pairs: Iterable[tuple[str, str]], environment: Environment, *, wa
         while not wanted <= arrivals.seen and (left := until - time.monotonic()) > 0:
             with arrivals.changed:
                 arrivals.changed.wait(min(left, _LOOK_EVERY_S))
-            arrivals.look()
+            arrivals.probe()
     return frozenset(arrivals.seen & wanted)

@@ -35,7 +35,7 @@ class CannotStart(CannotLaunch):
 
 
 @dataclass(frozen=True, slots=True)
-class Command:
+class NodeCommand:
     """A process to start.
 
     Attributes:
@@ -97,7 +97,7 @@ class CommandMaker:
         log_stem: str = "",
         machine: Machine | None = None,
         extra_arguments: Sequence[str] = (),
-    ) -> Command:
+    ) -> NodeCommand:
         """Return a node's command: prefix, program, arguments, remappings, name and log file, in this order.
 
         Args:
@@ -122,7 +122,7 @@ class CommandMaker:
             from pipros.launch.ssh import remote_command
 
             argv = remote_command(machine, node, overlay, arguments)
-            return Command(tuple(argv), self._environment, overlay, self._ros_home)
+            return NodeCommand(tuple(argv), self._environment, overlay, self._ros_home)
         if log_stem:
             arguments.append(f"__log:={log_stem}.log")
         program = self._program(node)
@@ -132,7 +132,7 @@ class CommandMaker:
         variables = {**self._environment, **overlay}
         if "ROS_NAMESPACE" not in overlay:
             variables.pop("ROS_NAMESPACE", None)
-        return Command(tuple(argv), variables, overlay, folder)
+        return NodeCommand(tuple(argv), variables, overlay, folder)
 
     def _program(self, node: Node) -> Path:
         try:

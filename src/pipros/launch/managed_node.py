@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pipros.launch.command import Command
+from pipros.launch.command import NodeCommand
 from pipros.launch.model import Node, Output
 from pipros.launch.process import NodeProcess
 
@@ -69,7 +69,7 @@ class ManagedNode:
 
     name: str
     node: Node
-    command: Command
+    command: NodeCommand
     output: Output
     number: int
     process: NodeProcess | None = None

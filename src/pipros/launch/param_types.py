@@ -74,3 +74,25 @@ def flatten(key: str, value: Any) -> dict[str, Any]:
     {'/a/b': 1, '/a/c/d': [2]}
     """
     return dict(leaves_below(key, value, lambda ns, name: f"{ns.rstrip('/')}/{name.strip('/')}"))
+
+
+def parameters_in(text: str, source: str, key: str, *, is_named: bool) -> dict[str, Any]:
+    """Return the parameters that the YAML text of a `<rosparam>` sets, by full names.
+
+    Args:
+        source: the file, for error messages.
+        key: the parameter or namespace that the text is loaded into.
+        is_named: whether `key` is the name of a parameter, whose value need not be a dictionary.
+
+    Raises:
+        YamlError: the text is invalid.
+        ValueError: the value requires a name, or a key is not a string.
+    """
+    from pipros.safe import yaml  # costs 10 ms, and not every launch file needs it
+
+    value = yaml.load(text, source)
+    if value is None:
+        return {}
+    if not isinstance(value, dict) and not is_named:
+        raise ValueError("'param' attribute must be set for non-dictionary values")
+    return flatten(key, value)

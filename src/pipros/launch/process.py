@@ -14,7 +14,7 @@ from typing import IO
 
 from pipros.basics.log_file import open_to_write
 from pipros.basics.posix import signal_group
-from pipros.launch.command import CannotLaunch, CannotStart, Command
+from pipros.launch.command import CannotLaunch, CannotStart, NodeCommand
 from pipros.launch.guardian import SIGKILL, Guardian
 from pipros.launch.output_prefix import PrefixedOutput
 from pipros.workspace.program_start import has_windows_line_ends, why_not_startable
@@ -35,7 +35,7 @@ class NodeProcess:
     def __init__(
         self,
         name: str,
-        command: Command,
+        command: NodeCommand,
         *,
         stdout_log: Path | None,
         stderr_log: Path | None = None,
@@ -124,7 +124,7 @@ class NodeProcess:
 
 
 def _start(
-    command: Command,
+    command: NodeCommand,
     logs: tuple[Path | None, Path | None],
     prefixed: PrefixedOutput | None,
     *,
@@ -160,7 +160,7 @@ def _opened(log: Path, *, append: bool) -> IO[bytes]:
     return open(open_to_write(log, append=append), "wb")
 
 
-def _check_first_line(command: Command) -> None:
+def _check_first_line(command: NodeCommand) -> None:
     """Check the shebang of a script first: the error of the operating system is unhelpful."""
     program = Path(command.argv[0])
     reason = why_not_startable(program) if program.is_file() else None

@@ -6,7 +6,7 @@ from typing import Any
 
 from pipros.basics import names
 from pipros.launch.model import LaunchError, ParameterAction, ParameterCommand
-from pipros.launch.param_types import convert, flatten
+from pipros.launch.param_types import convert, parameters_in
 from pipros.launch.reader import ElementReader
 
 _PARAM_SOURCES = ("value", "textfile", "binfile", "command")
@@ -67,7 +67,7 @@ def read_rosparam(reader: ElementReader) -> dict[str, Any]:
 
 
 def _load(reader: ElementReader, param: str, file: str | None) -> dict[str, Any]:
-    from pipros.safe import yaml  # costs 10 ms, and not every launch file needs it
+    from pipros.safe.yaml import YamlError  # costs 10 ms, and not every launch file needs it
 
     # Blank lines before the text make YAML errors report the line numbers of the launch file.
     text, source = "\n" * (reader.element.line - 1) + reader.element.text, reader.scope.file
@@ -86,16 +86,13 @@ def _load(reader: ElementReader, param: str, file: str | None) -> dict[str, Any]
     if not text.strip():
         return {}
     try:
-        value = yaml.load(text, source)
-        if value is None:
-            return {}
-        if not isinstance(value, dict) and not param.strip("/"):
-            raise _error(reader, "'param' attribute must be set for non-dictionary values")
         scope = reader.scope
+        key = scope.resolve_param(param) if param else ""
+        found = parameters_in(text, source, key, is_named=bool(param.strip("/")))
         if param:
-            return flatten(scope.resolve_param(param), value)
-        return {scope.resolve_param(key.lstrip("/")): leaf for key, leaf in flatten("", value).items()}
-    except yaml.YamlError as error:
+            return found
+        return {scope.resolve_param(key.lstrip("/")): leaf for key, leaf in found.items()}
+    except YamlError as error:
         where = f"file {file} contains invalid YAML" if file else "invalid YAML"
         raise _error(reader, f"{where}:\n{error}") from None
     except ValueError as error:

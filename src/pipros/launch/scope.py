@@ -93,12 +93,7 @@ class LaunchScope:
         Raises:
             ValueError: a name is empty or illegal.
         """
-        source, target = names.canonicalize(source), names.canonicalize(target)
-        if not source or not target:
-            raise ValueError("remap from/to attributes cannot be empty")
-        for which, name in (("from", source), ("to", target)):
-            if not names.is_legal(name):
-                raise ValueError(f"remap {which} [{name}] is not a valid ROS name")
+        source, target = checked_remapping(source, target)
         self.remappings = [pair for pair in self.remappings if pair[0] != source]
         self.remappings.append((source, target))
 
@@ -112,3 +107,18 @@ class LaunchScope:
         if not namespace:
             return self.namespace
         return names.make_global_namespace(names.canonicalize(names.join(self.namespace, namespace)))
+
+
+def checked_remapping(source: str, target: str) -> tuple[str, str]:
+    """Return the names of a `<remap>` in canonical form.
+
+    Raises:
+        ValueError: a name is empty or illegal.
+    """
+    source, target = names.canonicalize(source), names.canonicalize(target)
+    if not source or not target:
+        raise ValueError("remap from/to attributes cannot be empty")
+    for which, name in (("from", source), ("to", target)):
+        if not names.is_legal(name):
+            raise ValueError(f"remap {which} [{name}] is not a valid ROS name")
+    return source, target

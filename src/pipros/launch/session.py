@@ -48,8 +48,6 @@ class SessionOptions:
         run_id: id of the run; defaults to the running master's run id, or to a new one.
         has_summary: whether to print the summary.
         checks_log_folder: whether to check the size of the log folder.
-        numbers: numbers for the names of processes; by default counted from 1.
-        has_server: whether other programs can query the session's processes.
         run: options for running the nodes.
     """
 
@@ -59,8 +57,6 @@ class SessionOptions:
     run_id: str | None = None
     has_summary: bool = True
     checks_log_folder: bool = True
-    has_server: bool = True
-    numbers: Iterator[int] | None = None
     run: RunOptions = field(default_factory=RunOptions)
 
 
@@ -80,13 +76,16 @@ class LaunchSession:
         environment: Environment | None = None,
         index: PackageIndex | None = None,
         load_launch: Callable[[], Launch] | None = None,
+        numbers: Iterator[int] | None = None,
+        has_server: bool = True,
         on_end: Callable[[str, int], None] | None = None,
     ) -> None:
         """Start nothing yet.
 
         Args:
             load_launch: function that returns the launch, if it is not simply read from the files.
-            on_end: see `LaunchRun`.
+            numbers, on_end: see `LaunchRun`.
+            has_server: whether other programs can query the session's processes.
         """
         environment = environment or Environment.from_os()
         self._files = list(files)
@@ -95,6 +94,8 @@ class LaunchSession:
         self._console = console
         self._index = index or PackageIndex.from_environment(environment)
         self._load_launch = load_launch or self._load_files
+        self._numbers = numbers or itertools.count(1)
+        self._has_server = has_server
         self._on_end = on_end
         self._master = SessionMaster(
             environment,
@@ -152,7 +153,7 @@ class LaunchSession:
         placement = Placement(launch.machines)
         has_remote_nodes = not local_only and any(map(placement.remote_machine, launch.nodes))
         self._is_interruptible = False
-        if self._options.has_server:
+        if self._has_server:
             self._start_server()
         self._end_if_requested()
         if self._options.has_summary:
@@ -263,9 +264,8 @@ class LaunchSession:
 
     def _start_nodes(self, launch: Launch, placement: Placement, log: LauncherLog) -> None:
         """Start the nodes and, while they start up, `/rosout`, which gets the first process number."""
-        numbers = self._options.numbers or itertools.count(1)
         if self.owns_master:
-            next(numbers)  # as in Noetic, `/rosout` counts as the first process
+            next(self._numbers)  # as in Noetic, `/rosout` counts as the first process
         run = LaunchRun(
             launch,
             CommandMaker.for_launcher(self._environment, self._index, log.file),
@@ -274,7 +274,7 @@ class LaunchSession:
             console=self._console,
             options=self._options.run,
             placement=placement,
-            numbers=numbers,
+            numbers=self._numbers,
             on_end=self._on_end,
         )
         self._publish_server()

@@ -16,7 +16,7 @@ from weakref import WeakValueDictionary
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.msg.base import Message
 from pipros.msg.compile.compiler import message_source
-from pipros.msg.compile.layout import Layouts
+from pipros.msg.compile.layout import TypeLayouts
 from pipros.msg.compile.run import run
 from pipros.msg.language.digest import check_nesting, embedded_types
 from pipros.msg.language.full_text import specs_from_text
@@ -62,7 +62,7 @@ def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
     lookup = specs.__getitem__
     check_nesting(specs.values(), lookup)
     where = next(iter(specs.values())).file
-    layouts = Layouts(lookup)
+    layouts = TypeLayouts(lookup)
     fields = sum(layouts.of(spec).code_size for spec in specs.values())
     if fields > limits.definition_fields:
         limit = limit_text("definition_fields", limits.definition_fields)

@@ -94,6 +94,23 @@ def advertised_host(environment: Environment) -> str:
     return LOOPBACK
 
 
+def problem_of(configured: str, *, is_address: bool) -> str | None:
+    """Return what is wrong with the form of a `ROS_IP` (`is_address`) or `ROS_HOSTNAME`, or None.
+
+    >>> problem_of("http://robot", is_address=False), problem_of("robot", is_address=True)
+    ('protocol should not be included', 'must be a valid IPv4 or IPv6 address')
+    """
+    if not configured:
+        return "an empty string"
+    if "://" in configured:
+        return "protocol should not be included"
+    if is_address and 0 <= configured.rfind(".") < configured.rfind(":"):
+        return "port should not be included"
+    if is_address and not {".", ":"} & {*configured}:
+        return "must be a valid IPv4 or IPv6 address"
+    return None
+
+
 def _is_address(host: str) -> bool:
     return ":" in host or host.replace(".", "").isdigit()
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Final
 
 from pipros.basics.limits import Limits, process_limits
-from pipros.net.address import ANY, ANY_IPV6, is_loopback, plain_address
+from pipros.net.address import ANY, ANY_IPV6, LOOPBACK, is_loopback, plain_address
 from pipros.net.lookup import Lookups, process_lookups
 
 _DOCUMENTATION_ADDRESSES: Final = {socket.AF_INET: "192.0.2.1", socket.AF_INET6: "2001:db8::1"}
@@ -120,6 +120,22 @@ def has_address(host: str) -> bool:
 def is_this_machine(host: str) -> bool:
     """Return True if a configured host name or address means this machine. Blocks like `addresses_of`."""
     return is_loopback(host) or any(has_address(found) for found in addresses_of(host))
+
+
+def own_addresses() -> list[str]:
+    """Return the IPv4 addresses of this machine: loopback, those of its name, and that of the default route.
+
+    Blocks like `addresses_of`.
+    """
+    named = (found for found in addresses_of(socket.gethostname()) if ":" not in found)
+    unreachable = _DOCUMENTATION_ADDRESSES[socket.AF_INET]
+    routed = _source_towards(socket.AF_INET, unreachable) or LOOPBACK
+    return list(dict.fromkeys([LOOPBACK, *named, routed]))
+
+
+def own_address() -> str:
+    """Return the first address that other machines can reach, or loopback. Blocks like `addresses_of`."""
+    return next((found for found in own_addresses() if not is_loopback(found)), LOOPBACK)
 
 
 def addresses_of(host: str, limits: Limits | None = None, lookups: Lookups | None = None) -> tuple[str, ...]:

@@ -114,10 +114,14 @@ class Group:
 
 
 class ParameterGenerator:
-    """Parameters that a `.cfg` file declares. A call of `generate` at the end of the file writes them out."""
+    """Parameters that a `.cfg` file declares. A call of `generate` at the end of the file writes them out.
+
+    `add` and `add_group` are those of the root group.
+    """
 
     def __init__(self) -> None:
         self.group = Group([], "Default", "", True, None)
+        self.add, self.add_group = self.group.add, self.group.add_group
         self.constants: list[dict[str, Any]] = []
 
     def const(self, name: str, type: str, value: Any, descr: str) -> dict[str, Any]:  # noqa: A002
@@ -133,24 +137,6 @@ class ParameterGenerator:
         if len({constant["type"] for constant in constants}) != 1:
             raise ValueError("the constants of an enum must all have the same type")
         return repr({"enum": constants, "enum_description": _without_quotes(description)})
-
-    def add(
-        self,
-        name: str,
-        paramtype: str,
-        level: int,
-        description: str,
-        default: Any = None,
-        min: Any = None,  # noqa: A002
-        max: Any = None,  # noqa: A002
-        edit_method: str = "",
-    ) -> None:
-        """Add a parameter to the root group; see `Group.add`."""
-        self.group.add(name, paramtype, level, description, default, min, max, edit_method)
-
-    def add_group(self, name: str, type: str = "", state: bool = True) -> Group:  # noqa: A002
-        """Add a subgroup, and return it."""
-        return self.group.add_group(name, type, state)
 
     def generate(self, pkgname: str, nodename: str, name: str) -> int:  # noqa: ARG002
         """Write the declarations to the file named by the environment. Return the exit code."""

@@ -84,7 +84,7 @@ class WatchedSystem:
             if self._is_over.is_set():
                 return
             try:
-                observation = self._observer.look()
+                observation = self._observer.poll()
             except Exception as error:  # a defect; one line per kind is enough
                 text = f"cannot observe the system: {type(error).__name__}: {error}"
                 if type(error) not in logged:

@@ -36,7 +36,13 @@ from pipros.workspace.devel import (
 )
 from pipros.workspace.environment import underlays_of_build
 from pipros.workspace.index import PackageIndex
-from pipros.workspace.layout import Layout, SourcePackage, WorkspaceError, closure, read_source_space
+from pipros.workspace.layout import (
+    SourcePackage,
+    WorkspaceError,
+    WorkspaceFolders,
+    closure,
+    read_source_space,
+)
 from pipros.workspace.manifest import read_manifest
 from pipros.workspace.setup_files import write_if_changed, write_setup_files
 from pipros.workspace.validate import check_interfaces, check_manifest
@@ -67,7 +73,7 @@ class BuildResult:
 
 
 def build(
-    layout: Layout,
+    layout: WorkspaceFolders,
     options: BuildOptions,
     say: Say,
     variables: Mapping[str, str] | None = None,
@@ -88,7 +94,7 @@ def build(
 class _Build:
     def __init__(
         self,
-        layout: Layout,
+        layout: WorkspaceFolders,
         options: BuildOptions,
         say: Say,
         variables: Mapping[str, str],

@@ -16,7 +16,7 @@ from pipros.reconfigure import cfg_file
 from pipros.workspace.catkin.installation import install
 from pipros.workspace.catkin.project import PYTHON_DESTINATION, Project
 from pipros.workspace.hooks import HOOKS_FOLDER
-from pipros.workspace.layout import Layout
+from pipros.workspace.layout import WorkspaceFolders
 from pipros.workspace.setup_files import write_if_changed
 from pipros.workspace.setup_py import PythonSetup, read_setup_py
 
@@ -60,7 +60,7 @@ def python_sources(project: Project) -> list[str]:
     return [setup] if project.has_python_setup else []
 
 
-def write_devel_files(project: Project, layout: Layout, definitions: Definitions, say: Say) -> None:
+def write_devel_files(project: Project, layout: WorkspaceFolders, definitions: Definitions, say: Say) -> None:
     """Write the files of a package without compiled code to the devel space.
 
     Raises:
@@ -150,7 +150,9 @@ def _write_stubs(project: Project, definitions: Definitions, devel: Path) -> Non
         write_if_changed(devel / PYTHON_DESTINATION / project.name / path, text)
 
 
-def install_package(project: Project, layout: Layout, settings: Mapping[str, str], say: Say) -> None:
+def install_package(
+    project: Project, layout: WorkspaceFolders, settings: Mapping[str, str], say: Say
+) -> None:
     """Copy the files that a package installs.
 
     Args:

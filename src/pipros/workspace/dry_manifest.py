@@ -1,4 +1,4 @@
-"""Complete contents of `manifest.xml` and `stack.xml`, the manifests that preceded catkin.
+"""Complete contents of `manifest.xml`, the manifest that preceded catkin's `package.xml`.
 
 Building and finding packages uses `manifest.py`; this module is for programs that show or edit such files.
 Source: http://wiki.ros.org/Manifest
@@ -7,20 +7,19 @@ Source: http://wiki.ros.org/Manifest
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from pipros.basics.errors import PiprosError
 from pipros.safe import xml
 from pipros.safe.xml import Element, XmlError
 
-REQUIRED = ["author", "license"]
-ALLOWXHTML = ["description"]
-OPTIONAL = [
-    *("logo", "url", "brief", "description", "status", "notes", "depend", "rosdep", "export", "review"),
-    *("versioncontrol", "platform", "version", "rosbuild2", "catkin"),
-]
-VALID = REQUIRED + OPTIONAL
+KNOWN_TAGS = frozenset(
+    {
+        *("author", "license", "logo", "url", "brief", "description", "status", "notes", "depend", "rosdep"),
+        *("export", "review", "versioncontrol", "platform", "version", "rosbuild2", "catkin"),
+    }
+)
 
 
 class MalformedManifest(PiprosError):
@@ -49,29 +48,6 @@ class Depend:
 
     def xml(self) -> str:
         return f'<depend package="{self.package}" />'
-
-
-class StackDepend:
-    """A dependency on a stack."""
-
-    def __init__(self, stack: str) -> None:
-        self.stack = _filled("stack", stack)
-        self.annotation: str | None = None
-
-    def __str__(self) -> str:
-        return self.stack
-
-    __repr__ = __str__
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, StackDepend) and other.stack == self.stack
-
-    __hash__ = None  # type: ignore[assignment]
-
-    def xml(self) -> str:
-        if self.annotation:
-            return f'<depend stack="{self.stack}" /> <!-- {self.annotation} -->'
-        return f'<depend stack="{self.stack}" />'
 
 
 @dataclass
@@ -140,13 +116,12 @@ class Export:
 
 @dataclass
 class DryManifest:
-    """The contents of a `manifest.xml` or `stack.xml`.
+    """The contents of a `manifest.xml`.
 
     Attributes:
         unknown_tags: elements that the format does not define.
     """
 
-    root: str = "package"
     description: str | None = None
     brief: str = ""
     author: str = ""
@@ -157,7 +132,7 @@ class DryManifest:
     status: str = ""
     notes: str = ""
     version: str | None = None
-    depends: list[Depend] | list[StackDepend] = field(default_factory=list)
+    depends: list[Depend] = field(default_factory=list)
     rosdeps: list[ROSDep] = field(default_factory=list)
     exports: list[Export] = field(default_factory=list)
     platforms: list[Platform] = field(default_factory=list)
@@ -176,7 +151,7 @@ class DryManifest:
             described = f"  <description>{self.description}</description>"
         else:
             described = f'  <description brief="{self.brief}">{self.description}</description>'
-        lines = [f"<{self.root}>", described, f"  <author>{self.author}</author>"]
+        lines = ["<package>", described, f"  <author>{self.author}</author>"]
         if self.license_url:
             lines.append(f'  <license url="{self.license_url}">{self.license}</license>')
         else:
@@ -185,7 +160,7 @@ class DryManifest:
         lines += [
             f"  <{tag}>{text}</{tag}>" for tag, text in (("url", self.url), ("logo", self.logo)) if text
         ]
-        parts: Iterable[Depend | StackDepend | ROSDep | Platform] = [
+        parts: Iterable[Depend | ROSDep | Platform] = [
             *self.depends,
             *self.rosdeps,
             *self.platforms,
@@ -197,11 +172,11 @@ class DryManifest:
             lines.append(f"  {self.versioncontrol.xml()}")
         if self.version:
             lines.append(f"  <version>{self.version}</version>")
-        return "\n".join([*lines, f"</{self.root}>"])
+        return "\n".join([*lines, "</package>"])
 
 
-def read_into(manifest: DryManifest, text: str, file: str) -> DryManifest:
-    """Fill a manifest from the text of a file, and return it.
+def read_into(manifest: DryManifest, text: str, file: str) -> None:
+    """Fill a manifest from the text of a file.
 
     Raises:
         MalformedManifest: the text is not a manifest.
@@ -211,8 +186,8 @@ def read_into(manifest: DryManifest, text: str, file: str) -> DryManifest:
         root = xml.parse(text, file)
     except XmlError as error:
         raise MalformedManifest(f"invalid XML: {error}") from None
-    if root.tag != manifest.root:
-        raise MalformedManifest(f"manifest must have a single '{manifest.root}' element")
+    if root.tag != "package":
+        raise MalformedManifest("manifest must have a single 'package' element")
     manifest.description = _inner("description", root, text)
     described = root.first("description")
     manifest.brief = described.attributes.get("brief", "") if described else ""
@@ -224,7 +199,7 @@ def read_into(manifest: DryManifest, text: str, file: str) -> DryManifest:
     review = root.first("review")
     manifest.status = review.attributes.get("status", "") if review else "unreviewed"
     manifest.notes = review.attributes.get("notes", "") if review else ""
-    manifest.depends = _depends(root, manifest.root)
+    manifest.depends = [Depend(name) for name in _depends(root)]
     manifest.rosdeps = [ROSDep(rosdep.attributes["name"]) for rosdep in root.all("rosdep")]
     manifest.platforms = [
         Platform(element.attributes["os"], element.attributes["version"], element.attributes.get("notes", ""))
@@ -239,19 +214,14 @@ def read_into(manifest: DryManifest, text: str, file: str) -> DryManifest:
     if control is not None:
         url = control.attributes.get("url", "")
         manifest.versioncontrol = VersionControl(control.attributes["type"], url)
-    manifest.unknown_tags = [element.tag for element in root.children if element.tag not in VALID]
-    return manifest
+    manifest.unknown_tags = [element.tag for element in root.children if element.tag not in KNOWN_TAGS]
 
 
-def _depends(root: Element, kind: str) -> list[Depend] | list[StackDepend]:
-    names = []
+def _depends(root: Element) -> Iterator[str]:
     for depend in root.all("depend"):
-        if not depend.attributes.get(kind):
-            raise MalformedManifest(f"Invalid manifest file: depends is missing '{kind}' attribute")
-        names.append(depend.attributes[kind])
-    if kind == "stack":
-        return [StackDepend(name) for name in names]
-    return [Depend(name) for name in names]
+        if not depend.attributes.get("package"):
+            raise MalformedManifest("Invalid manifest file: depends is missing 'package' attribute")
+        yield depend.attributes["package"]
 
 
 def _text(root: Element, tag: str) -> str | None:

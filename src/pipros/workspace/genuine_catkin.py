@@ -13,7 +13,7 @@ from pathlib import Path
 from pipros.basics.env import DISTRIBUTION
 from pipros.basics.errors import PiprosError
 from pipros.workspace.build_options import BuildOptions
-from pipros.workspace.layout import Layout, SourcePackage
+from pipros.workspace.layout import SourcePackage, WorkspaceFolders
 from pipros.workspace.shipped_packages import has_cmake, is_below, shipped_packages, write_configuration
 
 _PREFIXES = ("/opt/ros/noetic", "/opt/ros/one", "/opt/ros/melodic", "/usr")
@@ -93,7 +93,7 @@ def find_toplevel(variables: Mapping[str, str] | None = None) -> Path | None:
 def build(
     tools: NativeTools,
     packages: Sequence[SourcePackage],
-    layout: Layout,
+    layout: WorkspaceFolders,
     options: BuildOptions,
     say: Callable[[str], object],
     variables: Mapping[str, str],
@@ -218,7 +218,7 @@ def use_python_of_environment(prefix: Path) -> None:
             program.write_bytes(b"#!/usr/bin/env python3" + program.read_bytes()[len(wrong) :])
 
 
-def make(layout: Layout, target: str) -> None:
+def make(layout: WorkspaceFolders, target: str) -> None:
     """Make another target of packages that were already built.
 
     Raises:

@@ -13,7 +13,7 @@ from pipros.workspace.build import BuildResult, build
 from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.catkin.project import Project
 from pipros.workspace.environment import underlays_of_build
-from pipros.workspace.layout import Layout, SourcePackage, closure
+from pipros.workspace.layout import SourcePackage, WorkspaceFolders, closure
 from pipros.workspace.setup_files import write_relaying_setup_files, write_setup_files
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class IsolatedResult:
 
 
 def build_isolated(
-    layout: Layout,
+    layout: WorkspaceFolders,
     packages: Sequence[SourcePackage],
     chosen: Sequence[SourcePackage],
     options: IsolatedOptions,
@@ -97,7 +97,7 @@ def _is_plain_cmake(package: SourcePackage) -> bool:
 
 
 def _build_all(
-    layout: Layout,
+    layout: WorkspaceFolders,
     packages: Sequence[SourcePackage],
     chosen: Sequence[SourcePackage],
     options: IsolatedOptions,
@@ -153,7 +153,7 @@ def _build_all(
 
 def _build_plain(
     package: SourcePackage,
-    layout: Layout,
+    layout: WorkspaceFolders,
     sources: Sequence[Path],
     options: BuildOptions,
     say: Say,

@@ -26,7 +26,7 @@ class WorkspaceError(PiprosError):
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class WorkspaceFolders:
     """The folders of a workspace: its root, and the source, build, devel and install space."""
 
     base: Path

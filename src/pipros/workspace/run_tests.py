@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from pipros.workspace import genuine_catkin
 from pipros.workspace.catkin.project import Project, TestEntry
 from pipros.workspace.downloads import fetch
-from pipros.workspace.layout import Layout
+from pipros.workspace.layout import WorkspaceFolders
 from pipros.workspace.make_targets import is_wanted, label, results_label
 from pipros.workspace.program_start import program_environment
 
@@ -27,7 +27,7 @@ LeaveError = Callable[[Path, str, str], None]
 
 def run_tests(
     projects: Mapping[str, Project],
-    layout: Layout,
+    layout: WorkspaceFolders,
     targets: Sequence[str],
     say: Say,
     leave_error: LeaveError,
@@ -60,7 +60,7 @@ def run_tests(
             subprocess.run(command, cwd=layout.build, env=environment, check=False)  # noqa: S603
 
 
-def _compile(test: TestEntry, project: Project, layout: Layout) -> None:
+def _compile(test: TestEntry, project: Project, layout: WorkspaceFolders) -> None:
     """Compile the program of a test, if it has one, with genuine catkin.
 
     Raises:
@@ -77,7 +77,7 @@ def _compile(test: TestEntry, project: Project, layout: Layout) -> None:
 
 
 def _command(
-    test: TestEntry, project: Project, layout: Layout, results: str, script_runner: Sequence[str]
+    test: TestEntry, project: Project, layout: WorkspaceFolders, results: str, script_runner: Sequence[str]
 ) -> list[str]:
     programs = os.path.dirname(sys.executable)
     if test.kind == "rostest":
@@ -102,7 +102,7 @@ def _command(
     return [*script_runner, test.path, output]
 
 
-def _environment(layout: Layout) -> dict[str, str]:
+def _environment(layout: WorkspaceFolders) -> dict[str, str]:
     """Return the environment with the workspace set up, as if `devel/setup.sh` had been sourced."""
     from pipros.workspace.environment import underlays_of_build, workspace_environment
 

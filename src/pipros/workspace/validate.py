@@ -48,7 +48,7 @@ def check_interfaces(
 
     Raises:
         DefinitionError: a file is malformed; the message names the file, line and column.
-        UnknownType: a field has a type that does not exist.
+        UndefinedType: a field has a type that does not exist.
         CMakeError: a field has a type of a package that `generate_messages(DEPENDENCIES …)` does not name.
     """
     allowed = {project.name, *MESSAGES_WITHOUT_DEPENDENCY}
@@ -89,10 +89,10 @@ def _check_type(type_name: str, within: MessageSpec, line: int, definitions: Def
     try:
         definitions.message(type_name)
     except LookupError:
-        raise UnknownType(f"{within.file}:{line}: there is no message type [{type_name}]") from None
+        raise UndefinedType(f"{within.file}:{line}: there is no message type [{type_name}]") from None
 
 
-class UnknownType(PiprosError):
+class UndefinedType(PiprosError):
     """A field has a type that no package defines."""
 
 

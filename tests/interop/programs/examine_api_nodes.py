@@ -251,7 +251,6 @@ def examine_rosmaster():
     import rosmaster.master_api
     import rosmaster.paramserver
     import rosmaster.registrations
-    import rosmaster.threadpool
     import rosmaster.util
 
     begin("rosmaster registrations")
@@ -305,14 +304,6 @@ def examine_rosmaster():
         call(method, getattr(handler, method), *args)
     for uri in ("http://x:1", "", None, "x"):
         examine(f"xmlrpcapi({uri!r})", lambda: rosmaster.util.xmlrpcapi(uri) is None)
-    pool = rosmaster.threadpool.MarkedThreadPool(2)
-    done = []
-    for number in range(20):
-        call("queue_task", pool.queue_task, "m", done.append, (number,))
-    call("get_thread_count", pool.get_thread_count)
-    call("join_all", pool.join_all)
-    examine("done", lambda: done)
-    call("queue_task", pool.queue_task, "m", done.append, (0,))
 
 
 def examine_registration_manager(rosmaster):

@@ -24,7 +24,6 @@ import rosunit
 import rosunit.baretest
 import rosunit.core
 import rosunit.junitxml
-import rosunit.pmon
 import rosunit.pyunit
 import rosunit.xmlrunner
 
@@ -108,10 +107,6 @@ def examine_rosunit():
     )
     text = rosunit.baretest.BareTestCase(os.path.join(FOLDER, "prog"), [], text_mode=True, time_limit=3)
     examine("bare text", lambda: [text.args, text.package, text.test_name, text.time_limit])
-    own = rosunit.pmon.Process("p", "n", [], {}, True, True)
-    examine(
-        "process", lambda: [own.respawn, own.required, own.is_alive(), str(own), own.get_exit_description()]
-    )
 
 
 def written():

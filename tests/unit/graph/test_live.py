@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from pipros.basics.errors import Unreachable
-from pipros.graph.live import BadNode, LiveGraph, node_topic, topic_node
+from pipros.graph.live import Link, LiveGraph, links_of, vertex_of_topic
 from tests.support.table_master import Answers, TableMaster
 
 API = {"/talker": "http://h:1/", "/listener": "http://h:2/"}
@@ -47,11 +47,12 @@ def test_connections_are_found_from_both_ends() -> None:
 
     assert graph.update()
 
-    assert graph.nn_nodes == {"/talker", "/listener"}
-    assert (graph.nt_nodes, graph.srvs) == ({topic_node("/chatter")}, {"/add"})
-    assert [(str(edge), edge.label) for edge in graph.nn_edges] == [("/talker->/listener", "/chatter")]
-    assert {str(edge) for edge in graph.nt_edges} == {"/talker-> /chatter", " /chatter->/listener"}
-    assert graph.bad_nodes == {}
+    assert graph.nodes == {"/talker", "/listener"}
+    assert (graph.topics, graph.services) == ({vertex_of_topic("/chatter")}, {"/add"})
+    assert graph.links == {Link("/talker", "/listener", "/chatter")}
+    assert graph.topic_links == {Link("/talker", " /chatter"), Link(" /chatter", "/listener")}
+    assert graph.topic_links == graph.registered_links
+    assert graph.silent == {}
 
 
 def test_nodes_are_not_asked_again_before_answers_are_stale() -> None:
@@ -59,13 +60,13 @@ def test_nodes_are_not_asked_again_before_answers_are_stale() -> None:
     graph = graph_of(dict(ROWS), now_s=clock)
     assert graph.update()
 
-    clock.now_s += graph.node_stale
+    clock.now_s += graph.max_age_of_report_s
     assert not graph.update()
-    assert graph.last_node_refresh["/talker"] == 1000.0
+    assert graph.asked_at["/talker"] == 1000.0
     clock.now_s += 1
     graph.update()
 
-    assert graph.last_node_refresh["/talker"] == clock.now_s
+    assert graph.asked_at["/talker"] == clock.now_s
 
 
 @pytest.mark.parametrize(
@@ -79,33 +80,33 @@ def test_nodes_are_not_asked_again_before_answers_are_stale() -> None:
         [1, "", [[1, ["/listener"], "o", "TCPROS", "/chatter"]]],
     ],
 )
-def test_a_node_with_a_malformed_answer_is_bad_and_the_others_are_asked(answer: Any) -> None:
+def test_a_node_with_a_malformed_answer_is_listed_and_the_others_are_asked(answer: Any) -> None:
     graph = graph_of({**ROWS, API["/listener"]: answer})
 
     assert graph.update()
 
-    assert {name: bad.type for name, bad in graph.bad_nodes.items()} == {"/listener": BadNode.WONKY}
-    assert [str(edge) for edge in graph.nn_edges] == ["/talker->/listener"]
+    assert {name: report.is_reachable for name, report in graph.silent.items()} == {"/listener": True}
+    assert graph.links == {Link("/talker", "/listener", "/chatter")}
 
 
 def test_a_node_that_cannot_be_reached_is_dead_until_it_answers() -> None:
     rows = {API["/talker"]: ROWS[API["/talker"]]}
     graph = graph_of(rows)
     graph.update()
-    assert {name: bad.type for name, bad in graph.bad_nodes.items()} == {"/listener": BadNode.DEAD}
+    assert {name: report.is_reachable for name, report in graph.silent.items()} == {"/listener": False}
 
     rows[API["/listener"]] = [1, "", []]
-    graph.bad_update()
+    graph.query_silent_nodes()
 
-    assert graph.bad_nodes == {}
+    assert graph.silent == {}
 
 
 def test_only_what_is_in_the_namespaces_is_kept() -> None:
-    assert graph_of(ROWS, node_ns="/t").update()
-    elsewhere = graph_of(ROWS, topic_ns="/other")
+    assert graph_of(ROWS, node_namespace="/t").update()
+    elsewhere = graph_of(ROWS, topic_namespace="/other")
     elsewhere.update()
 
-    assert (elsewhere.nt_nodes, list(elsewhere.nn_edges)) == (set(), [])
+    assert (elsewhere.topics, elsewhere.links) == (set(), set())
 
 
 def test_without_a_master_nothing_changes() -> None:
@@ -114,5 +115,20 @@ def test_without_a_master_nothing_changes() -> None:
     assert not graph.update()
 
 
-def test_a_topic_has_a_name_among_nodes_and_back() -> None:
-    assert node_topic(topic_node("/chatter")) == "/chatter"
+def test_a_node_that_unregistered_takes_its_links_along() -> None:
+    master, clock = TableMaster(ANSWERS), Clock()
+    graph = LiveGraph(master, ask=lambda api: ROWS[api], now_s=clock)
+    assert graph.update()
+
+    clock.now_s += 6
+    master.answers["getSystemState",] = [[], [["/chatter", ["/listener"]]], []]
+    assert graph.update()
+
+    assert graph.nodes == {"/listener"}
+    assert graph.registered_links == {Link(" /chatter", "/listener")}
+
+
+def test_links_follow_the_direction_of_a_connection() -> None:
+    assert links_of("/a", "/b", "o", "/t") == {Link("/a", "/b", "/t")}
+    assert links_of("/a", "/b", "i") == {Link("/b", "/a")}
+    assert links_of("/a", "/b", "b") == {Link("/a", "/b"), Link("/b", "/a")}

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from pipros.basics.errors import NotFound
-from pipros.graph.message_path import InvalidIndex, Step, describe_path, extract, has_field, parse_path
+from pipros.graph.message_path import InvalidIndex, PathStep, describe_path, extract, has_field, parse_path
 from pipros.msg import load_message_class
 
 LaserScan = load_message_class("sensor_msgs/LaserScan")
@@ -15,14 +15,14 @@ DiagnosticStatus = load_message_class("diagnostic_msgs/DiagnosticStatus")
     ("text", "steps"),
     [
         ("", []),
-        ("/header/stamp", [Step("header", "header"), Step("stamp", "stamp")]),
-        ("/ranges[2]", [Step("ranges[2]", "ranges", 2)]),
-        ("/ranges[-1]", [Step("ranges[-1]", "ranges", -1)]),
-        ("/ranges[1:]", [Step("ranges[1:]", "ranges", slice(1, None))]),
-        ("/ranges[::2]", [Step("ranges[::2]", "ranges", slice(None, None, 2))]),
+        ("/header/stamp", [PathStep("header", "header"), PathStep("stamp", "stamp")]),
+        ("/ranges[2]", [PathStep("ranges[2]", "ranges", 2)]),
+        ("/ranges[-1]", [PathStep("ranges[-1]", "ranges", -1)]),
+        ("/ranges[1:]", [PathStep("ranges[1:]", "ranges", slice(1, None))]),
+        ("/ranges[::2]", [PathStep("ranges[::2]", "ranges", slice(None, None, 2))]),
     ],
 )
-def test_a_path_is_fields_with_indices_and_slices(text: str, steps: list[Step]) -> None:
+def test_a_path_is_fields_with_indices_and_slices(text: str, steps: list[PathStep]) -> None:
     assert parse_path(text) == steps
 
 

@@ -71,38 +71,38 @@ def observer(nodes: Nodes) -> SystemObserver:
 
 
 def test_connections_are_reported_by_either_end(nodes: Nodes, observer: SystemObserver) -> None:
-    assert dict(observer.look().connections) == {LEVEL: None}
+    assert dict(observer.poll().connections) == {LEVEL: None}
     nodes.silent = {"/talker"}
     nodes.now_s += 10
-    found = observer.look()
+    found = observer.poll()
     assert dict(found.connections) == {LEVEL: None}
     assert found.unreachable == {"/talker"}
 
 
 def test_rates_are_differences_over_several_answers(nodes: Nodes, observer: SystemObserver) -> None:
-    observer.look()
+    observer.poll()
     for _ in range(3):
         nodes.now_s += 2
         nodes.messages += 40
-        found = observer.look()
+        found = observer.poll()
     assert found.connections[LEVEL] == Traffic(20.0, 200.0)
 
 
 def test_a_restarted_node_has_no_rate(nodes: Nodes, observer: SystemObserver) -> None:
     nodes.messages = 1000
-    observer.look()
+    observer.poll()
     nodes.messages = 3
     nodes.now_s += 2
-    assert observer.look().connections[LEVEL] is None
+    assert observer.poll().connections[LEVEL] is None
 
 
 def test_an_answer_is_used_for_a_second(nodes: Nodes, observer: SystemObserver) -> None:
-    observer.look()
+    observer.poll()
     nodes.now_s += 0.5
-    observer.look()
+    observer.poll()
     assert sorted(nodes.asked) == ["/listener", "/talker"]
     nodes.now_s += 0.6
-    observer.look()
+    observer.poll()
     assert len(nodes.asked) == 4
 
 
@@ -111,28 +111,28 @@ def test_a_silent_node_is_asked_more_and_more_rarely_and_found_again(
 ) -> None:
     nodes.silent = {"/talker"}
     for _ in range(60):
-        found = observer.look()
+        found = observer.poll()
         nodes.now_s += 1
     assert found.nodes["/talker"].error
     assert nodes.asked.count("/talker") < 12
     nodes.silent = set()
     nodes.now_s += 10
-    assert observer.look().unreachable == set()
+    assert observer.poll().unreachable == set()
 
 
 def test_many_nodes_are_asked_by_turns(nodes: Nodes, observer: SystemObserver) -> None:
     nodes.more = [f"/node{number}" for number in range(150)]
-    observer.look()
+    observer.poll()
     assert len(nodes.asked) == CALLS_A_LOOK
     for _ in range(2):
-        observer.look()
+        observer.poll()
     assert sorted(nodes.asked) == sorted(["/talker", "/listener", *nodes.more])
 
 
 def test_without_its_master_the_last_state_stays(nodes: Nodes, observer: SystemObserver) -> None:
-    before = observer.look()
+    before = observer.poll()
     nodes.is_up = False
-    found = observer.look()
+    found = observer.poll()
     assert found.error
     assert found.state == before.state
     assert found.connections == before.connections
@@ -143,4 +143,4 @@ def test_a_malformed_answer_is_an_error_of_that_node(
     nodes: Nodes, observer: SystemObserver, answer: Any
 ) -> None:
     nodes.answers["/talker"] = answer, [1, "", [[], [], []]]
-    assert "getBusInfo must answer" in observer.look().nodes["/talker"].error
+    assert "getBusInfo must answer" in observer.poll().nodes["/talker"].error

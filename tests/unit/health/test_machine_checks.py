@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from pipros.health.finding import Severity, has_errors
-from pipros.health.machine import Machine, PathKind
+from pipros.health.finding import FindingSeverity, has_errors
+from pipros.health.machine import MachineReport, PathKind
 from pipros.health.machine_checks import check_machine
 
 PROGRAMS, PACKAGES = Path("/venv/bin"), Path("/venv/lib")
 
-HEALTHY = Machine(
+HEALTHY = MachineReport(
     variables={"ROS_MASTER_URI": "http://robot:11311", "ROS_PACKAGE_PATH": "/ws/src", "PYTHONPATH": ""},
     hostname="desk",
     addresses=("127.0.0.1", "10.0.0.2"),
@@ -29,11 +29,11 @@ HEALTHY = Machine(
 )
 
 
-def machine(variables: dict[str, str] | None = None, **changes: Any) -> Machine:
+def machine(variables: dict[str, str] | None = None, **changes: Any) -> MachineReport:
     return replace(HEALTHY, variables={**HEALTHY.variables, **(variables or {})}, **changes)
 
 
-FAULTS: dict[str, Machine] = {
+FAULTS: dict[str, MachineReport] = {
     "mixed-programs": machine(foreign_programs={"rostopic": Path("/opt/ros/noetic/bin/rostopic")}),
     "mixed-python": machine(python_packages={"rospy": Path("/opt/ros/noetic/lib/python3/dist-packages")}),
     "changed-packages": machine(changed_packages={"rospy": "py3rosmsgs", "genpy": ""}),
@@ -91,7 +91,7 @@ def test_a_missing_master_is_to_be_started_where_it_belongs(uri: str, cure: str)
 def test_the_cure_names_the_address_that_others_can_reach() -> None:
     (finding,) = check_machine(FAULTS["ip-of-another-network"])
     assert finding.cure == "export ROS_IP=10.0.0.2"
-    assert finding.severity is Severity.WARNING
+    assert finding.severity is FindingSeverity.WARNING
     assert has_errors(check_machine(FAULTS["ip-of-another"]))
 
 

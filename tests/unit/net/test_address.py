@@ -18,6 +18,7 @@ from pipros.net.address import (
     advertised_host,
     bind_host,
     is_loopback,
+    problem_of,
     uri,
 )
 from pipros.net.lookup import Lookups
@@ -127,3 +128,19 @@ def test_other_hosts_are_not_loopback(host: str) -> None:
 def test_uris_are_written_as_ros_writes_them() -> None:
     assert uri("robot", 1) == "http://robot:1/"
     assert uri("fd00::7", 1, "rosrpc") == "rosrpc://[fd00::7]:1"
+
+
+@pytest.mark.parametrize(
+    ("configured", "is_address", "problem"),
+    [
+        ("", True, "an empty string"),
+        ("http://robot", False, "protocol should not be included"),
+        ("10.0.0.5:1", True, "port should not be included"),
+        ("robot", True, "must be a valid IPv4 or IPv6 address"),
+        ("robot:1", False, None),
+        ("10.0.0.5", True, None),
+        ("fd00::7", True, None),
+    ],
+)
+def test_malformed_addresses_are_explained(configured: str, is_address: bool, problem: str | None) -> None:
+    assert problem_of(configured, is_address=is_address) == problem

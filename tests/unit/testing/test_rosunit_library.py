@@ -111,6 +111,6 @@ def test_a_summary_names_the_programs_that_could_not_be_run(capsys: pytest.Captu
 
 
 def test_late_parts_are_attributes_of_their_packages() -> None:
-    assert rosunit.pmon.LocalProcess is rosunit.baretest.LocalProcess
+    assert rosunit.rosunit_main.BareTestCase is rosunit.baretest.BareTestCase
     with pytest.raises(AttributeError, match="nope"):
         _ = rosunit.nope

@@ -19,7 +19,7 @@ class ClumsyObserver:
     def __init__(self, _: object) -> None:
         self.looks = 0
 
-    def look(self) -> Observation:
+    def poll(self) -> Observation:
         self.looks += 1
         if self.looks <= 2:
             raise IndexError("list index out of range")

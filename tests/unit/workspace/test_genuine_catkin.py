@@ -18,7 +18,7 @@ from pipros.workspace.genuine_catkin import (
     use_python_of_environment,
 )
 from pipros.workspace.index import SHARED_PACKAGES
-from pipros.workspace.layout import Layout, SourcePackage, read_source_space
+from pipros.workspace.layout import SourcePackage, WorkspaceFolders, read_source_space
 from pipros.workspace.shipped_packages import shipped_packages
 from tests.support.workspaces import Workspace
 
@@ -117,7 +117,7 @@ def test_the_tools_of_an_overlay_are_found_by_its_prefix(tmp_path: Path) -> None
 
 def test_a_tool_that_fails_is_named(tmp_path: Path) -> None:
     programs(tmp_path / "bin", "cmake", code=3)
-    layout = Layout(tmp_path, *(tmp_path / name for name in ("src", "build", "devel", "install")))
+    layout = WorkspaceFolders(tmp_path, *(tmp_path / name for name in ("src", "build", "devel", "install")))
     tools = NativeTools(str(tmp_path / "bin" / "cmake"), tmp_path / "opt")
 
     with pytest.raises(NativeBuildFailed, match=r"cmake .* failed; the reason is printed above"):
@@ -240,9 +240,9 @@ def has_cmake(package: SourcePackage) -> bool:
     return (package.folder / "CMakeLists.txt").is_file()
 
 
-def programs_and_layout(tmp_path: Path) -> tuple[NativeTools, Layout]:
+def programs_and_layout(tmp_path: Path) -> tuple[NativeTools, WorkspaceFolders]:
     """Tools that do nothing, but `cmake` writes its prefix path to a file; and the spaces of a workspace."""
-    layout = Layout(tmp_path, *(tmp_path / name for name in ("src", "build", "devel", "install")))
+    layout = WorkspaceFolders(tmp_path, *(tmp_path / name for name in ("src", "build", "devel", "install")))
     programs(tmp_path / "bin", "cmake")
     (tmp_path / "bin" / "cmake").write_text(f"#!/bin/sh\necho $CMAKE_PREFIX_PATH > {tmp_path}/prefix_path\n")
     (tmp_path / "opt" / "bin").mkdir(parents=True)

@@ -96,17 +96,9 @@ def test_load_manifest_is_satisfied_with_a_package_that_there_is(package: Path) 
 def test_import_roslib_alone_gives_its_modules() -> None:
     asked = (
         "import roslib; roslib.packages.get_pkg_dir; roslib.launcher.load_manifest; "
-        "roslib.exceptions.ROSLibException; roslib.manifest.Manifest; roslib.stacks.list_stacks; "
+        "roslib.exceptions.ROSLibException; roslib.manifest.Manifest; "
         "import rosgraph; rosgraph.xmlrpc.XmlRpcNode; rosgraph.roslogging.RosStreamHandler; "
         "print(roslib.is_interactive(), roslib.set_interactive(True), roslib.is_interactive())"
     )
     ended = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=False)
     assert (ended.stdout, ended.stderr) == ("False None True\n", "")
-
-
-def test_catkin_packages_have_no_stacks(package: Path) -> None:
-    assert roslib.stacks.list_stacks() == []
-    assert roslib.stacks.expand_to_packages(["old_robot", "nothing"]) == (["old_robot"], ["nothing"])
-    assert roslib.stacks.stack_of("old_robot") is None
-    with pytest.raises(roslib.stacks.InvalidROSStackException):
-        roslib.stacks.get_stack_dir("ros_comm")

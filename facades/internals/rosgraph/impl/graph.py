@@ -1,10 +1,15 @@
-"""The computation graph for rqt_graph. Facade of `pipros.graph`."""
+"""The computation graph for rqt_graph. Facade of `pipros.graph.live`."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from threading import Lock
+from typing import Any
+
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.graph.edges import Edge, EdgeList, edge_args
-from pipros.graph.live import CALLER_ID, BadNode, LiveGraph, logger, node_topic, topic_node
+from pipros.graph.live import CALLER_ID, Link, LiveGraph, logger
+from pipros.graph.live import vertex_of_topic as topic_node
+from rosgraph.impl.edges import Edge, EdgeList, edge_args
 from rosgraph.masterapi import Master
 
 __all__ = ["BadNode", "Edge", "EdgeList", "Graph", "edge_args", "logger", "node_topic", "topic_node"]
@@ -12,10 +17,106 @@ __all__ = ["BadNode", "Edge", "EdgeList", "Graph", "edge_args", "logger", "node_
 _star_names(__name__, "itertools logging random rosgraph xmlrpc.client:ServerProxy socket sys time traceback")
 
 
-class Graph(LiveGraph):
-    """The graph of the environment's master; see `pipros.graph.live.LiveGraph`."""
+def node_topic(node: str) -> str:
+    """Return the topic of a vertex name."""
+    return node[1:]
+
+
+class BadNode:
+    """A node that did not report its connections.
+
+    Attributes:
+        type: DEAD if it cannot be reached, WONKY if its answer is malformed.
+        reason: the error.
+    """
+
+    DEAD = 0
+    WONKY = 1
+
+    def __init__(self, name: str, type: int, reason: Any) -> None:  # noqa: A002  # the name in ROS
+        self.name = name
+        self.type = type
+        self.reason = reason
+
+
+def _of_live(attribute: str) -> property:
+    return property(
+        lambda self: getattr(self._live, attribute),
+        lambda self, value: setattr(self._live, attribute, value),
+    )
+
+
+class Graph:
+    """The graph of the environment's master as of the last `update`; see `pipros.graph.live.LiveGraph`.
+
+    Attributes:
+        nn_nodes, nt_nodes, srvs: the nodes, the vertices of the topics, and the names of the services.
+        bad_nodes_lock: taken while `bad_nodes` changes.
+        master_stale, node_stale: for how many seconds answers of the master and of nodes are used.
+        last_master_refresh, last_node_refresh: when the master and each node were asked last.
+        node_uri_map, uri_node_map: the addresses of the nodes that were looked up.
+    """
 
     def __init__(self, node_ns: str = "/", topic_ns: str = "/") -> None:
         """Set up the graph of these namespaces, without querying the master."""
         self.master = Master(CALLER_ID)
-        super().__init__(self.master.client, node_ns, topic_ns)
+        self._live = LiveGraph(self.master.client, node_ns, topic_ns)
+        self.node_ns = self._live.node_namespace
+        self.topic_ns = self._live.topic_namespace
+        self.bad_nodes_lock: Lock = self._live.silent_lock
+
+    master_stale = _of_live("max_age_of_state_s")
+    node_stale = _of_live("max_age_of_report_s")
+    last_master_refresh = _of_live("master_asked_at")
+    last_node_refresh = _of_live("asked_at")
+    node_uri_map = _of_live("apis")
+    uri_node_map = _of_live("nodes_by_api")
+    nn_nodes = _of_live("nodes")
+    nt_nodes = _of_live("topics")
+    srvs = _of_live("services")
+
+    @property
+    def nn_edges(self) -> EdgeList:
+        """The connections from node to node, labelled with the topic."""
+        return _edges(self._live.links)
+
+    @property
+    def nt_edges(self) -> EdgeList:
+        """The connections between nodes and topics."""
+        return _edges(self._live.topic_links)
+
+    @property
+    def nt_all_edges(self) -> EdgeList:
+        """The connections between nodes and topics that the registrations imply."""
+        return _edges(self._live.registered_links)
+
+    @property
+    def bad_nodes(self) -> dict[str, BadNode]:
+        """The nodes that did not report their connections."""
+        return {
+            name: BadNode(name, BadNode.WONKY if report.is_reachable else BadNode.DEAD, report.reason)
+            for name, report in self._live.silent.items()
+        }
+
+    def set_master_stale(self, stale_secs: float) -> None:
+        """Set for how many seconds an answer of the master is used."""
+        self.master_stale = stale_secs
+
+    def set_node_stale(self, stale_secs: float) -> None:
+        """Set for how many seconds an answer of a node is used."""
+        self.node_stale = stale_secs
+
+    def update(self) -> bool:
+        """Query the master and the nodes whose answers are stale, bad ones too. Return True on any change."""
+        return self._live.update()
+
+    def bad_update(self) -> bool:
+        """Query the bad nodes again. Return True if anything changed."""
+        return self._live.query_silent_nodes()
+
+
+def _edges(links: Iterable[Link]) -> EdgeList:
+    edges = EdgeList()
+    for link in sorted(links):
+        edges.add(Edge(*link))
+    return edges

@@ -62,10 +62,10 @@ def service_type(service: str) -> str:
 
 def prototype(kind: str, type_name: str) -> list[str]:
     """Return a message or a request template with default values; empty for an unknown type."""
-    from pipros.cli.rosmsg_proto import UnknownType, example
+    from pipros.cli.rosmsg_proto import UnknownInterface, example
     from pipros.graph.skeleton import skeleton
 
     try:
         return [f'{MANY_LINES}"{skeleton(example(kind, type_name))}"'] if type_name else []
-    except UnknownType:
+    except UnknownInterface:
         return []

@@ -40,7 +40,7 @@ class Box:
 
 
 @dataclass(frozen=True, slots=True)
-class Layout(Generic[Key]):
+class GraphLayout(Generic[Key]):
     """Positions of all vertices, arrows and groups.
 
     Attributes:
@@ -63,7 +63,7 @@ def layered_layout(
     groups: Mapping[Key, str] | None = None,
     *,
     gap: float = LAYER_GAP,
-) -> Layout[Key]:
+) -> GraphLayout[Key]:
     """Lay out a graph. The same graph always gets the same layout.
 
     Args:
@@ -73,7 +73,7 @@ def layered_layout(
         gap: distance between layers in pixels.
     """
     if not sizes:
-        return Layout()
+        return GraphLayout()
     return _LayeredLayout(sizes, arrows, groups or {}, gap).result()
 
 
@@ -243,7 +243,7 @@ class _LayeredLayout(Generic[Key]):
                 stack += reversed(self._left[vertex])
         return found
 
-    def result(self) -> Layout[Key]:
+    def result(self) -> GraphLayout[Key]:
         heights, bands = self._heights()
         columns, width = self._columns()
         boxes = {
@@ -262,7 +262,7 @@ class _LayeredLayout(Generic[Key]):
                 (left + right) / 2, (top + bottom) / 2, right - left, bottom - top
             )
         height = max(bottom for _, bottom in bands.values())
-        return Layout(boxes, routes, rectangles, width, height)
+        return GraphLayout(boxes, routes, rectangles, width, height)
 
     def _columns(self) -> tuple[list[float], float]:
         """Return the horizontal centre of each layer, and the total width."""

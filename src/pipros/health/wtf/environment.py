@@ -5,21 +5,15 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from pipros.basics.env import Environment
 from pipros.basics.uri import split_uri
-from pipros.health.wtf.context import WtfContext
-from pipros.health.wtf.rules import Rule, error_rule, warning_rule
+from pipros.health.wtf.rules import Problem, Rule, problems_of
+from pipros.health.wtf.subject import Subject
 from pipros.net.this_machine import addresses_of
 
 
 def paths(path: str | None) -> list[str]:
     """Return the non-empty entries of a path variable."""
     return [entry for entry in (path or "").split(os.pathsep) if entry]
-
-
-def is_executable(path: str) -> bool:
-    """Return True for a file that the current user may execute."""
-    return os.path.isfile(path) and os.access(path, os.X_OK)
 
 
 def invalid_url(url: str) -> str | None:
@@ -33,15 +27,20 @@ def invalid_url(url: str) -> str | None:
     return None if port.isdecimal() else f"port number [{port}] is invalid"
 
 
-def ros_root_check(ctx: WtfContext) -> str | None:
-    if ctx.ros_root and Path(ctx.ros_root).is_dir() and Path(ctx.ros_root).name != "ros":
-        return f"ROS_ROOT [{ctx.ros_root}] must end in directory named 'ros'"
+def ros_root_check(subject: Subject) -> str | None:
+    folder = subject.variables.get("ROS_ROOT")
+    if folder and Path(folder).is_dir() and Path(folder).name != "ros":
+        return f"ROS_ROOT [{folder}] must end in directory named 'ros'"
     return None
 
 
-def pythonpath_check(ctx: WtfContext) -> str | None:
+def pythonpath_check(subject: Subject) -> str | None:
     """Find several folders with rospy, of which only the first is imported."""
-    found = [entry for entry in paths(ctx.pythonpath) if Path(entry, "rospy", "__init__.py").is_file()]
+    found = [
+        entry
+        for entry in paths(subject.variables.get("PYTHONPATH"))
+        if Path(entry, "rospy", "__init__.py").is_file()
+    ]
     if len(found) > 1:
         return f"several folders contain rospy ({', '.join(found)}); the first one is used"
     return None
@@ -55,33 +54,34 @@ def _writable(folder: Path, name: str) -> str | None:
     return None
 
 
-def ros_home_check(ctx: WtfContext) -> str | None:
-    return _writable(Environment.from_os(ctx.env).ros_home, "ROS_HOME")
+def ros_home_check(subject: Subject) -> str | None:
+    return _writable(subject.environment.ros_home, "ROS_HOME")
 
 
-def ros_log_dir_check(ctx: WtfContext) -> str | None:
-    return _writable(Environment.from_os(ctx.env).log_dir, "ROS_LOG_DIR")
+def ros_log_dir_check(subject: Subject) -> str | None:
+    return _writable(subject.environment.log_dir, "ROS_LOG_DIR")
 
 
-def ros_test_results_dir_check(ctx: WtfContext) -> str | None:
-    return _writable(Environment.from_os(ctx.env).test_results_dir, "ROS_TEST_RESULTS_DIR")
+def ros_test_results_dir_check(subject: Subject) -> str | None:
+    return _writable(subject.environment.test_results_dir, "ROS_TEST_RESULTS_DIR")
 
 
-def ros_master_uri_hostname(ctx: WtfContext) -> str | None:
+def ros_master_uri_hostname(subject: Subject) -> str | None:
     try:
-        host, _, _ = split_uri(ctx.ros_master_uri)
+        host, _, _ = split_uri(subject.master_uri)
     except ValueError:
         return None  # another rule reports this
     return None if addresses_of(host) else f"Unknown host {host}"
 
 
-def rosconsole_config_file_check(ctx: WtfContext) -> bool:
-    file = ctx.env.get("ROSCONSOLE_CONFIG_FILE")
+def rosconsole_config_file_check(subject: Subject) -> bool:
+    file = subject.variables.get("ROSCONSOLE_CONFIG_FILE")
     return bool(file) and not Path(str(file)).is_file()
 
 
-def _no_folder(ctx: WtfContext) -> bool:
-    return bool(ctx.ros_root) and not Path(str(ctx.ros_root)).is_dir()
+def _no_folder(subject: Subject) -> bool:
+    folder = subject.variables.get("ROS_ROOT")
+    return bool(folder) and not Path(str(folder)).is_dir()
 
 
 def _files(path: str | None) -> list[str]:
@@ -96,15 +96,19 @@ environment_errors: list[Rule] = [
     (_no_folder, "ROS_ROOT [%(ros_root)s] does not point to a directory"),
     (ros_root_check, "ROS_ROOT is invalid: "),
     (
-        lambda ctx: _files(ctx.ros_package_path),
+        lambda subject: _files(subject.variables.get("ROS_PACKAGE_PATH")),
         "Path(s) in ROS_PACKAGE_PATH [%(ros_package_path)s] points to a file instead of a directory: ",
     ),
     (
-        lambda ctx: _no_folders(ctx.ros_package_path),
+        lambda subject: _no_folders(subject.variables.get("ROS_PACKAGE_PATH")),
         "Not all paths in ROS_PACKAGE_PATH [%(ros_package_path)s] point to an existing directory: ",
     ),
     (
-        lambda ctx: [entry for entry in _no_folders(ctx.pythonpath) if not entry.endswith((".zip", ".egg"))],
+        lambda subject: [
+            entry
+            for entry in _no_folders(subject.variables.get("PYTHONPATH"))
+            if not entry.endswith((".zip", ".egg"))
+        ],
         "Not all paths in PYTHONPATH [%(pythonpath)s] point to a directory: ",
     ),
     (pythonpath_check, "PYTHONPATH [%(pythonpath)s] is invalid: "),
@@ -112,29 +116,26 @@ environment_errors: list[Rule] = [
     (ros_log_dir_check, "ROS_LOG_DIR is invalid: "),
     (ros_test_results_dir_check, "ROS_TEST_RESULTS_DIR is invalid: "),
     (
-        lambda ctx: invalid_url(ctx.ros_master_uri) if ctx.ros_master_uri else None,
+        lambda subject: invalid_url(subject.master_uri) if subject.master_uri else None,
         "ROS_MASTER_URI [%(ros_master_uri)s] is not a valid URL: ",
     ),
 ]
 
 environment_warnings: list[Rule] = [
     (
-        lambda ctx: ctx.ros_package_path is None,
+        lambda subject: subject.variables.get("ROS_PACKAGE_PATH") is None,
         "ROS_PACKAGE_PATH is not set. This is not required, but is unusual",
     ),
     (
-        lambda ctx: ctx.ros_package_path == "",
+        lambda subject: subject.variables.get("ROS_PACKAGE_PATH") == "",
         "ROS_PACKAGE_PATH is empty. This is not required, but is unusual",
     ),
-    (lambda ctx: not ctx.ros_master_uri, "ROS_MASTER_URI is empty. This is not required, but is unusual"),
+    (lambda subject: not subject.master_uri, "ROS_MASTER_URI is empty. This is not required, but is unusual"),
     (ros_master_uri_hostname, "Cannot resolve hostname in ROS_MASTER_URI [%(ros_master_uri)s]"),
     (rosconsole_config_file_check, "ROS_CONSOLE_CONFIG_FILE does not point to an existing file"),
 ]
 
 
-def wtf_check_environment(ctx: WtfContext) -> None:
+def check_environment(subject: Subject) -> list[Problem]:
     """Apply all rules of this module."""
-    for rule in environment_warnings:
-        warning_rule(rule, rule[0](ctx), ctx)
-    for rule in environment_errors:
-        error_rule(rule, rule[0](ctx), ctx)
+    return problems_of(subject, environment_warnings, environment_errors)

@@ -3,44 +3,87 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from pipros.basics.printable import listed
 from pipros.basics.uri import split_uri
 from pipros.health.gather_system import gather_system
-from pipros.health.wtf.context import WtfContext
-from pipros.health.wtf.rules import Rule, error_rule, warning_rule
+from pipros.health.system_report import SystemReport
+from pipros.health.wtf.rules import Problem, Rule, problems_of
+from pipros.health.wtf.subject import Subject
 from pipros.net.master_client import MasterClient
 
 CALLER_ID = "/roswtf"
 
 
-def simtime_check(ctx: WtfContext) -> bool:
-    if ctx.system is None:
-        return False
-    return bool(ctx.use_sim_time) and not ctx.system.state.publishers.get("/clock")
+Link = tuple[str, str, str]
+"""A publisher, a subscriber and a topic."""
 
 
-def ping_check(ctx: WtfContext) -> list[str]:
-    return [listed(node) for node in ctx.nodes or () if ctx.system and not ctx.system.is_alive(node)]
+def expected_links(system: SystemReport) -> set[Link]:
+    """Return the links that the registrations imply."""
+    return {
+        (publisher, subscriber, topic)
+        for topic, publishers in system.state.publishers.items()
+        for publisher in publishers
+        for subscriber in system.state.subscribers.get(topic, ())
+    }
 
 
-def _edges(edges: set[tuple[str, str, str]]) -> list[str]:
+def actual_links(system: SystemReport) -> set[Link]:
+    """Return the links that the nodes report."""
+    services = set(system.state.services)
+    links = set()
+    for node, report in system.nodes.items():
+        for link in report.connections:
+            for peer in () if link.topic in services else system.nodes_at(link.peer):
+                if link.direction in ("o", "b"):
+                    links.add((node, peer, link.topic))
+                if link.direction in ("i", "b"):
+                    links.add((peer, node, link.topic))
+    return links
+
+
+def topics_without_publisher(system: SystemReport) -> dict[str, list[str]]:
+    """Return the subscribed topics without a publisher, by subscriber."""
+    found: dict[str, list[str]] = {}
+    for topic, subscribers in system.state.subscribers.items():
+        for node in () if system.state.publishers.get(topic) else subscribers:
+            found.setdefault(node, []).append(topic)
+    return found
+
+
+def simtime_check(subject: Subject) -> bool:
+    system = subject.system
+    return system is not None and system.is_time_simulated and not system.state.publishers.get("/clock")
+
+
+def ping_check(subject: Subject) -> list[str]:
+    system = subject.system
+    nodes = system.state.nodes() if system else ()
+    return [listed(node) for node in nodes if system and not system.is_alive(node)]
+
+
+def missing_edges(subject: Subject) -> list[str]:
+    system = subject.system
+    return described(expected_links(system) - actual_links(system)) if system else []
+
+
+def unexpected_edges(subject: Subject) -> list[str]:
+    system = subject.system
+    return described(actual_links(system) - expected_links(system)) if system else []
+
+
+def described(links: set[Link]) -> list[str]:
+    """Return printable descriptions of links, sorted."""
     return [
-        f"{listed(source)}->{listed(target)} ({listed(topic)})" for source, target, topic in sorted(edges)
+        f"{listed(source)}->{listed(target)} ({listed(topic)})" for source, target, topic in sorted(links)
     ]
 
 
-def missing_edges(ctx: WtfContext) -> list[str]:
-    return _edges((ctx.expected_edges or set()) - (ctx.actual_edges or set()))
-
-
-def unexpected_edges(ctx: WtfContext) -> list[str]:
-    return _edges((ctx.actual_edges or set()) - (ctx.expected_edges or set()))
-
-
-def probe_all_services(ctx: WtfContext) -> list[str]:
-    services = ctx.system.services.items() if ctx.system else ()
+def probe_all_services(subject: Subject) -> list[str]:
+    services = subject.system.services.items() if subject.system else ()
     return [
         f"service [{listed(name)}] appears to be malfunctioning: Unable to communicate with service "
         f"[{listed(name)}], address [{listed(report.uri)}]"
@@ -49,9 +92,10 @@ def probe_all_services(ctx: WtfContext) -> list[str]:
     ]
 
 
-def unconnected_subscriptions(ctx: WtfContext) -> str:
+def unconnected_subscriptions(subject: Subject) -> str:
     text = ""
-    for node, topics in sorted((ctx.unconnected_subscriptions or {}).items()):
+    unconnected = topics_without_publisher(subject.system) if subject.system else {}
+    for node, topics in sorted(unconnected.items()):
         text += f" * {listed(node)}:\n" + "".join(f"   * {listed(topic)}\n" for topic in topics)
     return text
 
@@ -69,27 +113,17 @@ graph_warnings: list[Rule] = [
 ]
 
 
-topic_errors: list[Rule] = []
-topic_warnings: list[Rule] = []
-node_errors: list[Rule] = []
-node_warnings: list[Rule] = []
-service_errors: list[Rule] = []
-service_warnings: list[Rule] = []
-"""Genuine roswtf has these lists, but applies no rules in them."""
-
-
-def load_online(ctx: WtfContext, complain: Callable[[str], Any]) -> None:
-    """Gather the running system into the context; call `complain` for each node that does not answer.
+def with_running_system(subject: Subject, complain: Callable[[str], Any]) -> Subject:
+    """Return the subject with the running system; call `complain` for each node that does not answer.
 
     Raises:
         PiprosError: the master does not answer.
     """
-    system = gather_system(ctx.ros_master_uri)
-    ctx.set_system(system)
-    master = MasterClient(ctx.ros_master_uri, CALLER_ID)
+    system = gather_system(subject.master_uri)
+    master = MasterClient(subject.master_uri, CALLER_ID)
     try:
         names = [name for name in master.get_param_names() if name.startswith("/roslaunch/uris/")]
-        ctx.roslaunch_uris = [str(master.get_param(name)) for name in names]
+        uris = tuple(str(master.get_param(name)) for name in names)
     finally:
         master.close()
     for node, report in system.nodes.items():
@@ -102,6 +136,7 @@ def load_online(ctx: WtfContext, complain: Callable[[str], Any]) -> None:
             complain(f"ERROR: connection refused to [{listed(report.api)}]")
         else:
             complain(f"ERROR: communication with node [{listed(node)}] failed: {failure.reason}")
+    return replace(subject, system=system, launcher_uris=uris)
 
 
 def _host(api: str) -> str:
@@ -111,10 +146,6 @@ def _host(api: str) -> str:
         return listed(api)
 
 
-def wtf_check_graph(ctx: WtfContext, names: object = None) -> None:
-    """Apply all rules of this module to the data of `load_online`. `names` is ignored, for compatibility."""
-    del names
-    for rule in graph_warnings:
-        warning_rule(rule, rule[0](ctx), ctx)
-    for rule in graph_errors:
-        error_rule(rule, rule[0](ctx), ctx)
+def check_graph(subject: Subject) -> list[Problem]:
+    """Apply all rules of this module."""
+    return problems_of(subject, graph_warnings, graph_errors)

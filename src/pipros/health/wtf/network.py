@@ -5,14 +5,14 @@ from __future__ import annotations
 import socket
 
 from pipros.health.gather_machine import own_addresses
-from pipros.health.wtf.context import WtfContext
-from pipros.health.wtf.rules import Rule, error_rule, warning_rule
+from pipros.health.wtf.rules import Problem, Rule, problems_of
+from pipros.health.wtf.subject import Subject
 from pipros.net.this_machine import addresses_of, is_this_machine
 
 
-def ip_check(ctx: WtfContext) -> str | None:
+def ip_check(subject: Subject) -> str | None:
     """Check that the host name resolves to this machine, unless ROS_IP or ROS_HOSTNAME is set."""
-    if ctx.env.get("ROS_HOSTNAME") or ctx.env.get("ROS_IP"):
+    if subject.variables.get("ROS_HOSTNAME") or subject.variables.get("ROS_IP"):
         return None
     name = socket.gethostname()
     found = addresses_of(name)
@@ -24,8 +24,8 @@ def ip_check(ctx: WtfContext) -> str | None:
     return None
 
 
-def ros_hostname_check(ctx: WtfContext) -> str | None:
-    name = ctx.env.get("ROS_HOSTNAME")
+def ros_hostname_check(subject: Subject) -> str | None:
+    name = subject.variables.get("ROS_HOSTNAME")
     if not name:
         return None
     found = addresses_of(name)
@@ -39,8 +39,8 @@ def ros_hostname_check(ctx: WtfContext) -> str | None:
     )
 
 
-def ros_ip_check(ctx: WtfContext) -> str | None:
-    ip = ctx.env.get("ROS_IP")
+def ros_ip_check(subject: Subject) -> str | None:
+    ip = subject.variables.get("ROS_IP")
     if not ip or is_this_machine(ip):
         return None
     return (
@@ -57,9 +57,6 @@ warnings: list[Rule] = [
 ]
 
 
-def wtf_check(ctx: WtfContext) -> None:
+def check_network(subject: Subject) -> list[Problem]:
     """Apply all rules of this module."""
-    for rule in warnings:
-        warning_rule(rule, rule[0](ctx), ctx)
-    for rule in errors:
-        error_rule(rule, rule[0](ctx), ctx)
+    return problems_of(subject, warnings, errors)

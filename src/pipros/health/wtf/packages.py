@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from pipros.basics.errors import PiprosError
-from pipros.health.wtf.context import WtfContext
-from pipros.health.wtf.rules import Rule, error_rule
+from pipros.health.wtf.rules import Problem, Rule, problems_of
+from pipros.health.wtf.subject import Subject
 from pipros.workspace.manifest import read_manifest
 
 
-def manifest_valid(ctx: WtfContext) -> list[str]:
+def manifest_valid(subject: Subject) -> list[str]:
     """Return the packages whose manifest cannot be read."""
     broken = []
-    for name in ctx.pkgs:
-        package = ctx.index.get(name) if ctx.index is not None else None
+    for name in subject.packages:
+        package = subject.index.get(name)
         if package is None:
             continue
         try:
@@ -26,7 +26,6 @@ errors: list[Rule] = [(manifest_valid, "The manifests of the following packages 
 warnings: list[Rule] = []
 
 
-def wtf_check(ctx: WtfContext) -> None:
+def check_packages(subject: Subject) -> list[Problem]:
     """Apply all rules of this module."""
-    for rule in errors:
-        error_rule(rule, rule[0](ctx), ctx)
+    return problems_of(subject, warnings, errors)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from importlib import import_module
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.health.wtf.context import WtfContext
 from pipros.workspace.dependency_graph import DependencyGraph
 from pipros.workspace.index import PackageIndex
 
-Check = Callable[[WtfContext], Any]
+Check = Callable[[Any], Any]
+"""A function of a plugin; its argument is the context that the facade `roswtf` makes for plugins."""
 
 
 def _ignore(_text: str) -> None:
@@ -58,3 +58,12 @@ def load_plugins(
                 kind.append(check)
         say(f"Loaded plugin {name}")
     return static, online
+
+
+def run_checks(checks: Iterable[Check], context: object, *, complain: Callable[[str], Any]) -> None:
+    """Call checks of plugins with their context; call `complain` for each one that raises an exception."""
+    for check in checks:
+        try:
+            check(context)
+        except Exception as error:  # the plugin's code may raise anything
+            complain(f"ERROR: plugin [{getattr(check, '__module__', check)}] failed: {error}")

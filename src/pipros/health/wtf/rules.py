@@ -1,50 +1,40 @@
-"""Errors and warnings that the `roswtf` rules add to a context."""
+"""Rules of `roswtf`, and the problems that they find."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from pipros.health.wtf.context import WtfContext
+from pipros.health.wtf.subject import Subject
 
-Rule = tuple[Any, str]
-"""A function and its text; `%(name)s` in the text is replaced by an attribute of the context."""
-
-
-class WtfError:
-    """An error found by a rule.
-
-    Attributes:
-        msg: the text for the user.
-        format_msg: the text of the rule.
-        return_val: the return value of the rule's function.
-    """
-
-    def __init__(self, msg: str, format_msg: str | None = None, return_val: Any = None) -> None:
-        self.msg = msg
-        self.format_msg = msg if format_msg is None else format_msg
-        self.return_val = True if return_val is None else return_val
+Rule = tuple[Callable[[Subject], Any], str]
+"""A function and its text; `%(name)s` in the text is replaced by one of `Subject.words`."""
 
 
-class WtfWarning(WtfError):
-    """A warning found by a rule; it may be intended."""
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """A problem that a rule found; a warning unless `is_error`."""
+
+    is_error: bool
+    text: str
 
 
-def error_rule(rule: Rule, ret: Any, ctx: WtfContext) -> None:
-    """Add an error to the context unless `ret`, the result of the rule's function, is false."""
-    if ret:
-        ctx.errors.append(WtfError(_text(rule, ret, ctx), rule[1], ret))
+def problems_of(subject: Subject, warnings: Sequence[Rule], errors: Sequence[Rule]) -> list[Problem]:
+    """Apply rules to a subject; a rule whose function returns a false value has found no problem."""
+    return [
+        Problem(is_error, text_of(text, result, subject.words))
+        for is_error, rules in ((False, warnings), (True, errors))
+        for function, text in rules
+        if (result := function(subject))
+    ]
 
 
-def warning_rule(rule: Rule, ret: Any, ctx: WtfContext) -> None:
-    """Add a warning to the context unless `ret`, the result of the rule's function, is false."""
-    if ret:
-        ctx.warnings.append(WtfWarning(_text(rule, ret, ctx), rule[1], ret))
-
-
-def _text(rule: Rule, ret: Any, ctx: WtfContext) -> str:
-    text = rule[1] % ctx.as_dictionary()
-    if isinstance(ret, str):
-        return text + ret
-    if isinstance(ret, (list, tuple)):
-        return text + "\n" + "".join(f" * {item}\n" for item in ret)
+def text_of(text: str, result: object, words: Mapping[str, object]) -> str:
+    """Return the text of a rule followed by its result: a text, or a list of texts, one per line."""
+    text %= words
+    if isinstance(result, str):
+        return text + result
+    if isinstance(result, (list, tuple)):
+        return text + "\n" + "".join(f" * {item}\n" for item in result)
     return text

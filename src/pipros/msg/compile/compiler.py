@@ -15,7 +15,7 @@ from pipros.msg.base import Message
 from pipros.msg.compile.decode import deserialize_body
 from pipros.msg.compile.emitter import Names, python_name
 from pipros.msg.compile.encode import serialize_body
-from pipros.msg.compile.layout import Layout, Layouts
+from pipros.msg.compile.layout import TypeLayout, TypeLayouts
 from pipros.msg.language.digest import CompleteSpec, Lookup, complete, md5_of_halves
 from pipros.msg.language.spec import (
     FLOATS,
@@ -86,7 +86,9 @@ def reader_source(spec: MessageSpec, lookup: Lookup, *, is_numpy: bool) -> str:
     are not UTF-8, and makes numpy arrays if `is_numpy`.
     """
     names = Names()
-    body = deserialize_body(Layouts(lookup).of(spec), names, indent=1, errors="replace", is_numpy=is_numpy)
+    body = deserialize_body(
+        TypeLayouts(lookup).of(spec), names, indent=1, errors="replace", is_numpy=is_numpy
+    )
     return _module(["def read(self, str, numpy):", *body], names)
 
 
@@ -98,7 +100,7 @@ def _module(lines: list[str], names: Names) -> str:
     return "\n".join((_PREAMBLE, *structs, *strings, "", "", *lines, ""))
 
 
-def _checked(spec: MessageSpec, lookup: Lookup, limits: Limits) -> tuple[CompleteSpec, Layout]:
+def _checked(spec: MessageSpec, lookup: Lookup, limits: Limits) -> tuple[CompleteSpec, TypeLayout]:
     """The definition with all that it embeds, and its layout.
 
     Raises:
@@ -110,7 +112,7 @@ def _checked(spec: MessageSpec, lookup: Lookup, limits: Limits) -> tuple[Complet
             reason = f"a Python message cannot have this constant: the name {constant.name} is taken"
             raise DefinitionError(reason, file=spec.file)
     whole = complete(spec, lookup)  # also finds types that contain themselves, which have no layout
-    layout = Layouts(lookup).of(spec)
+    layout = TypeLayouts(lookup).of(spec)
     if layout.code_size > limits.definition_fields:
         limit = limit_text("definition_fields", limits.definition_fields)
         raise DefinitionError(f"the message has {layout.code_size} fields in all; {limit}", file=spec.file)
@@ -127,7 +129,7 @@ def _checked(spec: MessageSpec, lookup: Lookup, limits: Limits) -> tuple[Complet
     return whole, layout
 
 
-def _message_class(whole: CompleteSpec, layout: Layout, names: Names) -> list[str]:
+def _message_class(whole: CompleteSpec, layout: TypeLayout, names: Names) -> list[str]:
     spec, slots = whole.spec, _slots(whole.spec)
     return [
         f"class {_class_name(spec, spec.name)}(_CompiledMessage):",

@@ -17,13 +17,13 @@ from __future__ import annotations
 import struct
 
 from pipros.msg.compile.emitter import Emitter, Names, python_name, struct_layout
-from pipros.msg.compile.layout import INLINE_ARRAY_LIMIT, Layout
+from pipros.msg.compile.layout import INLINE_ARRAY_LIMIT, TypeLayout
 from pipros.msg.language.spec import NUMBERS, OCTETS, TIMES, FieldType
 from pipros.msg.time import NS_PER_S
 
 
 def deserialize_body(
-    layout: Layout,
+    layout: TypeLayout,
     names: Names,
     *,
     indent: int,
@@ -58,18 +58,18 @@ class _Decoder(Emitter):
         self._is_end_checked = True
         self._counts_down = False
 
-    def begin(self, layout: Layout) -> None:
+    def begin(self, layout: TypeLayout) -> None:
         """Octets are sliced from a view without a copy; everything else is read faster from `bytes`."""
         self._keeps_view = layout.has_octets or self._is_numpy
         self.emit(
             "data = str" if self._keeps_view else "data = str if str.__class__ is _bytes else _bytes(str)"
         )
 
-    def fields(self, layout: Layout, owner: str) -> None:
+    def fields(self, layout: TypeLayout, owner: str) -> None:
         for field in layout.spec.fields:
             self._field(field.type, f"{owner}.{python_name(field.name)}", layout)
 
-    def finish(self, layout: Layout) -> None:
+    def finish(self, layout: TypeLayout) -> None:
         self._flush()
         if not self._is_end_checked:
             self._check_end()
@@ -81,7 +81,7 @@ class _Decoder(Emitter):
             self.emit("raise _struct.error(_TOO_SHORT)")
         self._is_end_checked = True
 
-    def _field(self, kind: FieldType, target: str, within: Layout) -> None:
+    def _field(self, kind: FieldType, target: str, within: TypeLayout) -> None:
         if not kind.is_array:
             self._single(kind.base, target, within)
         elif kind.base in OCTETS:
@@ -91,7 +91,7 @@ class _Decoder(Emitter):
         else:
             self._array(kind, target, within)
 
-    def _single(self, base: str, target: str, within: Layout) -> None:
+    def _single(self, base: str, target: str, within: TypeLayout) -> None:
         if base in NUMBERS:
             self._scalar(NUMBERS[base], target)
         elif base in TIMES:
@@ -148,7 +148,7 @@ class _Decoder(Emitter):
         self._advance(count if size == 1 else f"{count} * {size}")
         self._is_end_checked = True
 
-    def _array(self, kind: FieldType, target: str, within: Layout) -> None:
+    def _array(self, kind: FieldType, target: str, within: TypeLayout) -> None:
         """An array of strings, times or messages."""
         inner = within.members.get(kind.base)  # None for times and strings
         count = self._count(kind, inner)
@@ -164,7 +164,7 @@ class _Decoder(Emitter):
             self._elements(kind.base, count, offset, array, within)
         self.emit(f"{target} = {array}")
 
-    def _count(self, kind: FieldType, inner: Layout | None) -> str:
+    def _count(self, kind: FieldType, inner: TypeLayout | None) -> str:
         if kind.length is not None:
             return str(kind.length)
         count = self._length()
@@ -183,7 +183,7 @@ class _Decoder(Emitter):
         self.emit(f"{target}, {end} = {value}")
         self._base, self._delta, self._is_end_checked = end, 0, True
 
-    def _records(self, base: str, count: str, array: str, within: Layout) -> None:
+    def _records(self, base: str, count: str, array: str, within: TypeLayout) -> None:
         """Elements of equal size, which one iterator unpacks."""
         element = self.local("e")
         with self.captured() as body:
@@ -206,7 +206,7 @@ class _Decoder(Emitter):
             self.emit(f"{array}.append({element})")
         self._codes, self._targets, self._afterwards = [], [], []
 
-    def _elements(self, base: str, count: str, offset: str, array: str, within: Layout) -> None:
+    def _elements(self, base: str, count: str, offset: str, array: str, within: TypeLayout) -> None:
         element = self.local("e")
         was_checked = self._is_end_checked
         with self.loop(f"for _ in _range({count}):", within.spec):

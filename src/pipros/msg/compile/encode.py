@@ -13,13 +13,13 @@ from __future__ import annotations
 
 from pipros.msg.compile.arrays import SIZES
 from pipros.msg.compile.emitter import Emitter, Names, python_name, struct_layout
-from pipros.msg.compile.layout import Layout
+from pipros.msg.compile.layout import TypeLayout
 from pipros.msg.language.spec import NUMBERS, OCTETS, TIMES, FieldType
 
 _WRONG_LENGTH = 'raise _ValueError("a fixed array has the wrong length")'
 
 
-def serialize_body(layout: Layout, names: Names, *, indent: int) -> list[str]:
+def serialize_body(layout: TypeLayout, names: Names, *, indent: int) -> list[str]:
     """The statements that write `self` to `buff`."""
     encoder = _Encoder(names, indent=indent)
     encoder.fields(layout, "self")
@@ -37,7 +37,7 @@ class _Encoder(Emitter):
         self._list: str | None = None
         self._stretches: list[str] = []
 
-    def fields(self, layout: Layout, owner: str) -> None:
+    def fields(self, layout: TypeLayout, owner: str) -> None:
         for field in layout.spec.fields:
             value = f"{owner}.{python_name(field.name)}"
             if not field.type.is_array:
@@ -56,7 +56,7 @@ class _Encoder(Emitter):
         for part in self._stretches:
             self.emit(f"buff.write({part})")
 
-    def _single(self, base: str, value: str, within: Layout) -> None:
+    def _single(self, base: str, value: str, within: TypeLayout) -> None:
         if base in NUMBERS:
             self._scalar(_pack_code(base), value)
         elif base in TIMES:
@@ -93,7 +93,7 @@ class _Encoder(Emitter):
             self._end_stretch()
             self._stretches.append(packed)
 
-    def _loop(self, kind: FieldType, value: str, within: Layout) -> None:
+    def _loop(self, kind: FieldType, value: str, within: TypeLayout) -> None:
         array = self.assign("a", value)
         if kind.length is None:
             self._scalar("I", f"_len({array})")

@@ -18,7 +18,7 @@ _VALUES_PER_BYTE = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class TypeLayout:
     """A message type with the properties that decide which code reads and writes it.
 
     Attributes:
@@ -36,7 +36,7 @@ class Layout:
     """
 
     spec: MessageSpec
-    members: Mapping[str, Layout]
+    members: Mapping[str, TypeLayout]
     has_octets: bool
     takes_bytes: bool
     is_one_unpack: bool
@@ -65,16 +65,16 @@ class Layout:
         return _unpaid(self.value_count + 1, self.least_bytes)
 
 
-class Layouts:
+class TypeLayouts:
     """Computes layouts, each type once. No type may contain itself."""
 
     def __init__(self, lookup: Lookup) -> None:
         self._lookup = lookup
-        self._known: dict[str, Layout] = {}
+        self._known: dict[str, TypeLayout] = {}
 
-    def of(self, spec: MessageSpec) -> Layout:
+    def of(self, spec: MessageSpec) -> TypeLayout:
         """The layout of a type. `lookup` must know the embedded types, but not the type itself."""
-        members: dict[str, Layout] = {}
+        members: dict[str, TypeLayout] = {}
         for field in spec.fields:
             base = field.type.base
             if base in BUILTINS or base in members:
@@ -85,11 +85,11 @@ class Layouts:
         return _layout(spec, members)
 
 
-def _layout(spec: MessageSpec, members: Mapping[str, Layout]) -> Layout:
+def _layout(spec: MessageSpec, members: Mapping[str, TypeLayout]) -> TypeLayout:
     kinds = [field.type for field in spec.fields]
     takes_bytes = any(_takes_bytes(kind, members) for kind in kinds)
     value_count, least_bytes = _extent(kinds, members)
-    return Layout(
+    return TypeLayout(
         spec=spec,
         members=members,
         has_octets=any(_has_octets(kind, members) for kind in kinds),
@@ -102,19 +102,19 @@ def _layout(spec: MessageSpec, members: Mapping[str, Layout]) -> Layout:
     )
 
 
-def _has_octets(kind: FieldType, members: Mapping[str, Layout]) -> bool:
+def _has_octets(kind: FieldType, members: Mapping[str, TypeLayout]) -> bool:
     if kind.is_builtin:
         return kind.base in OCTETS and kind.is_array and kind.length is None
     return members[kind.base].has_octets
 
 
-def _takes_bytes(kind: FieldType, members: Mapping[str, Layout]) -> bool:
+def _takes_bytes(kind: FieldType, members: Mapping[str, TypeLayout]) -> bool:
     if kind.is_array and kind.length is None:
         return True
     return kind.length != 0 and (kind.is_builtin or members[kind.base].takes_bytes)
 
 
-def _is_one_unpack(kind: FieldType, members: Mapping[str, Layout]) -> bool:
+def _is_one_unpack(kind: FieldType, members: Mapping[str, TypeLayout]) -> bool:
     if kind.is_array:
         return _is_inline(kind)
     return kind.base != "string" if kind.is_builtin else members[kind.base].is_one_unpack
@@ -133,14 +133,14 @@ def _only_code(kinds: list[FieldType]) -> str | None:
     return codes.pop() if len(codes) == 1 else None
 
 
-def _field_count(kind: FieldType, members: Mapping[str, Layout]) -> int:
+def _field_count(kind: FieldType, members: Mapping[str, TypeLayout]) -> int:
     if not kind.is_builtin:
         return 2 + members[kind.base].field_count
     has_elements = _is_inline(kind) and kind.base not in OCTETS
     return 1 + kind.length if has_elements and kind.length is not None else 1
 
 
-def _extent(kinds: list[FieldType], members: Mapping[str, Layout]) -> tuple[int, int]:
+def _extent(kinds: list[FieldType], members: Mapping[str, TypeLayout]) -> tuple[int, int]:
     """The values of a new message, and the bytes that it takes when it is serialized."""
     values = size = 0
     for kind in kinds:

@@ -33,7 +33,6 @@ class Counts:
     bytes: int = 0
     pieces: int = 0
     corrupted: int = 0
-    stalls: int = 0
     cut: int = 0
     refused: int = 0
 
@@ -249,7 +248,6 @@ class Link:
             counts.pieces += 1
             counts.corrupted += step.corrupted
             if step.pause_s:
-                counts.stalls += 1
                 await asyncio.sleep(step.pause_s)
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.graph.message_path import Step, extract, parse_path
+from pipros.graph.message_path import PathStep, extract, parse_path
 from pipros.msg.time import TVal
 from pipros.node.any_msg import AnyMsg
 from pipros.web.server import RequestRefused
@@ -29,7 +29,7 @@ class Field:
     """Numeric field in the messages of a topic: `/imu/linear_acceleration/x`."""
 
     topic: str
-    path: Sequence[Step]
+    path: Sequence[PathStep]
     text: str
 
 

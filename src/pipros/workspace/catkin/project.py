@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from pipros.workspace.catkin.installation import Installation
-from pipros.workspace.catkin.steps import Steps
+from pipros.workspace.catkin.steps import BuildSteps
 
 PYTHON_DESTINATION = "lib/python3/dist-packages"
 
@@ -113,7 +113,7 @@ class Project:
     has_python_setup: bool = False
     installations: list[Installation] = field(default_factory=list)
     needs_cmake: list[NativeTarget] = field(default_factory=list)
-    steps: Steps = field(default_factory=Steps)
+    steps: BuildSteps = field(default_factory=BuildSteps)
     hooks: list[EnvironmentHook] = field(default_factory=list)
     tests: list[TestEntry] = field(default_factory=list)
     downloads: list[Download] = field(default_factory=list)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from pipros.basics.env import DISTRIBUTION
 from pipros.cmake.language import CMakeError
-from pipros.workspace.catkin.steps import Step, Steps
+from pipros.workspace.catkin.steps import BuildStep, BuildSteps
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
@@ -23,7 +23,7 @@ class StepRunner:
         has_run: whether any command was run.
     """
 
-    def __init__(self, steps: Steps, binary: str, variables: Mapping[str, str], say: Say) -> None:
+    def __init__(self, steps: BuildSteps, binary: str, variables: Mapping[str, str], say: Say) -> None:
         """Store the arguments; nothing runs yet.
 
         Args:
@@ -74,14 +74,14 @@ class StepRunner:
             self._carry_out(step)
         return name in self._steps.targets
 
-    def _need(self, step: Step) -> None:
+    def _need(self, step: BuildStep) -> None:
         for needed in step.depends:
             if not self.run(needed) and os.path.isabs(needed) and not os.path.exists(needed):
                 raise CMakeError(
                     step.file, step.line, "", f"No rule to make target '{needed}', needed by '{step.name}'."
                 )
 
-    def _make(self, rule: Step) -> None:
+    def _make(self, rule: BuildStep) -> None:
         self._done.update(rule.outputs)
         self._need(rule)
         if self._is_outdated(rule):
@@ -89,7 +89,7 @@ class StepRunner:
                 os.makedirs(os.path.dirname(output), exist_ok=True)
             self._carry_out(rule)
 
-    def _is_outdated(self, rule: Step) -> bool:
+    def _is_outdated(self, rule: BuildStep) -> bool:
         try:
             made = min(os.stat(output).st_mtime_ns for output in rule.outputs)
         except OSError:
@@ -97,7 +97,7 @@ class StepRunner:
         sources = [path for path in (*rule.depends, rule.file) if os.path.isabs(path)]
         return any(os.path.exists(path) and os.stat(path).st_mtime_ns > made for path in sources)
 
-    def _carry_out(self, step: Step) -> None:
+    def _carry_out(self, step: BuildStep) -> None:
         if step.commands and (step.comment or step.outputs):
             self._say(step.comment or f"Generating {', '.join(step.outputs)}")
         for folder, command in step.commands:
@@ -111,6 +111,6 @@ class StepRunner:
             if code != 0:
                 raise self._failed(step, command, f"failed with exit code {code}")
 
-    def _failed(self, step: Step, command: Sequence[str], how: str) -> CMakeError:
+    def _failed(self, step: BuildStep, command: Sequence[str], how: str) -> CMakeError:
         reason = f"the command [{' '.join(command)}] of [{step.name}] {how}"
         return CMakeError(step.file, step.line, "", reason)

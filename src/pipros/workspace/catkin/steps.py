@@ -19,7 +19,7 @@ _SHELL_WORDS = frozenset(("||", "|", ">", ">>", "<", "2>&1", "&", ";", "2>", "&>
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class BuildStep:
     """Commands that run together.
 
     Attributes:
@@ -42,11 +42,11 @@ class Step:
 
 
 @dataclass(slots=True)
-class Steps:
+class BuildSteps:
     """All custom commands and targets of a package."""
 
-    targets: dict[str, list[Step]] = field(default_factory=dict)
-    rules: dict[str, Step] = field(default_factory=dict)
+    targets: dict[str, list[BuildStep]] = field(default_factory=dict)
+    rules: dict[str, BuildStep] = field(default_factory=dict)
     dependencies: dict[str, list[str]] = field(default_factory=dict)
 
     def add_target(self, words: Sequence[str], scope: Scope, file: str, line: int) -> None:
@@ -63,7 +63,7 @@ class Steps:
         # Words before the first keyword are a command.
         if rest[is_wanted:] and rest[is_wanted] not in (*_LISTS, *_ONE_VALUE, *_SWITCHES, "COMMAND"):
             rest.insert(is_wanted, "COMMAND")
-        step = _read(rest, scope, Step(name, file, line, is_wanted=is_wanted))
+        step = _read(rest, scope, BuildStep(name, file, line, is_wanted=is_wanted))
         self.targets.setdefault(name, []).append(step)
 
     def add_command(self, words: Sequence[str], scope: Scope, file: str, line: int) -> None:
@@ -73,7 +73,7 @@ class Steps:
             ValueError: wrong arguments.
             Unsupported: the command needs a shell or a generator expression, or its target is compiled.
         """
-        step = _read(words, scope, Step("", file, line))
+        step = _read(words, scope, BuildStep("", file, line))
         if "TARGET" in words[:-1]:
             name = words[words.index("TARGET") + 1]
             if name not in self.targets:
@@ -91,7 +91,7 @@ class Steps:
             self.dependencies.setdefault(words[0], []).extend(words[1:])
 
 
-def _read(words: Sequence[str], scope: Scope, step: Step) -> Step:
+def _read(words: Sequence[str], scope: Scope, step: BuildStep) -> BuildStep:
     """Return the step completed by the given words."""
     sections: dict[str, list[str]] = {name: [] for name in (*_LISTS, *_ONE_VALUE)}
     commands: list[list[str]] = []

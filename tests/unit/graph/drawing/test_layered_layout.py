@@ -8,13 +8,13 @@ from collections.abc import Mapping
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.graph.drawing.layered_layout import Box, Layout, layered_layout
+from pipros.graph.drawing.layered_layout import Box, GraphLayout, layered_layout
 
 names = st.integers(0, 25)
 graphs = st.lists(st.tuples(names, names), max_size=60)
 
 
-def laid_out(arrows: list[tuple[int, int]], groups: Mapping[int, str] | None = None) -> Layout[int]:
+def laid_out(arrows: list[tuple[int, int]], groups: Mapping[int, str] | None = None) -> GraphLayout[int]:
     sizes = {key: (40.0 + 3 * key, 20.0 + key % 3 * 10) for key in range(26)}
     return layered_layout(sizes, arrows, groups)
 
@@ -85,4 +85,4 @@ def test_a_large_graph_of_many_cycles_stays_compact() -> None:
 
 
 def test_an_empty_graph_has_no_size() -> None:
-    assert layered_layout({}, []) == Layout()
+    assert layered_layout({}, []) == GraphLayout()

@@ -12,7 +12,7 @@ import pytest
 from pipros.msg.compile.decode import deserialize_body
 from pipros.msg.compile.emitter import Names
 from pipros.msg.compile.encode import serialize_body
-from pipros.msg.compile.layout import Layouts
+from pipros.msg.compile.layout import TypeLayouts
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.errors import DeserializationError, SerializationError
 from pipros.msg.language.full_text import specs_from_text
@@ -26,7 +26,7 @@ def made(text: str) -> Any:
 
 def source(text: str, body: Any) -> str:
     specs = specs_from_text("a/T", text)
-    return "\n".join(body(Layouts(specs.__getitem__).of(specs["a/T"]), Names(), indent=0))
+    return "\n".join(body(TypeLayouts(specs.__getitem__).of(specs["a/T"]), Names(), indent=0))
 
 
 def serialized(message: Any) -> bytes:

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from pipros.msg.compile.layout import INLINE_ARRAY_LIMIT, Layout, Layouts
+from pipros.msg.compile.layout import INLINE_ARRAY_LIMIT, TypeLayout, TypeLayouts
 from pipros.msg.language.parse import parse_message
 
 TYPES = {
@@ -19,9 +19,9 @@ TYPES = {
 }
 
 
-def layout_of(definition: str) -> Layout:
+def layout_of(definition: str) -> TypeLayout:
     specs = {name: parse_message(text, name) for name, text in TYPES.items()}
-    return Layouts(specs.__getitem__).of(parse_message(definition, "p/Outer"))
+    return TypeLayouts(specs.__getitem__).of(parse_message(definition, "p/Outer"))
 
 
 @pytest.mark.parametrize(
@@ -108,7 +108,7 @@ def test_a_type_is_looked_up_and_worked_out_once() -> None:
         asked.append(type_name)
         return parse_message(TYPES[type_name], type_name)
 
-    layouts = Layouts(lookup)
+    layouts = TypeLayouts(lookup)
     first = layouts.of(parse_message("Named a\nPoint[] b", "p/First"))
     second = layouts.of(parse_message("Point p", "p/Second"))
 

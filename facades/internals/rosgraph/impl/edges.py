@@ -1,4 +1,4 @@
-"""Edges of a graph, and sets of them. Names follow `rosgraph.impl.graph`, which rqt_graph uses."""
+"""Edges of a graph, and sets of them."""
 
 from __future__ import annotations
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
-from pipros.health.wtf.context import WtfContext
-from pipros.health.wtf.rules import Rule, error_rule, warning_rule
+from pipros.health.wtf.rules import Problem, Rule, problems_of
+from pipros.health.wtf.subject import Subject
 from pipros.launch.model import Node
 from pipros.net.rpc_client import RpcClient
 from pipros.net.this_machine import addresses_of
@@ -15,48 +15,50 @@ from pipros.workspace.executables import find_executables
 ANSWER_LIMIT_S = 3.0
 
 
-def _nodes(ctx: WtfContext) -> list[Node]:
-    if ctx.launch is None:
+def _nodes(subject: Subject) -> list[Node]:
+    if subject.launch is None:
         return []
-    return [*ctx.launch.nodes, *(test.node for test in ctx.launch.tests)]
+    return [*subject.launch.nodes, *(test.node for test in subject.launch.tests)]
 
 
-def roslaunch_missing_pkgs_check(ctx: WtfContext) -> list[str]:
-    wanted = sorted({node.package for node in _nodes(ctx)})
-    return [name for name in wanted if ctx.index is not None and ctx.index.get(name) is None]
+def roslaunch_missing_pkgs_check(subject: Subject) -> list[str]:
+    wanted = sorted({node.package for node in _nodes(subject)})
+    return [name for name in wanted if subject.index.get(name) is None]
 
 
-def roslaunch_missing_node_check(ctx: WtfContext) -> list[str]:
+def roslaunch_missing_node_check(subject: Subject) -> list[str]:
     return [
-        f"node [{node.type}] in package [{node.package}]" for node, programs in _programs(ctx) if not programs
+        f"node [{node.type}] in package [{node.package}]"
+        for node, programs in _programs(subject)
+        if not programs
     ]
 
 
-def roslaunch_duplicate_node_check(ctx: WtfContext) -> list[str]:
+def roslaunch_duplicate_node_check(subject: Subject) -> list[str]:
     return [
         f"node [{node.type}] in package [{node.package}]"
-        for node, programs in _programs(ctx)
+        for node, programs in _programs(subject)
         if len(programs) > 1
     ]
 
 
-def _programs(ctx: WtfContext) -> list[tuple[Node, list[Path]]]:
+def _programs(subject: Subject) -> list[tuple[Node, list[Path]]]:
     found: list[tuple[Node, list[Path]]] = []
-    for node in _nodes(ctx):
-        package = ctx.index.get(node.package) if ctx.index is not None else None
+    for node in _nodes(subject):
+        package = subject.index.get(node.package)
         if package is not None and not node.machine:
             programs = find_executables(package, node.type)
             found.append((node, [programs.relay] if programs.relay else list(programs.runnable)))
     return found
 
 
-def roslaunch_machine_name_check(ctx: WtfContext) -> list[str]:
-    machines = ctx.launch.machines.values() if ctx.launch is not None else ()
+def roslaunch_machine_name_check(subject: Subject) -> list[str]:
+    machines = subject.launch.machines.values() if subject.launch is not None else ()
     return sorted({machine.address for machine in machines if not addresses_of(machine.address)})
 
 
-def roslaunch_config_errors(ctx: WtfContext) -> list[str]:
-    return list(ctx.launch.warnings) if ctx.launch is not None else []
+def roslaunch_config_errors(subject: Subject) -> list[str]:
+    return list(subject.launch.warnings) if subject.launch is not None else []
 
 
 static_roslaunch_errors: list[Rule] = [
@@ -78,18 +80,18 @@ static_roslaunch_warnings: list[Rule] = [
 ]
 
 
-def roslaunch_respawn_check(ctx: WtfContext) -> list[str]:
-    return [f"{name} ({count - 1})" for name, count in _processes(ctx)[0] if count > 1]
+def roslaunch_respawn_check(subject: Subject) -> list[str]:
+    return [f"{name} ({count - 1})" for name, count in _processes(subject)[0] if count > 1]
 
 
-def roslaunch_dead_check(ctx: WtfContext) -> list[str]:
-    return [name for name, _ in _processes(ctx)[1]]
+def roslaunch_dead_check(subject: Subject) -> list[str]:
+    return [name for name, _ in _processes(subject)[1]]
 
 
-def _processes(ctx: WtfContext) -> tuple[list[tuple[str, int]], list[tuple[str, int]]]:
+def _processes(subject: Subject) -> tuple[list[tuple[str, int]], list[tuple[str, int]]]:
     """Return name and start count of the processes of all running launchers: active ones, ended ones."""
     kinds: tuple[list[tuple[str, int]], list[tuple[str, int]]] = ([], [])
-    for uri in ctx.roslaunch_uris or ():
+    for uri in subject.launcher_uris:
         try:
             with RpcClient(uri, timeout_s=ANSWER_LIMIT_S) as client:
                 _, _, lists = client.call("list_processes")
@@ -108,17 +110,13 @@ online_roslaunch_warnings: list[Rule] = [
 ]
 
 
-def wtf_check_static(ctx: WtfContext) -> None:
+def check_launch_files(subject: Subject) -> list[Problem]:
     """Apply the rules about launch files, if there are files to check."""
-    if not ctx.launch_files:
-        return
-    for rule in static_roslaunch_warnings:
-        warning_rule(rule, rule[0](ctx), ctx)
-    for rule in static_roslaunch_errors:
-        error_rule(rule, rule[0](ctx), ctx)
+    if not subject.launch_files:
+        return []
+    return problems_of(subject, static_roslaunch_warnings, static_roslaunch_errors)
 
 
-def wtf_check_online(ctx: WtfContext) -> None:
+def check_launchers(subject: Subject) -> list[Problem]:
     """Apply the rules about running launchers."""
-    for rule in online_roslaunch_warnings:
-        warning_rule(rule, rule[0](ctx), ctx)
+    return problems_of(subject, online_roslaunch_warnings, online_roslaunch_errors)

@@ -1,0 +1,119 @@
+"""Facades translate names, defaults and exceptions: their functions have few branches."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Mapping
+
+import pytest
+
+from tests.support.environments import FACADES, source_files
+
+MOST_BRANCHES = 6
+
+PROGRAM = "the main function of a program: one branch per argument"
+MOVING = "its logic is to move into pipros"
+EXCEPTIONS: Mapping[str, str] = {
+    "actionlib.action_client.CommStateMachine.update_status": MOVING,
+    "actionlib.action_server.ActionServer._accept_new": MOVING,
+    "actionlib.action_server.ActionServer._cancelled": MOVING,
+    "actionlib.simple_action_client.SimpleActionClient._handle_transition": MOVING,
+    "actionlib_tools.axclient._run_prompt": MOVING,
+    "actionlib_tools.axclient.main": PROGRAM,
+    "actionlib_tools.axserver.main": PROGRAM,
+    "bondpy.bondpy.Bond._handle": MOVING,
+    "cv_bridge.core.CvBridge.cv2_to_imgmsg": "the errors of cv_bridge for arrays of a wrong type",
+    "dynamic_reconfigure.dynparam.main": PROGRAM,
+    "dynamic_reconfigure.encoding.encode_config": "one branch per type of a parameter",
+    "laser_geometry.laser_geometry.LaserProjection._channels": "one branch per channel",
+    "map_server.map_saver.read_arguments": PROGRAM,
+    "rosbag.bag.Bag.write": MOVING,
+    "rosbag.index_access.IndexAccess._read_message": MOVING,
+    "rospy.service.convert_return_to_response": "one branch per kind of value that a handler may return",
+    "rospy.service.wait_for_service": MOVING,
+    "rospy.session.Session._start": MOVING,
+    "rospy.session.Session.start": MOVING,
+    "tf.nodes.tf_monitor.main": PROGRAM,
+    "tf2_ros.buffer.Buffer._wait": MOVING,
+    "tf2_ros.nodes.echo.main": PROGRAM,
+    "topic_tools.nodes.relay.Relay._on_message": MOVING,
+    "topic_tools.nodes.throttle.Throttle._on_message": MOVING,
+    "topic_tools.nodes.throttle.main": PROGRAM,
+}
+"""Functions with more branches, each with the reason."""
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+def functions_of(tree: ast.AST, name: str) -> Iterator[tuple[str, Function]]:
+    """Yield the functions in a module, class or function, each with its full name."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.ClassDef | Function):
+            inner = f"{name}.{node.name}"
+            if isinstance(node, Function):
+                yield inner, node
+            yield from functions_of(node, inner)
+        else:
+            yield from functions_of(node, name)
+
+
+def branches_of(function: ast.AST) -> int:
+    """Count the branches of a function, without those of functions and classes inside it."""
+    count = 0
+    for node in ast.iter_child_nodes(function):
+        if isinstance(node, Function | ast.ClassDef):
+            continue
+        match node:
+            case (
+                ast.If() | ast.IfExp() | ast.For() | ast.AsyncFor() | ast.While() | ast.ExceptHandler()
+            ) | ast.match_case():
+                count += 1
+            case ast.BoolOp(values=values):
+                count += len(values) - 1
+            case ast.comprehension(ifs=conditions):
+                count += len(conditions)
+        count += branches_of(node)
+    return count
+
+
+def facade_functions() -> Iterator[tuple[str, int]]:
+    for file in source_files():
+        root = next((folder for folder in FACADES if file.is_relative_to(folder)), None)
+        if root is not None:
+            parts = file.relative_to(root).with_suffix("").parts
+            for name, function in functions_of(ast.parse(file.read_text()), ".".join(parts)):
+                yield name, branches_of(function)
+
+
+BRANCHES = dict(facade_functions())
+
+
+def test_functions_of_facades_have_few_branches() -> None:
+    assert len(BRANCHES) > 2000
+    wrong = {name: count for name, count in BRANCHES.items() if count > MOST_BRANCHES}
+    assert {name: count for name, count in wrong.items() if name not in EXCEPTIONS} == {}, (
+        "move what they do into pipros"
+    )
+
+
+def test_exceptions_are_still_needed() -> None:
+    assert [name for name in EXCEPTIONS if BRANCHES.get(name, 0) <= MOST_BRANCHES] == []
+
+
+@pytest.mark.parametrize(
+    ("code", "branches"),
+    [
+        ("def f(): return 1", 0),
+        ("def f():\n  if a and b or c: return 1 if d else 2", 4),
+        ("def f():\n  for a in b:\n    while c: pass", 2),
+        ("def f():\n  try: pass\n  except A: pass\n  except B: pass", 2),
+        ("def f(): return [a for a in b if c if d]", 2),
+        ("def f():\n  match a:\n    case 1: pass\n    case _: pass", 2),
+        ("def f():\n  def g():\n    if a: pass", 0),
+        ("def f(): return lambda: a or b", 1),
+    ],
+)
+def test_branches_are_counted(code: str, branches: int) -> None:
+    [(_, function), *_] = functions_of(ast.parse(code), "m")
+
+    assert branches_of(function) == branches
