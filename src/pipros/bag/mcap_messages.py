@@ -32,7 +32,6 @@ from pipros.bag.mcap_records import (
 from pipros.bag.runs import Span, runs_in_time_order
 from pipros.bag.source import Source
 from pipros.basics.limits import Limits
-from pipros.msg.time import NS_PER_S
 
 McapMessage = tuple[int, int, bytes, int, int]
 """Channel, timestamp (ns), serialized message, position of its chunk, offset in the chunk."""
@@ -72,18 +71,18 @@ class McapMessages:
         if not indexes:
             times = self._find_chunks()
         spans = [
-            Span(number, divmod(max(begin, first), NS_PER_S), divmod(end, NS_PER_S))
+            Span(number, max(begin, first), end)
             for number, (begin, end) in enumerate(times)
             if begin <= last and end >= first
         ]
-        self._spans = sorted(spans, key=lambda span: (span.start, span.number))
+        self._spans = sorted(spans, key=lambda span: (span.start_ns, span.number))
         self._next_of = {span.number: at + 1 for at, span in enumerate(self._spans)}
         self._store = ChunkStore(source, self._header, limits)
 
     def __iter__(self) -> Iterator[McapMessage]:
         spans, source = list(self._spans), self._source
         if self._loose:
-            spans.append(Span(_LOOSE, self._loose[0][:2], self._loose[-1][:2]))
+            spans.append(Span(_LOOSE, self._loose.times[0], self._loose.times[-1]))
         size_of, start_of = RECORD.unpack_from, MESSAGE_START.unpack_from
         head_bytes = RECORD.size + MESSAGE_START.size
         try:

@@ -22,7 +22,6 @@ from pipros.bag.index import ChunkHeader
 from pipros.bag.runs import Entry
 from pipros.bag.source import Source
 from pipros.basics.limits import Limits
-from pipros.msg.time import NS_PER_S
 
 MAGIC = b"\x89MCAP0\r\n"
 
@@ -62,7 +61,7 @@ class Entries(Sequence[Entry]):
     def __getitem__(self, at: int | slice) -> Entry | Sequence[Entry]:
         if isinstance(at, slice):
             return Entries(self.times[at], self.offsets[at])
-        return (*divmod(self.times[at], NS_PER_S), 0, self.offsets[at])
+        return self.times[at], 0, self.offsets[at]
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from pipros.bag.connection import Connection
 from pipros.bag.errors import BagFormatError
-from pipros.bag.index import ENTRY, ChunkHeader, ChunkInfo, Stamp
-from pipros.bag.layout import Layout
-from pipros.bag.records import Fields, Op, Version, number, op_of, text_of
+from pipros.bag.index import ChunkHeader, ChunkInfo
+from pipros.bag.layout import BagLayout
+from pipros.bag.records import ENTRY, Fields, Op, Version, checked_time, entry_bytes, number, op_of, text_of
 from pipros.bag.source import Source
+from pipros.msg.time import NS_PER_S
 
 _PART_BYTES = 1024 * 1024
 """Approximate size of the messages that form one chunk."""
@@ -23,14 +24,14 @@ class _Part:
     def __init__(self, position: int) -> None:
         self.position = position
         self.entries: dict[int, bytearray] = {}
-        self.times: list[Stamp] = []
+        self.times: list[int] = []
 
-    def add(self, connection: int, stamp: Stamp, position: int) -> None:
-        entry = ENTRY.pack(*stamp, position - self.position)
+    def add(self, connection: int, time_ns: int, position: int) -> None:
+        entry = entry_bytes(time_ns, position - self.position)
         self.entries.setdefault(connection, bytearray()).extend(entry)
-        self.times.append(stamp)
+        self.times.append(time_ns)
 
-    def end(self, layout: Layout, end: int) -> None:
+    def end(self, layout: BagLayout, end: int) -> None:
         if not self.times:
             return
         size = end - self.position
@@ -40,12 +41,12 @@ class _Part:
         layout.indexes[self.position] = {key: bytes(data) for key, data in self.entries.items()}
 
 
-def scan_old_format(source: Source, version: Version, start: int) -> Layout:
+def scan_old_format(source: Source, version: Version, start: int) -> BagLayout:
     """Return the connections and messages of a bag of format 1.2 whose first record begins at `start`.
 
     A truncated or damaged file is read up to the damage, which `damage` describes.
     """
-    layout = Layout(version, index_position=1)
+    layout = BagLayout(version, index_position=1)
     definitions: dict[tuple[str, str], bytes] = {}
     known: dict[tuple[str, str, str], int] = {}
     part = _Part(start)
@@ -63,9 +64,9 @@ def scan_old_format(source: Source, version: Version, start: int) -> Layout:
                     "def", b""
                 )
             elif op == Op.MESSAGE:
-                stamp = number(fields, "sec", 4, where), number(fields, "nsec", 4, where)
+                time_ns = number(fields, "sec", 4, where) * NS_PER_S + number(fields, "nsec", 4, where)
                 connection = _connection(layout, fields, known, definitions, where)
-                part.add(connection, stamp, position)
+                part.add(connection, checked_time(time_ns, where), position)
         except BagFormatError as error:
             layout.damage.append(str(error))
             break
@@ -85,7 +86,7 @@ def _text(fields: Fields, name: str, where: str) -> str:
 
 
 def _connection(
-    layout: Layout,
+    layout: BagLayout,
     fields: Fields,
     known: dict[tuple[str, str, str], int],
     definitions: dict[tuple[str, str], bytes],

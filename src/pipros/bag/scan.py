@@ -13,9 +13,9 @@ from dataclasses import dataclass, field, replace
 from pipros.bag.chunk_data import check_index_size, read_chunk_data
 from pipros.bag.connection import Connection, parse_connection
 from pipros.bag.errors import BagFormatError
-from pipros.bag.index import ENTRY, ChunkHeader, ChunkInfo, Stamp, parse_chunk_header
-from pipros.bag.layout import Layout
-from pipros.bag.records import Op, Version, number, op_of, parse_fields, time_of
+from pipros.bag.index import ChunkHeader, ChunkInfo, parse_chunk_header
+from pipros.bag.layout import BagLayout
+from pipros.bag.records import ENTRY, Op, Version, entry_bytes, number, op_of, parse_fields, time_of
 from pipros.bag.source import Source
 from pipros.basics.limits import Limits
 
@@ -31,22 +31,22 @@ class _Contents:
 
     connections: list[Connection] = field(default_factory=list)
     entries: dict[int, bytearray] = field(default_factory=dict)
-    start: Stamp | None = None
-    end: Stamp | None = None
+    start_ns: int | None = None
+    end_ns: int = 0
     size: int = 0
 
-    def add(self, connection: int, stamp: Stamp, offset: int) -> None:
-        self.entries.setdefault(connection, bytearray()).extend(ENTRY.pack(*stamp, offset))
-        self.start = stamp if self.start is None else min(self.start, stamp)
-        self.end = stamp if self.end is None else max(self.end, stamp)
+    def add(self, connection: int, time_ns: int, offset: int) -> None:
+        self.entries.setdefault(connection, bytearray()).extend(entry_bytes(time_ns, offset))
+        self.start_ns = time_ns if self.start_ns is None else min(self.start_ns, time_ns)
+        self.end_ns = max(self.end_ns, time_ns)
 
 
-def scan(source: Source, start: int, limits: Limits, progress: Progress | None = None) -> Layout:
+def scan(source: Source, start: int, limits: Limits, progress: Progress | None = None) -> BagLayout:
     """Return the connections and chunks of a bag whose first record begins at `start`.
 
-    `progress` is called with the byte position before each record. `Layout.damage` describes the damage.
+    `progress` is called with the byte position before each record. `BagLayout.damage` describes the damage.
     """
-    layout = Layout(Version(2, 0), end=start)
+    layout = BagLayout(Version(2, 0), end=start)
     position = start
     while position < source.size:
         if progress is not None:
@@ -59,7 +59,7 @@ def scan(source: Source, start: int, limits: Limits, progress: Progress | None =
     return layout
 
 
-def _scan_record(source: Source, layout: Layout, position: int, limits: Limits) -> int:
+def _scan_record(source: Source, layout: BagLayout, position: int, limits: Limits) -> int:
     """Read the record at `position`, and return the position of the next one."""
     fields, data_position, data_size = source.header(position)
     where = source.at(position)
@@ -105,7 +105,7 @@ def _read_chunk(source: Source, header: ChunkHeader, limits: Limits) -> _Content
     return _walk(lambda at, size: data[at : at + size], len(data))
 
 
-def _scan_open_chunk(source: Source, layout: Layout, position: int, header: ChunkHeader) -> int:
+def _scan_open_chunk(source: Source, layout: BagLayout, position: int, header: ChunkHeader) -> int:
     start = header.data_position
     contents = _walk(lambda at, size: source.read(start + at, size), header.size)
     header = replace(header, data_size=contents.size, size=contents.size)
@@ -120,13 +120,13 @@ def _scan_open_chunk(source: Source, layout: Layout, position: int, header: Chun
     return after if contents.entries or contents.size else start
 
 
-def _add_chunk(layout: Layout, position: int, header: ChunkHeader, contents: _Contents) -> None:
+def _add_chunk(layout: BagLayout, position: int, header: ChunkHeader, contents: _Contents) -> None:
     for connection in contents.connections:
         layout.connections.setdefault(connection.id, connection)
-    if contents.start is None or contents.end is None:
+    if contents.start_ns is None:
         return
     counts = {connection: len(data) // ENTRY.size for connection, data in contents.entries.items()}
-    layout.chunks.append(ChunkInfo(position, contents.start, contents.end, counts))
+    layout.chunks.append(ChunkInfo(position, contents.start_ns, contents.end_ns, counts))
     layout.index_bytes += sum(map(len, contents.entries.values()))
     layout.indexes[position] = {connection: bytes(data) for connection, data in contents.entries.items()}
     layout.headers[position] = header

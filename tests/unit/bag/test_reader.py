@@ -14,9 +14,9 @@ from std_msgs.msg import Int32, String
 from pipros.bag import BagError, BagFormatError, BagReader, NoMessages, NotIndexed
 from pipros.bag import chunk_data as chunk_data_module
 from pipros.bag.connection import Connection, connection_record
-from pipros.bag.index import ENTRY, ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
+from pipros.bag.index import ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
 from pipros.bag.info import bag_info
-from pipros.bag.records import MAGIC, file_header, record_bytes
+from pipros.bag.records import ENTRY, MAGIC, TIME, file_header, record_bytes
 from pipros.basics.limits import Limits
 from tests.support.bags import bag_bytes, header_of, old_bag_bytes, rows_of, some_rows, values
 from tests.support.examples import examples
@@ -106,6 +106,21 @@ def test_messages_of_a_large_chunk_are_read_one_by_one(monkeypatch: pytest.Monke
     rows = some_rows()
 
     assert rows_of(read(bag_bytes(rows))) == values(rows)
+
+
+def test_a_timestamp_beyond_the_range_of_ros_times_is_refused() -> None:
+    last, beyond = TIME.pack(2**32 - 1, 5), TIME.pack(2**32 - 1, 2 * 10**9)
+    record, entry, start, *rest = bag_bytes([("/a", Int32(1), 2**32 - 1, 5)]).split(last)
+
+    with read(last.join((record, entry, start, *rest))) as bag:
+        assert rows_of(bag) == [("/a", 1, 2**32 - 1, 5)]
+    with (
+        read(record + last + entry + beyond + last.join((start, *rest))) as bag,
+        pytest.raises(BagFormatError, match="timestamps must be below"),
+    ):
+        rows_of(bag)
+    with pytest.raises(NotIndexed, match="timestamps must be below"):
+        read(record + last + entry + last + start + beyond + last.join(rest))
 
 
 def test_a_definition_that_no_package_has_comes_from_the_bag() -> None:
@@ -239,7 +254,7 @@ def test_a_chunk_of_three_gigabytes_is_read_where_its_messages_are(tmp_path: Pat
     size, offset = 3_000_000_000, 2_999_999_000
     header = header_of(Int32(), "/a")
     connection = Connection(0, "/a", header)
-    chunk = ChunkInfo(len(MAGIC) + 4096 + 8, (5, 0), (5, 0), {0: 1})
+    chunk = ChunkInfo(len(MAGIC) + 4096 + 8, 5 * 10**9, 5 * 10**9, {0: 1})
     path = tmp_path / "large.bag"
     with path.open("wb") as file:
         file.seek(chunk.position)
