@@ -160,19 +160,21 @@ class McapReader(BagReader):
             found.setdefault(connection.id, []).append(time_ns)
         return found
 
-    def stored_fields(
+    def _fields(
         self,
-        connections: Iterable[Connection] | None = None,
-        start_ns: int | None = None,
-        end_ns: int | None = None,
-    ) -> Iterator[tuple[Connection, int, bytes, int, int]]:
+        connections: Iterable[Connection] | None,
+        start_ns: int | None,
+        end_ns: int | None,
+        *,
+        as_views: bool = False,
+    ) -> Iterator[tuple[Connection, int, Any, int, int]]:
         wanted = {each.id: each for each in (self.connections if connections is None else connections)}
         if not wanted:
             return
         first, last = start_ns or 0, _AFTER_ALL if end_ns is None else end_ns
         with _translated(self._source.name):
             for channel, time_ns, data, chunk, offset in McapMessages(
-                self._source, self._summary.chunk_indexes, self._limits, wanted, first, last
+                self._source, self._summary.chunk_indexes, self._limits, wanted, first, last, as_views
             ):
                 checked_time(time_ns, self._source.name)
                 yield wanted[channel], time_ns, data, chunk, offset

@@ -145,7 +145,7 @@ def records(source: Source, position: int) -> Iterator[tuple[int, int, int]]:
         position += size
 
 
-def records_in(data: bytes, where: str) -> Iterator[tuple[int, int, int]]:
+def records_in(data: bytes | bytearray, where: str) -> Iterator[tuple[int, int, int]]:
     """Yield kind, position and size of each record in the content of a chunk; see `records`."""
     position, end = 0, len(data)
     while position < end:
@@ -183,14 +183,16 @@ def read_chunk(source: Source, position: int) -> McapChunk:
     return McapChunk(start, end, checksum, header)
 
 
-def check_content(source: Source, chunk: McapChunk, data: bytes) -> None:
+def check_content(source: Source, chunk: McapChunk, data: bytes | bytearray) -> None:
     """Raise `BagFormatError` if the content of a chunk does not match its checksum."""
     if chunk.checksum and zlib.crc32(data) != chunk.checksum:
         where = source.at(chunk.header.data_position)
         raise BagFormatError(f"{where}: the chunk is damaged: wrong checksum")
 
 
-def message_entries(data: bytes, where: str, wanted: Container[int], first: int, last: int) -> Entries:
+def message_entries(
+    data: bytes | bytearray, where: str, wanted: Container[int], first: int, last: int
+) -> Entries:
     """Return the entries of messages on the wanted channels between two timestamps (ns), inclusive.
 
     Raises:

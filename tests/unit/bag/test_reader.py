@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sensor_msgs.msg import Image
 from std_msgs.msg import Int32, String
 
 from pipros.bag import BagError, BagFormatError, BagReader, NoMessages, NotIndexed
@@ -106,6 +107,26 @@ def test_messages_of_a_large_chunk_are_read_one_by_one(monkeypatch: pytest.Monke
     rows = some_rows()
 
     assert rows_of(read(bag_bytes(rows))) == values(rows)
+
+
+@pytest.mark.parametrize("compression", ["none", "bz2"])
+@pytest.mark.parametrize("chunk_bytes", [1, 1_000_000])
+def test_large_messages_stay_as_they_are_while_later_ones_are_read(
+    chunk_bytes: int, compression: str
+) -> None:
+    rows: list[Any] = [
+        (f"/{n % 3}", String(str(n) * 100_000) if n % 3 else Image(data=bytes([n]) * 200_000), 10 + n, 0)
+        for n in range(9)
+    ]
+    data = bag_bytes(rows, chunk_bytes=chunk_bytes, compression=compression)
+
+    read_at_once = [message for _, message, _, _ in read(data)]
+
+    assert read_at_once == [row[1] for row in rows]
+    assert {type(each.data) for each in read_at_once} == {bytes, str}
+    stored = list(read(data).stored_messages())
+    assert [read(data).decode(each) for each in stored] == read_at_once
+    assert {type(each.data) for each in stored} == {bytes}
 
 
 def test_a_timestamp_beyond_the_range_of_ros_times_is_refused() -> None:
