@@ -9,9 +9,9 @@ import sensor_msgs.msg
 from std_msgs.msg import Header
 
 from cv_bridge.boost.cv_bridge_boost import CV_MAT_CNWrap, CV_MAT_DEPTHWrap, cvtColor2, getCvType
-from pipros.libraries.vision.encodings import CHANNEL_STEP, DTYPES
 from pipros.libraries.vision.extras import numpy as np
 from pipros.libraries.vision.extras import opencv
+from pipros.pictures.encodings import CHANNEL_STEP, DTYPES
 
 
 class CvBridgeError(TypeError):
