@@ -117,9 +117,8 @@ class CvBridge:
             is_bigendian=int(cvim.dtype.isnative == (sys.byteorder == "big")),
             data=cvim.tobytes(),
         )
-        if header is not None:
-            message.header = header
-        message.step = len(message.data) // height if height else 0
+        message.header = header or message.header
+        message.step = len(message.data) // max(height, 1)
         return message
 
     def compressed_imgmsg_to_cv2(self, cmprs_img_msg: Any, desired_encoding: str = "passthrough") -> Any:

@@ -276,12 +276,8 @@ class Bag(IndexAccess):
             if not raw:
                 bag.topics.write(topic, msg, t.secs, t.nsecs, connection_header)
                 return
-            if len(msg) not in (4, 5):
-                raise ValueError("msg must be of length 4 or 5")
-            type_name, data, md5sum, cls = msg[0], msg[1], msg[2], msg[-1]
-            bag.topics.write_raw(
-                topic, type_name, md5sum, bytes(data), t.secs, t.nsecs, connection_header, cls
-            )
+            type_name, data, md5sum, cls = _raw_parts(msg)
+            bag.topics.write_raw(topic, type_name, md5sum, data, t.secs, t.nsecs, connection_header, cls)
 
     def flush(self) -> None:
         """Write the messages added since the last flush to the file, as a chunk."""
@@ -327,6 +323,12 @@ class Bag(IndexAccess):
 def _check_compression(compression: str) -> None:
     if compression not in _compression.COMPRESSIONS:
         raise ValueError(f"compression must be one of: {', '.join(_compression.COMPRESSIONS)}")
+
+
+def _raw_parts(msg: Any) -> tuple[str, bytes, str, Any]:
+    if len(msg) not in (4, 5):
+        raise ValueError("msg must be of length 4 or 5")
+    return msg[0], bytes(msg[1]), msg[2], msg[-1]
 
 
 def _check_chunk_threshold(chunk_threshold: int) -> None:

@@ -153,17 +153,11 @@ class IndexAccess(BagContents):
     def _chosen(
         bag: BagReader, topics: Iterable[str] | str | None, connection_filter: ConnectionFilter | None
     ) -> list[Connection]:
-        names = [topics] if isinstance(topics, str) else topics or ()
-        wanted = {canonicalize(name) for name in names}
-        return [
-            each
-            for each in bag.connections
-            if (not wanted or canonicalize(each.topic) in wanted)
-            and (
-                connection_filter is None
-                or connection_filter(each.topic, each.type, each.md5sum, each.definition, each.header)
-            )
-        ]
+        wanted = set(map(canonicalize, [topics] if isinstance(topics, str) else topics or ()))
+        found = [each for each in bag.connections if not wanted or canonicalize(each.topic) in wanted]
+        if connection_filter is None:
+            return found
+        return [c for c in found if connection_filter(c.topic, c.type, c.md5sum, c.definition, c.header)]
 
     def _get_indexes(self, connections: Iterable[ConnectionInfo] | None) -> list[list[IndexEntry]]:
         indexes = self._connection_indexes

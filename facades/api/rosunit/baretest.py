@@ -81,8 +81,9 @@ class BareTestCase(unittest.TestCase):
         super().__init__()
         self.text_mode = text_mode
         self.exe = os.path.abspath(exe)
-        owner = None if package_name else PackageIndex.from_environment().containing(Path(self.exe))
-        self.package = package_name or (owner.name if owner else None)
+        self.package: str | None = package_name or getattr(
+            PackageIndex.from_environment().containing(Path(self.exe)), "name", None
+        )
         self.test_name = test_name or os.path.basename(exe)
         self.args = [*(["python"] if self.exe.endswith(".py") else []), self.exe, *args]
         if text_mode:
@@ -104,29 +105,29 @@ class BareTestCase(unittest.TestCase):
             self.time_limit,
             text=self.text_mode,
         )
-        while True:
-            printlog("Running test [%s]", self.test_name)
-            is_timed_out = False
-            try:
-                test.run_once(self)
-            except TestProgramTimedOut as error:
-                if not self.retry:
-                    raise TestTimeoutException(str(error)) from error
-                printerrlog("test [%s] timed out", self.test_name)
-                is_timed_out = True
-            else:
-                printlog("test [%s] finished", self.test_name)
-            results = self.results
-            if not self.text_mode and not is_timed_out:
-                results = junitxml.read(xml_results_file(self.package, self.test_name), self.test_name)
-            is_failed = is_timed_out or bool(results.num_errors or results.num_failures)
-            if not is_failed or not self.retry:
-                break
+        results = self._run(test)
+        while self.retry and (results is None or results.num_errors or results.num_failures):
             self.retry -= 1
             printlog("test [%s] failed, retrying. Retries left: %s", self.test_name, self.retry)
-        self.results = results
+            results = self._run(test)
+        self.results = results = results or self.results
         sums = results.num_errors, results.num_failures, results.num_tests
         printlog("test [%s] results summary: %s errors, %s failures, %s tests", self.test_name, *sums)
+
+    def _run(self, test: BareTest) -> junitxml.Result | None:
+        """Run the program once, and return its results; None if it timed out and retries are left."""
+        printlog("Running test [%s]", self.test_name)
+        try:
+            test.run_once(self)
+        except TestProgramTimedOut as error:
+            if not self.retry:
+                raise TestTimeoutException(str(error)) from error
+            printerrlog("test [%s] timed out", self.test_name)
+            return None
+        printlog("test [%s] finished", self.test_name)
+        if self.text_mode or self.package is None:
+            return self.results
+        return junitxml.read(xml_results_file(self.package, self.test_name), self.test_name)
 
 
 def print_unittest_summary(result: unittest.TestResult) -> None:

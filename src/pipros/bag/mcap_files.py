@@ -160,11 +160,11 @@ class McapReader(BagReader):
             found.setdefault(connection.id, []).append(time_ns)
         return found
 
-    def _fields(
+    def stored_fields(
         self,
-        connections: Iterable[Connection] | None,
-        start_ns: int | None,
-        end_ns: int | None,
+        connections: Iterable[Connection] | None = None,
+        start_ns: int | None = None,
+        end_ns: int | None = None,
         *,
         as_views: bool = False,
     ) -> Iterator[tuple[Connection, int, Any, int, int]]:

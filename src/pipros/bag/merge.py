@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Iterator, Sequence
+from itertools import repeat
 from operator import itemgetter
 
 from pipros.bag.connection import Connection, StoredMessage
@@ -30,12 +31,10 @@ def merged_raw(
     Raises:
         BagFormatError: a bag is damaged.
     """
-
-    def of(number: int, bag: BagReader) -> Iterator[tuple[int, StoredMessage]]:
-        for message in bag.stored_messages(_chosen(bag, where), start_ns, end_ns):
-            yield number, message
-
-    streams = [of(number, bag) for number, bag in enumerate(bags)]
+    streams = [
+        zip(repeat(number), bag.stored_messages(_chosen(bag, where), start_ns, end_ns))
+        for number, bag in enumerate(bags)
+    ]
     return heapq.merge(*streams, key=lambda item: item[1].time_ns)
 
 

@@ -13,7 +13,7 @@ from pipros.bag.compression import NONE
 from pipros.bag.connection import Connection, StoredMessage
 from pipros.bag.errors import BagFormatError
 from pipros.bag.reader import BagReader
-from pipros.bag.records import Fields, Op, number, op_of, parse_entries, parse_fields, text_of, time_of
+from pipros.bag.records import Fields, Op, number, op_of, parse_entries, parse_head, text_of, time_of
 from pipros.basics.limits import Limits, process_limits
 from pipros.msg.time import NS_PER_S
 
@@ -107,9 +107,7 @@ class MessageIndex:
             offset -= chunk
         where = f"{self.bag.name}, chunk at byte {chunk}, offset {offset}"
         read = self._reading(chunk, where)
-        head_size = int.from_bytes(read(offset, 4), "little")
-        fields = parse_fields(read(offset + 4, head_size), where)
-        begin = offset + 4 + head_size
+        fields, data_position, data_size = parse_head(read, offset, where)
         if op_of(fields, where) != Op.MESSAGE:
             raise BagFormatError(f"{where}: there is no message")
         if "conn" in fields:
@@ -120,16 +118,13 @@ class MessageIndex:
             time_ns = number(fields, "sec", 4, where) * NS_PER_S + number(fields, "nsec", 4, where)
         if connection is None:
             raise BagFormatError(f"{where}: the message belongs to an unknown connection")
-        data = read(begin + 4, int.from_bytes(read(begin, 4), "little"))
-        return StoredMessage(connection, time_ns, data, chunk, offset)
+        return StoredMessage(connection, time_ns, read(data_position, data_size), chunk, offset)
 
     def _old_connection(self, fields: Fields) -> Connection | None:
         """Return the connection of a message of format 1.2, whose record names its topic and type."""
         wanted = tuple(text_of(fields.get(name, b"")) for name in ("topic", "type", "md5"))
-        for each in self.bag.connections:
-            if (each.topic, each.type, each.md5sum) == wanted:
-                return each
-        return None
+        found = (c for c in self.bag.connections if (c.topic, c.type, c.md5sum) == wanted)
+        return next(found, None)
 
     def _reading(self, chunk: int, where: str) -> Callable[[int, int], bytes]:
         """Return a function that reads pieces of a chunk."""

@@ -19,8 +19,8 @@ from pipros.bag.errors import BagError, BagFormatError, NoMessages
 from pipros.bag.index import ChunkHeader, ChunkInfo
 from pipros.bag.layout import BagLayout, read_chunk_header, read_chunk_index, read_layout, read_version
 from pipros.bag.old_format import scan_old_format
-from pipros.bag.records import U32, Op, checked_time, field_bytes, op_of, parse_entries, parse_fields
-from pipros.bag.records import number as field_number
+from pipros.bag.records import U32, Op, checked_time, field_bytes, op_of, parse_entries, parse_head
+from pipros.bag.records import number as number_of
 from pipros.bag.runs import Entry, Span, runs_in_time_order, sorted_entries
 from pipros.bag.scan import Progress, scan
 from pipros.bag.source import SeekableFile, Source
@@ -243,7 +243,7 @@ class BagReader:
         end: Stamp | None = None,
     ) -> Iterator[tuple[Connection, int, int, bytes, int, int]]:
         """Yield the messages of `stored_messages` with seconds and nanoseconds in the place of `time_ns`."""
-        for connection, time_ns, *rest in self._fields(connections, ns_of(start), ns_of(end)):
+        for connection, time_ns, *rest in self.stored_fields(connections, ns_of(start), ns_of(end)):
             yield connection, *divmod(time_ns, NS_PER_S), *rest
 
     def stored_messages(
@@ -261,29 +261,21 @@ class BagReader:
         Raises:
             BagFormatError: the file is damaged at the position of the next message.
         """
-        return map(partial(tuple.__new__, StoredMessage), self._fields(connections, start_ns, end_ns))
+        return map(partial(tuple.__new__, StoredMessage), self.stored_fields(connections, start_ns, end_ns))
 
     def stored_fields(
         self,
         connections: Iterable[Connection] | None = None,
         start_ns: int | None = None,
         end_ns: int | None = None,
-    ) -> Iterator[tuple[Connection, int, bytes, int, int]]:
-        """Return the messages of `stored_messages` as plain tuples, which are made and unpacked faster.
-
-        With named tuples, reading a bag of `std_msgs/String` takes a tenth more time.
-        """
-        return self._fields(connections, start_ns, end_ns)
-
-    def _fields(
-        self,
-        connections: Iterable[Connection] | None,
-        start_ns: int | None,
-        end_ns: int | None,
         *,
         as_views: bool = False,
     ) -> Iterator[tuple[Connection, int, Any, int, int]]:
-        """Yield the fields of messages. With `as_views`, large ones are views, valid until the next one."""
+        """Yield the messages of `stored_messages` as plain tuples, which are made and unpacked faster.
+
+        With named tuples, reading a bag of `std_msgs/String` takes a tenth more time. With `as_views`, large
+        messages are views, which are valid until the next one is requested.
+        """
         wanted = self.connections if connections is None else list(connections)
         ranks = {connection.id: rank for rank, connection in enumerate(wanted)}
         chunks = self.layout.chunks
@@ -384,7 +376,9 @@ class BagReader:
         Raises the errors of `messages`.
         """
         classes: dict[int, Any] = {}
-        for connection, time_ns, data, _, _ in self._fields(connections, start_ns, end_ns, as_views=True):
+        for connection, time_ns, data, _, _ in self.stored_fields(
+            connections, start_ns, end_ns, as_views=True
+        ):
             cls = classes.get(connection.id)
             if cls is None:
                 cls = classes[connection.id] = self.class_of(connection)
@@ -426,15 +420,12 @@ class BagReader:
                 return bytes(data[position : position + size])
             return self._source.read(header.data_position + position, size)
 
-        head_size = int.from_bytes(read(offset, 4), "little")
-        head = read(offset + 4, head_size)
         where = self._place(number, offset)
-        fields = parse_fields(head, where)
-        is_own = "conn" not in fields or number_of(fields, where) == connection.id
+        fields, data_position, data_size = parse_head(read, offset, where)
+        is_own = "conn" not in fields or number_of(fields, "conn", 4, where) == connection.id
         if op_of(fields, where) != Op.MESSAGE or not is_own:
             raise self._misplaced(number, offset, f"there is no message of {connection.topic}")
-        begin = offset + 4 + head_size
-        return read(begin + 4, int.from_bytes(read(begin, 4), "little"))
+        return read(data_position, data_size)
 
     def _place(self, number: int, offset: int) -> str:
         return f"{self._source.name}, chunk at byte {self.layout.chunks[number].position}, offset {offset}"
@@ -443,11 +434,6 @@ class BagReader:
         return BagFormatError(
             f"{self._place(number, offset)}: {what}; the index or the chunk is damaged. Try rosbag reindex"
         )
-
-
-def number_of(fields: Mapping[str, bytes], where: str) -> int:
-    """Return the connection number in the header of a message record."""
-    return field_number(dict(fields), "conn", 4, where)
 
 
 def _usual_headers(connection: int) -> tuple[bytes, bytes]:

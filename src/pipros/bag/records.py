@@ -6,7 +6,7 @@ A record is a header and data, each prefixed by its length in four bytes. A head
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from struct import Struct
@@ -92,6 +92,18 @@ def parse_fields(header: bytes, where: str) -> Fields:
         fields[name.decode("utf-8", "replace")] = value
         position += size
     return fields
+
+
+def parse_head(read: Callable[[int, int], bytes], position: int, where: str) -> tuple[Fields, int, int]:
+    """Return the fields of the record at `position`, and the position and size of its data.
+
+    Args:
+        read: returns the bytes at a position; its second argument is their number.
+    """
+    head_size = int.from_bytes(read(position, 4), "little")
+    fields = parse_fields(read(position + 4, head_size), where)
+    after = position + 4 + head_size
+    return fields, after + 4, int.from_bytes(read(after, 4), "little")
 
 
 def field_bytes(fields: Mapping[str, bytes] | Iterable[tuple[str, bytes]]) -> bytes:

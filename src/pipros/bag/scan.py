@@ -26,7 +26,7 @@ Progress = Callable[[int], None]
 
 
 @dataclass(slots=True)
-class _Contents:
+class Contents:
     """Connections and index entries found in one chunk."""
 
     connections: list[Connection] = field(default_factory=list)
@@ -80,7 +80,7 @@ def _scan_record(source: Source, layout: BagLayout, position: int, limits: Limit
             return after
         size = layout.index_bytes + sum(map(len, contents.entries.values()))
         check_index_size(source, size, limits)
-        _add_chunk(layout, position, header, contents)
+        add_chunk(layout, position, header, contents)
         if contents.size < header.size:
             layout.damage.append(f"{where}: the chunk is damaged after byte {contents.size} of its content")
         layout.end = after
@@ -97,7 +97,7 @@ def _scan_record(source: Source, layout: BagLayout, position: int, limits: Limit
     return after
 
 
-def _read_chunk(source: Source, header: ChunkHeader, limits: Limits) -> _Contents:
+def _read_chunk(source: Source, header: ChunkHeader, limits: Limits) -> Contents:
     if header.compression == "none" and header.size == header.data_size:
         start = header.data_position
         return _walk(lambda at, size: source.read(start + at, size), header.size)
@@ -111,7 +111,7 @@ def _scan_open_chunk(source: Source, layout: BagLayout, position: int, header: C
     header = replace(header, data_size=contents.size, size=contents.size)
     if contents.entries:
         layout.headers[position] = header
-        _add_chunk(layout, position, header, contents)
+        add_chunk(layout, position, header, contents)
         layout.damage.append(
             f"{source.at(position)}: the chunk was not finished; its complete messages are kept"
         )
@@ -120,7 +120,8 @@ def _scan_open_chunk(source: Source, layout: BagLayout, position: int, header: C
     return after if contents.entries or contents.size else start
 
 
-def _add_chunk(layout: BagLayout, position: int, header: ChunkHeader, contents: _Contents) -> None:
+def add_chunk(layout: BagLayout, position: int, header: ChunkHeader, contents: Contents) -> None:
+    """Add a chunk and its index to the layout, unless it has no messages."""
     for connection in contents.connections:
         layout.connections.setdefault(connection.id, connection)
     if contents.start_ns is None:
@@ -132,9 +133,9 @@ def _add_chunk(layout: BagLayout, position: int, header: ChunkHeader, contents: 
     layout.headers[position] = header
 
 
-def _walk(read: Callable[[int, int], bytes], size: int) -> _Contents:
+def _walk(read: Callable[[int, int], bytes], size: int) -> Contents:
     """Return the records in the content of a chunk before the first one that is damaged or truncated."""
-    contents = _Contents()
+    contents = Contents()
     position = 0
     while size - position >= 8:
         head = read(position, min(128, size - position))
@@ -156,7 +157,7 @@ def _walk(read: Callable[[int, int], bytes], size: int) -> _Contents:
 
 
 def _scan_inner(
-    contents: _Contents,
+    contents: Contents,
     header: bytes,
     offset: int,
     data_position: int,
