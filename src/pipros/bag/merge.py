@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import repeat
 from operator import itemgetter
 
-from pipros.bag.connection import Connection, StoredMessage
+from pipros.bag.connection import Connection
 from pipros.bag.reader import BagMessage, BagReader, Stamp, ns_of
 from pipros.msg.time import NS_PER_S, Time
 
@@ -19,8 +19,8 @@ def merged_raw(
     where: Choice | None = None,
     start_ns: int | None = None,
     end_ns: int | None = None,
-) -> Iterator[tuple[int, StoredMessage]]:
-    """Yield serialized messages of all bags in time order, each with the number of its bag.
+) -> Iterator[tuple[int, tuple[Connection, int, bytes, int, int]]]:
+    """Yield the `BagReader.stored_fields` of all bags in time order, each with the number of its bag.
 
     Messages with equal timestamps are in the order of the bags.
 
@@ -32,10 +32,10 @@ def merged_raw(
         BagFormatError: a bag is damaged.
     """
     streams = [
-        zip(repeat(number), bag.stored_messages(_chosen(bag, where), start_ns, end_ns))
+        zip(repeat(number), bag.stored_fields(_chosen(bag, where), start_ns, end_ns))
         for number, bag in enumerate(bags)
     ]
-    return heapq.merge(*streams, key=lambda item: item[1].time_ns)
+    return heapq.merge(*streams, key=lambda item: item[1][1])
 
 
 def merged(

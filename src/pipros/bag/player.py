@@ -185,9 +185,10 @@ class Player:
     def _play_once(self) -> None:
         previous_ns = self._start_ns
         skip_s = self._options.skip_empty_s
+        skip_ns = None if skip_s is None else _ns(skip_s)
         for number, message in merged_raw(self._bags, self._is_wanted, self._start_ns, self._end_ns):
             connection, at_ns, data, _, _ = message
-            if skip_s is not None and at_ns - previous_ns > _ns(skip_s):
+            if skip_ns is not None and at_ns - previous_ns > skip_ns:
                 self._clock.jump(at_ns, time.monotonic_ns())
             previous_ns = at_ns
             if not self._wait_until(at_ns):

@@ -109,6 +109,32 @@ def test_messages_of_a_large_chunk_are_read_one_by_one(monkeypatch: pytest.Monke
     assert rows_of(read(bag_bytes(rows))) == values(rows)
 
 
+def test_timestamps_are_offered_as_seconds_and_nanoseconds_too() -> None:
+    bag = read(bag_bytes([("/a", Int32(n), 10 + n, n) for n in range(4)]))
+
+    assert (bag.start, bag.end) == ((10, 0), (13, 3))
+    assert bag.times(bag.connections) == bag.times_by_connection()[0] == [(10 + n, n) for n in range(4)]
+    assert [message[1:4] for message in bag.raw_messages(None, (11, 1), (12, 2))] == [
+        (11, 1, b"\1\0\0\0"),
+        (12, 2, b"\2\0\0\0"),
+    ]
+    assert [time_ns for _, time_ns, _ in bag.decoded(None, 11_000_000_002)] == [
+        12_000_000_002,
+        13_000_000_003,
+    ]
+
+
+def test_a_file_needs_no_more_than_read_and_seek() -> None:
+    class Bare:
+        def __init__(self, data: bytes) -> None:
+            file = io.BytesIO(data)
+            self.read, self.seek = file.read, file.seek
+
+    rows: list[Any] = [("/a", Image(data=bytes([n]) * 200_000), 10 + n, 0) for n in range(3)]
+
+    assert [each.message for each in BagReader(Bare(bag_bytes(rows)))] == [row[1] for row in rows]
+
+
 @pytest.mark.parametrize("compression", ["none", "bz2"])
 @pytest.mark.parametrize("chunk_bytes", [1, 1_000_000])
 def test_large_messages_stay_as_they_are_while_later_ones_are_read(
