@@ -24,8 +24,8 @@ from table import heed_interrupts
 
 from pipros.bag import BagReader, BagWriter, merged
 from pipros.bag.connection import Connection, connection_record
-from pipros.bag.index import ENTRY, ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
-from pipros.bag.records import MAGIC, file_header
+from pipros.bag.index import ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
+from pipros.bag.records import ENTRY, MAGIC, file_header
 from pipros.bag.writer import CHUNK_BYTES
 from pipros.msg import load_message_class
 
@@ -82,7 +82,7 @@ def make_sparse(path, size, topics):
         while position < size:
             file.seek(position)
             second = 1000 + len(chunks)
-            chunks.append(ChunkInfo(position, (second, 0), (second, 9), counts))
+            chunks.append(ChunkInfo(position, second * 10**9, second * 10**9 + 9, counts))
             file.write(chunk_header_bytes("none", CHUNK_BYTES, CHUNK_BYTES))
             file.seek(CHUNK_BYTES, os.SEEK_CUR)
             entries = b"".join(ENTRY.pack(second, n, n * 100) for n in range(10))

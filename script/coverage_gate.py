@@ -17,6 +17,7 @@ GATES = {
     "cmake": 94,
     "msg": 95,
     "packages": 94,
+    "pictures": 94,
     "master/registry.py": 97,
     "master/params.py": 98,
     "launch/model.py": 99,

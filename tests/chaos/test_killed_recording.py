@@ -23,18 +23,19 @@ COMPRESSIONS = ("none", "lz4", "bz2")
 
 WRITER = """
 import sys, zlib
+from pipros.bag.connection import StoredMessage, received_connection
 from pipros.bag.record_files import FileOptions, RecordFiles
-from pipros.bag.record_queue import Received
 from std_msgs.msg import String
 
 header = {"type": "std_msgs/String", "md5sum": String._md5sum, "message_definition": String._full_text}
 options = FileOptions(name="run", split=True, size_bytes=60_000, chunk_bytes=3000, compression=sys.argv[1])
 files = RecordFiles(options, lambda _: None)
-files.open((0, 0))
+connection = received_connection("/text", header)
+files.open(0)
 written = 0
 while True:
     text = b"%d " % written + b"%x" % zlib.crc32(b"%d" % written) * (written % 40)
-    files.write(Received("/text", header, len(text).to_bytes(4, "little") + text, written, 0))
+    files.write(StoredMessage(connection, written * 10**9, len(text).to_bytes(4, "little") + text))
     written += 1
     if written % 100 == 0:
         files.flush()

@@ -14,10 +14,10 @@ from PIL import Image as Pictures
 
 from pipros.basics.env import Environment
 from pipros.libraries.vision.compressed_images import decompressed
-from pipros.libraries.vision.picture_files import PillowCodec
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
+from pipros.pictures.codecs import PillowCodec
 from tests.support.environments import SOURCE_PATH
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until

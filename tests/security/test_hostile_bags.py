@@ -11,10 +11,9 @@ from std_msgs.msg import Int32
 
 from pipros.bag import BagFormatError, BagReader, BagWriter, NotIndexed
 from pipros.bag.compression import compress
-from pipros.bag.index import ENTRY, ChunkInfo, chunk_header_bytes, index_record
-from pipros.bag.layout import Layout
-from pipros.bag.reader import RawMessage
-from pipros.bag.records import TIME, U32, Op, record_bytes
+from pipros.bag.index import ChunkInfo, chunk_header_bytes, index_record
+from pipros.bag.layout import BagLayout
+from pipros.bag.records import ENTRY, TIME, U32, Op, record_bytes
 from pipros.basics.limits import Limits
 from tests.support.bags import bag_bytes, some_rows
 from tests.support.memory import memory_of
@@ -22,7 +21,7 @@ from tests.support.memory import memory_of
 MIB = 1 << 20
 
 
-def changed(data: bytes, change: Callable[[Layout], None], more: bytes = b"") -> bytes:
+def changed(data: bytes, change: Callable[[BagLayout], None], more: bytes = b"") -> bytes:
     """A bag with `more` behind its chunks, and the index of the changed layout."""
     file = io.BytesIO(data)
     layout = BagReader(file).layout
@@ -36,9 +35,9 @@ def changed(data: bytes, change: Callable[[Layout], None], more: bytes = b"") ->
 def appended(*parts: bytes, chunks: Sequence[int], counts: Mapping[int, int]) -> bytes:
     """A bag of a message and these parts, with chunks at these offsets in the parts."""
 
-    def change(layout: Layout) -> None:
+    def change(layout: BagLayout) -> None:
         first = layout.end - sum(map(len, parts))
-        layout.chunks += [ChunkInfo(first + at, (10, 0), (20, 0), counts) for at in chunks]
+        layout.chunks += [ChunkInfo(first + at, 10 * 10**9, 20 * 10**9, counts) for at in chunks]
 
     return changed(bag_bytes([("/a", Int32(1), 10, 0)]), change, b"".join(parts))
 
@@ -54,7 +53,7 @@ def message_record(connection: int, data: bytes = b"\x01\0\0\0") -> bytes:
 
 
 def test_a_chunk_that_the_index_names_twice_is_refused() -> None:
-    def repeat(layout: Layout) -> None:
+    def repeat(layout: BagLayout) -> None:
         layout.chunks *= 2000
 
     data = changed(bag_bytes(some_rows(3000)), repeat)
@@ -77,7 +76,7 @@ def test_chunks_that_share_an_index_are_refused() -> None:
 
 
 def test_an_index_of_more_messages_than_the_file_has_room_for_is_refused() -> None:
-    def multiply(layout: Layout) -> None:
+    def multiply(layout: BagLayout) -> None:
         layout.chunks[0] = replace(layout.chunks[0], counts={0: 10**9, 1: 15})
 
     data = changed(bag_bytes(some_rows()), multiply)
@@ -91,7 +90,7 @@ def test_repeated_entries_of_one_message_are_refused() -> None:
     entries = index_record(0, ENTRY.pack(10, 0, 0) * 1000)
     data = appended(chunk_of(content), entries, chunks=[0], counts={0: 1000})
 
-    read: list[RawMessage] = []
+    read: list[object] = []
     with pytest.raises(BagFormatError, match="its messages are larger than the chunk"):
         read.extend(BagReader(io.BytesIO(data)).raw_messages())
     assert len(read) == 2

@@ -20,7 +20,7 @@ ROOTS = (SRC, *FACADES)
 # from the sets before its own.
 LAYERS: list[list[set[str]]] = [
     [{"basics"}, {"wire", "safe"}],
-    [{"packages", "cmake"}, {"reconfigure"}],
+    [{"packages", "cmake", "pictures"}, {"reconfigure"}],
     [{"msg"}],
     [{"startup", "net", "workspace"}],
     [{"master", "node"}],

@@ -9,9 +9,9 @@ import sensor_msgs.msg
 from std_msgs.msg import Header
 
 from cv_bridge.boost.cv_bridge_boost import CV_MAT_CNWrap, CV_MAT_DEPTHWrap, cvtColor2, getCvType
-from pipros.libraries.vision.encodings import CHANNEL_STEP, DTYPES
 from pipros.libraries.vision.extras import numpy as np
 from pipros.libraries.vision.extras import opencv
+from pipros.pictures.encodings import CHANNEL_STEP, DTYPES
 
 
 class CvBridgeError(TypeError):
@@ -117,9 +117,8 @@ class CvBridge:
             is_bigendian=int(cvim.dtype.isnative == (sys.byteorder == "big")),
             data=cvim.tobytes(),
         )
-        if header is not None:
-            message.header = header
-        message.step = len(message.data) // height if height else 0
+        message.header = header or message.header
+        message.step = len(message.data) // max(height, 1)
         return message
 
     def compressed_imgmsg_to_cv2(self, cmprs_img_msg: Any, desired_encoding: str = "passthrough") -> Any:

@@ -9,7 +9,7 @@ from sensor_msgs.msg import CompressedImage, Image
 import rospy
 from cv_bridge import CvBridge, CvBridgeError
 from pipros.libraries.vision.compressed_images import CompressionError, Settings, compressed, decompressed
-from pipros.libraries.vision.picture_files import codec
+from pipros.pictures.codecs import codec
 
 
 def compressor(topic: str) -> Callable[[Image], CompressedImage | None]:

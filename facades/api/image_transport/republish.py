@@ -50,7 +50,7 @@ def main() -> int:
 
 def _connect(source: str, targets: list[str] | tuple[str, ...]) -> None:
     output, topic = rospy.resolve_name("out"), topic_of(rospy.resolve_name("in"), source)
-    is_unchanged = source == "raw" and list(targets) == ["raw"]
+    is_unchanged = [source, *targets] == ["raw", "raw"]
     outputs = [_raw_output(output) if is_unchanged else _output(output, target) for target in targets]
 
     def publish(image: Any) -> None:

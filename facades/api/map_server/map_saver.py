@@ -13,7 +13,7 @@ import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.maps.errors import MapError
 from pipros.libraries.maps.map_file import description_text, grid_pixels
-from pipros.libraries.maps.pgm import write_pgm
+from pipros.pictures.pgm import write_pgm
 
 USAGE = """Usage: 
   map_saver -h

@@ -11,10 +11,10 @@ from typing import Any
 from pipros.bag import compression as _compression
 from pipros.bag.bag_file import BagFile
 from pipros.bag.connection import Connection
-from pipros.bag.index import Stamp
 from pipros.bag.reader import BagReader
 from pipros.bag.writer import CHUNK_BYTES
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.msg.time import NS_PER_S as _NS_PER_S
 from pipros.msg.time import Time as _Time
 from rosbag.exceptions import (
     ROSBagEncryptException,
@@ -224,40 +224,22 @@ class Bag(IndexAccess):
         """
         bag = self._view()
         connections = self._chosen(bag, topics, connection_filter)
-        times = _stamp("start_time", start_time), _stamp("end_time", end_time)
-        found = self._read(bag, connections, times, raw)
-        if not return_connection_header:
-            return (BagMessage(connection.topic, message, t) for connection, message, t in found)
-        return (
-            BagMessageWithConnectionHeader(connection.topic, message, t, connection.header)
-            for connection, message, t in found
-        )
+        times = _ns("start_time", start_time), _ns("end_time", end_time)
+        found = self._raw(bag, connections, *times) if raw else bag.decoded(connections, *times)
+        return _results(found, return_connection_header)
 
-    def _read(
-        self,
-        bag: BagReader,
-        connections: list[Connection],
-        times: tuple[Stamp | None, Stamp | None],
-        raw: bool,
-    ) -> Iterator[tuple[Connection, Any, Time]]:
+    def _raw(
+        self, bag: BagReader, connections: list[Connection], *times: int | None
+    ) -> Iterator[tuple[Connection, int, Any]]:
+        """Yield messages like `BagReader.decoded`, in the form that `raw` selects."""
         classes: dict[int, Any] = {}
         is_chunked = self._version == 200
-        new_time = Time.__new__
-        with translated():
-            for connection, seconds, nanoseconds, data, chunk, offset in bag.raw_messages(
-                connections, *times
-            ):
-                cls = classes.get(connection.id)
-                if cls is None:
-                    cls = classes[connection.id] = bag.class_of(connection)
-                stamp = new_time(Time)
-                stamp.secs = seconds
-                stamp.nsecs = nanoseconds
-                if not raw:
-                    yield connection, cls().deserialize(data), stamp
-                    continue
-                position = (chunk, offset) if is_chunked else chunk + offset
-                yield connection, (connection.type, data, connection.md5sum, position, cls), stamp
+        for connection, time_ns, data, chunk, offset in bag.stored_fields(connections, *times):
+            cls = classes.get(connection.id)
+            if cls is None:
+                cls = classes[connection.id] = bag.class_of(connection)
+            position = (chunk, offset) if is_chunked else chunk + offset
+            yield connection, time_ns, (connection.type, data, connection.md5sum, position, cls)
 
     def write(
         self,
@@ -294,12 +276,8 @@ class Bag(IndexAccess):
             if not raw:
                 bag.topics.write(topic, msg, t.secs, t.nsecs, connection_header)
                 return
-            if len(msg) not in (4, 5):
-                raise ValueError("msg must be of length 4 or 5")
-            type_name, data, md5sum, cls = msg[0], msg[1], msg[2], msg[-1]
-            bag.topics.write_raw(
-                topic, type_name, md5sum, bytes(data), t.secs, t.nsecs, connection_header, cls
-            )
+            type_name, data, md5sum, cls = _raw_parts(msg)
+            bag.topics.write_raw(topic, type_name, md5sum, data, t.secs, t.nsecs, connection_header, cls)
 
     def flush(self) -> None:
         """Write the messages added since the last flush to the file, as a chunk."""
@@ -329,7 +307,7 @@ class Bag(IndexAccess):
             with translated():
                 bag.finish()
         finally:
-            self._file = self._bag = self._indexed = None
+            self._file = self._bag = self._indexed = self._entries = None
             file.close()
 
     def _view(self) -> BagReader:
@@ -347,14 +325,33 @@ def _check_compression(compression: str) -> None:
         raise ValueError(f"compression must be one of: {', '.join(_compression.COMPRESSIONS)}")
 
 
+def _raw_parts(msg: Any) -> tuple[str, bytes, str, Any]:
+    if len(msg) not in (4, 5):
+        raise ValueError("msg must be of length 4 or 5")
+    return msg[0], bytes(msg[1]), msg[2], msg[-1]
+
+
 def _check_chunk_threshold(chunk_threshold: int) -> None:
     if chunk_threshold < 0:
         raise ValueError("chunk_threshold must be greater than or equal to zero")
 
 
-def _stamp(name: str, time: _Time | None) -> Stamp | None:
+def _ns(name: str, time: _Time | None) -> int | None:
     if time is None:
         return None
     if not hasattr(time, "secs"):
         raise TypeError(f"{name} must be a rospy.Time, got {time!r}")
-    return time.secs, time.nsecs
+    return time.secs * _NS_PER_S + time.nsecs
+
+
+def _results(found: Iterator[tuple[Connection, int, Any]], with_header: bool) -> Iterator[Any]:
+    """Yield `BagMessage`s, without the calls of constructors that would take most of the time."""
+    new_time, new = Time.__new__, tuple.__new__
+    with translated():
+        for connection, time_ns, message in found:
+            stamp = new_time(Time)
+            stamp.secs, stamp.nsecs = divmod(time_ns, _NS_PER_S)
+            if with_header:
+                yield BagMessageWithConnectionHeader(connection.topic, message, stamp, connection.header)
+            else:
+                yield new(BagMessage, (connection.topic, message, stamp))

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 from pipros.bag import compression as _compression
 from pipros.bag import info as _info
 from pipros.bag.errors import BagError, NoMessages
-from pipros.bag.index import Stamp
 from pipros.bag.reader import BagReader
 from rosbag.exceptions import ROSBagException, translated
 from rosbag.results import CompressionTuple, TopicTuple, TypesAndTopicsTuple
+from rospy.rostime import Time
 
 
 class BagContents(ABC):
@@ -48,18 +48,17 @@ class BagContents(ABC):
 
     def get_start_time(self) -> float:
         """Return the time of the first message in seconds. Raise `ROSBagException` if the bag is empty."""
-        return self._time(lambda bag: bag.start)
+        return self._range()[0].to_sec()
 
     def get_end_time(self) -> float:
         """Return the time of the last message in seconds. Raise `ROSBagException` if the bag is empty."""
-        return self._time(lambda bag: bag.end)
+        return self._range()[1].to_sec()
 
-    def _time(self, which: Callable[[BagReader], Stamp]) -> float:
+    def _range(self) -> list[Time]:
         try:
-            seconds, nanoseconds = which(self._view())
+            return [Time(0, time_ns) for time_ns in self._view().range_ns]
         except NoMessages:
             raise ROSBagException("Bag contains no message") from None
-        return float(seconds) + float(nanoseconds) / 1e9
 
     def get_type_and_topic_info(
         self, topic_filters: Iterable[str] | str | None = None

@@ -5,8 +5,6 @@ Names and meanings are the same as in genuine rosbag. The index is read on first
 
 from __future__ import annotations
 
-import heapq
-from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import total_ordering
 from typing import Any
@@ -14,7 +12,6 @@ from typing import Any
 from pipros.bag.connection import Connection
 from pipros.bag.message_index import MessageIndex, Position
 from pipros.bag.reader import BagReader
-from pipros.basics.limits import process_limits
 from pipros.basics.names import canonicalize
 from rosbag.contents import BagContents
 from rosbag.exceptions import translated
@@ -64,10 +61,9 @@ class IndexEntry:
 
     __slots__ = ("chunk_pos", "offset", "time")
 
-    def __init__(self, position: Position, is_chunked: bool) -> None:
-        self.time = Time(position.seconds, position.nanoseconds)
-        self.chunk_pos = position.chunk if is_chunked else 0
-        self.offset = position.offset if is_chunked else position.chunk + position.offset
+    def __init__(self, position: Position) -> None:
+        time_ns, self.chunk_pos, self.offset = position
+        self.time = Time(0, time_ns)
 
     @property
     def position(self) -> Any:
@@ -90,7 +86,8 @@ class IndexAccess(BagContents):
     """Underscored methods and attributes of `Bag` that public code uses."""
 
     _version: int
-    _indexed: tuple[BagReader, MessageIndex, dict[int, list[IndexEntry]]] | None = None
+    _indexed: MessageIndex | None = None
+    _entries: tuple[MessageIndex, dict[int, list[IndexEntry]]] | None = None
     _infos: dict[int, ConnectionInfo] | None = None
 
     @property
@@ -105,7 +102,7 @@ class IndexAccess(BagContents):
         if self._version != 200:
             return []
         return [
-            ChunkInfo(each.position, Time(*each.start), Time(*each.end), each.counts)
+            ChunkInfo(each.position, Time(0, each.start_ns), Time(0, each.end_ns), each.counts)
             for each in self._view().chunks
         ]
 
@@ -123,7 +120,13 @@ class IndexAccess(BagContents):
 
     @property
     def _connection_indexes(self) -> dict[int, list[IndexEntry]]:
-        return self._index()[1]
+        index = self._index()
+        if self._entries is None or self._entries[0] is not index:
+            with translated():
+                positions = index.positions()
+            entries = {key: [IndexEntry(each) for each in found] for key, found in positions.items() if found}
+            self._entries = index, entries
+        return self._entries[1]
 
     @property
     def _has_compressed_chunks(self) -> bool:
@@ -134,44 +137,30 @@ class IndexAccess(BagContents):
         headers = self._chunk_headers.values()
         return sum(header.uncompressed_size for header in headers) if headers else self._view().size
 
-    def _index(self) -> tuple[MessageIndex, dict[int, list[IndexEntry]]]:
+    def _index(self) -> MessageIndex:
         bag = self._view()
-        if self._indexed is None or self._indexed[0] is not bag:
-            index = MessageIndex(bag, process_limits())
-            with translated():
-                entries = {
-                    key: [IndexEntry(each, self._version == 200) for each in positions]
-                    for key, positions in index.positions().items()
-                    if positions
-                }
-            self._indexed = bag, index, entries
-        return self._indexed[1:]
+        if self._indexed is None or self._indexed.bag is not bag:
+            self._indexed = MessageIndex(bag)
+        return self._indexed
 
     def _get_connections(
         self, topics: Iterable[str] | str | None = None, connection_filter: ConnectionFilter | None = None
     ) -> Iterator[ConnectionInfo]:
         """Yield the connections of these topics that the filter accepts."""
-        for each in self._chosen(self._view(), topics, connection_filter):
-            yield ConnectionInfo(each)
+        return map(ConnectionInfo, self._chosen(self._view(), topics, connection_filter))
 
     @staticmethod
     def _chosen(
         bag: BagReader, topics: Iterable[str] | str | None, connection_filter: ConnectionFilter | None
     ) -> list[Connection]:
-        names = [topics] if isinstance(topics, str) else list(topics or ())
-        wanted = {canonicalize(name) for name in names}
-        return [
-            each
-            for each in bag.connections
-            if (not wanted or canonicalize(each.topic) in wanted)
-            and (
-                connection_filter is None
-                or connection_filter(each.topic, each.type, each.md5sum, each.definition, each.header)
-            )
-        ]
+        wanted = set(map(canonicalize, [topics] if isinstance(topics, str) else topics or ()))
+        found = [each for each in bag.connections if not wanted or canonicalize(each.topic) in wanted]
+        if connection_filter is None:
+            return found
+        return [c for c in found if connection_filter(c.topic, c.type, c.md5sum, c.definition, c.header)]
 
     def _get_indexes(self, connections: Iterable[ConnectionInfo] | None) -> list[list[IndexEntry]]:
-        indexes = self._index()[1]
+        indexes = self._connection_indexes
         if connections is None:
             return list(indexes.values())
         return [indexes.get(connection.id, []) for connection in connections]
@@ -182,12 +171,8 @@ class IndexAccess(BagContents):
         start_time: Time | None = None,
         end_time: Time | None = None,
     ) -> Iterator[IndexEntry]:
-        """Yield the entries of the connections in time order, between two times, inclusive."""
-        for entry in heapq.merge(*self._get_indexes(connections)):
-            if end_time and entry.time > end_time:
-                return
-            if not start_time or entry.time >= start_time:
-                yield entry
+        """Return the entries of the connections in time order, between two times, inclusive."""
+        return self._between(connections, start_time, end_time)
 
     def _get_entries_reverse(
         self,
@@ -195,44 +180,50 @@ class IndexAccess(BagContents):
         start_time: Time | None = None,
         end_time: Time | None = None,
     ) -> Iterator[IndexEntry]:
-        """Yield the entries of `_get_entries` in reverse order."""
-        indexes = (reversed(index) for index in self._get_indexes(connections))
-        for entry in heapq.merge(*indexes, reverse=True):
-            if start_time and entry.time < start_time:
-                return
-            if not end_time or entry.time <= end_time:
-                yield entry
+        """Return the entries of `_get_entries` in reverse order."""
+        return self._between(connections, start_time, end_time, reverse=True)
+
+    def _between(
+        self,
+        connections: Iterable[ConnectionInfo] | None,
+        *times: Time | None,
+        reverse: bool = False,
+    ) -> Iterator[IndexEntry]:
+        start_ns, end_ns = (time.to_nsec() if time else None for time in times)
+        with translated():
+            found = self._index().between(_numbers(connections), start_ns, end_ns, reverse=reverse)
+        return map(IndexEntry, found)
 
     def _get_entry(self, t: Time, connections: Iterable[ConnectionInfo] | None = None) -> IndexEntry | None:
         """Return the last entry at or before `t`, or None."""
-        indexes = self._get_indexes(connections)
-        found = [(index, bisect_right(index, t, key=lambda entry: entry.time)) for index in indexes]
-        return max((index[at - 1] for index, at in found if at), default=None)
+        with translated():
+            found = self._index().last_until(t.to_nsec(), _numbers(connections))
+        return found and IndexEntry(found)
 
     def _get_entry_after(
         self, t: Time, connections: Iterable[ConnectionInfo] | None = None
     ) -> IndexEntry | None:
         """Return the first entry after `t`, or None."""
-        indexes = self._get_indexes(connections)
-        found = [(index, bisect_right(index, t, key=lambda entry: entry.time)) for index in indexes]
-        return min((index[at] for index, at in found if at < len(index)), default=None)
+        with translated():
+            found = self._index().first_after(t.to_nsec(), _numbers(connections))
+        return found and IndexEntry(found)
 
     def _read_message(self, position: Any, raw: bool = False, return_connection_header: bool = False) -> Any:
         """Return the message at an entry's position, in the form of `read_messages`."""
-        bag = self._view()
-        index = self._indexed[1] if self._indexed is not None and self._indexed[0] is bag else None
-        index = index or MessageIndex(bag, process_limits())
+        index = self._index()
         with translated():
-            if not isinstance(position, tuple):
-                before = [each.position for each in bag.chunks if each.position <= position]
-                chunk = before[-1] if before else 0
-                connection, stamp, data = index.message(chunk, position - chunk)
-            else:
-                connection, stamp, data = index.message(*position)
-            cls = bag.class_of(connection)
+            stored = index.message(*(position if isinstance(position, tuple) else (0, position)))
+            connection = stored.connection
             message = (
-                (connection.type, data, connection.md5sum, position, cls) if raw else cls().deserialize(data)
+                (connection.type, stored.data, connection.md5sum, position, index.bag.class_of(connection))
+                if raw
+                else index.bag.decode(stored)
             )
+        time = Time(0, stored.time_ns)
         if return_connection_header:
-            return BagMessageWithConnectionHeader(connection.topic, message, Time(*stamp), connection.header)
-        return BagMessage(connection.topic, message, Time(*stamp))
+            return BagMessageWithConnectionHeader(connection.topic, message, time, connection.header)
+        return BagMessage(connection.topic, message, time)
+
+
+def _numbers(connections: Iterable[ConnectionInfo] | None) -> list[int] | None:
+    return None if connections is None else [connection.id for connection in connections]

@@ -6,7 +6,7 @@ They take the arguments after the subcommand, return None, and raise SystemExit 
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.cli.rosbag import main as _main
@@ -58,61 +58,24 @@ def rosbagmain(argv: Sequence[str] | None = None) -> None:
     sys.exit(_main(list(sys.argv if argv is None else argv)[1:]))
 
 
-def _run(subcommand: str, argv: Sequence[str]) -> None:
-    if code := _main([subcommand, *argv]):
-        sys.exit(code)
+def _subcommand(name: str) -> Callable[[Sequence[str]], None]:
+    def run(argv: Sequence[str]) -> None:
+        if code := _main([name, *argv]):
+            sys.exit(code)
+
+    run.__name__ = run.__qualname__ = f"{name}_cmd"
+    run.__doc__ = f"Run `rosbag {name}`."
+    return run
 
 
-def record_cmd(argv: Sequence[str]) -> None:
-    """Run `rosbag record`."""
-    _run("record", argv)
-
-
-def info_cmd(argv: Sequence[str]) -> None:
-    """Run `rosbag info`."""
-    _run("info", argv)
-
-
-def play_cmd(argv: Sequence[str]) -> None:
-    """Run `rosbag play`."""
-    _run("play", argv)
-
-
-def filter_cmd(argv: Sequence[str]) -> None:
-    """Run `rosbag filter`."""
-    _run("filter", argv)
-
-
-def fix_cmd(argv: Sequence[str]) -> None:
-    """Run `rosbag fix`."""
-    _run("fix", argv)
-
-
-def check_cmd(argv: Sequence[str]) -> None:
-    """Run `rosbag check`."""
-    _run("check", argv)
-
-
-def compress_cmd(argv: Sequence[str]) -> None:
-    """Run `rosbag compress`."""
-    _run("compress", argv)
-
-
-def decompress_cmd(argv: Sequence[str]) -> None:
-    """Run `rosbag decompress`."""
-    _run("decompress", argv)
-
-
-def reindex_cmd(argv: Sequence[str]) -> None:
-    """Run `rosbag reindex`."""
-    _run("reindex", argv)
-
-
-def encrypt_cmd(argv: Sequence[str]) -> None:
-    """Run `rosbag encrypt`."""
-    _run("encrypt", argv)
-
-
-def decrypt_cmd(argv: Sequence[str]) -> None:
-    """Run `rosbag decrypt`."""
-    _run("decrypt", argv)
+record_cmd = _subcommand("record")
+info_cmd = _subcommand("info")
+play_cmd = _subcommand("play")
+filter_cmd = _subcommand("filter")
+fix_cmd = _subcommand("fix")
+check_cmd = _subcommand("check")
+compress_cmd = _subcommand("compress")
+decompress_cmd = _subcommand("decompress")
+reindex_cmd = _subcommand("reindex")
+encrypt_cmd = _subcommand("encrypt")
+decrypt_cmd = _subcommand("decrypt")

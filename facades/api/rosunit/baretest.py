@@ -78,7 +78,9 @@ class BareTestCase(unittest.TestCase):
         super().__init__()
         self.text_mode = text_mode
         self.exe = os.path.abspath(exe)
-        self.package = package_name or _package_of(Path(self.exe))
+        self.package: str | None = package_name or getattr(
+            PackageIndex.from_environment().containing(Path(self.exe)), "name", None
+        )
         self.test_name = test_name or os.path.basename(exe)
         self.args = [*(["python"] if self.exe.endswith(".py") else []), self.exe, *args]
         if text_mode:
@@ -100,14 +102,17 @@ class BareTestCase(unittest.TestCase):
             self.time_limit,
             text=self.text_mode,
         )
-        while not self._has_passed(test, self.package) and self.retry:
+        results = self._run(test)
+        while self.retry and (results is None or results.num_errors or results.num_failures):
             self.retry -= 1
             printlog("test [%s] failed, retrying. Retries left: %s", self.test_name, self.retry)
-        results = self.results
+            results = self._run(test)
+        self.results = results = results or self.results
         sums = results.num_errors, results.num_failures, results.num_tests
         printlog("test [%s] results summary: %s errors, %s failures, %s tests", self.test_name, *sums)
 
-    def _has_passed(self, test: BareTest, package: str) -> bool:
+    def _run(self, test: BareTest) -> junitxml.Result | None:
+        """Run the program once, and return its results; None if it timed out and retries are left."""
         printlog("Running test [%s]", self.test_name)
         try:
             test.run_once(self)
@@ -115,16 +120,11 @@ class BareTestCase(unittest.TestCase):
             if not self.retry:
                 raise TestTimeoutException(str(error)) from error
             printerrlog("test [%s] timed out", self.test_name)
-            return False
+            return None
         printlog("test [%s] finished", self.test_name)
-        if not self.text_mode:
-            self.results = junitxml.read(xml_results_file(package, self.test_name), self.test_name)
-        return not (self.results.num_errors or self.results.num_failures)
-
-
-def _package_of(file: Path) -> str | None:
-    owner = PackageIndex.from_environment().containing(file)
-    return owner.name if owner else None
+        if self.text_mode or self.package is None:
+            return self.results
+        return junitxml.read(xml_results_file(self.package, self.test_name), self.test_name)
 
 
 def print_unittest_summary(result: unittest.TestResult) -> None:

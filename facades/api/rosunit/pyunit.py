@@ -72,12 +72,9 @@ def stop_coverage(packages: Sequence[str], html: str | None = None) -> None:
     measuring = _measuring.pop()
     measuring.stop()
     measuring.save()
-    modules = [
-        module
-        for name, module in list(sys.modules.items())
-        if any(name == package or name.startswith(package + ".") for package in packages)
-        and getattr(module, "__file__", None)
-    ]
+    roots = tuple(map("{}.".format, packages))
+    named = [module for name, module in list(sys.modules.items()) if f"{name}.".startswith(roots)]
+    modules = [module for module in named if getattr(module, "__file__", None)]
     if not modules:
         print(f"WARNING: no coverage: {', '.join(packages)} was not imported", file=sys.stderr)
         return

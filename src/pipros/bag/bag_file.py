@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from pipros.bag.errors import BagError
-from pipros.bag.layout import Layout, read_layout, read_version
+from pipros.bag.layout import BagLayout, read_layout, read_version
 from pipros.bag.reader import BagReader
 from pipros.bag.records import Version
 from pipros.bag.repair import reindex
@@ -75,11 +75,11 @@ class BagFile:
         except BagError:
             if not allow_unindexed:
                 raise
-            layout = Layout(Version(2, 0))
+            layout = BagLayout(Version(2, 0))
         if self._mode == "a" and layout.index_position:
             self._write_with(BagWriter(self._file, layout=layout))
         else:
-            self._reader = BagReader.of_layout(self._file, self._name, layout, self._limits)
+            self._reader = BagReader(self._file, name=self._name, layout=layout, limits=self._limits)
 
     def _write_with(self, writer: BagWriter) -> None:
         writer.compression, writer.chunk_bytes = self._compression, self._chunk_bytes
@@ -111,7 +111,7 @@ class BagFile:
         if self.writer is None:
             raise ValueError("the bag is closed")
         self.flush()
-        return BagReader.of_layout(self._file, self._name, self.writer.layout, self._limits)
+        return BagReader(self._file, name=self._name, layout=self.writer.layout, limits=self._limits)
 
     def reindex(self) -> list[int]:
         """Rebuild the index of a bag in mode `a`; return the positions of its chunks.

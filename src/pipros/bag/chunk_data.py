@@ -23,6 +23,9 @@ _ORDINARY_RATIO = 1000
 _ENTRY_BYTES_PER_BYTE = 16
 """Each message adds at least one byte to a compressed chunk, and at most 16 bytes to an index."""
 
+_VIEW_BYTES = 64 * 1024
+"""Mean size of a chunk's messages above which they are decoded without a copy."""
+
 _AHEAD_BYTES = 64 * 1024 * 1024
 """Maximum uncompressed size of the chunks that are read ahead."""
 
@@ -42,6 +45,15 @@ def read_chunk_data(source: Source, header: ChunkHeader, limits: Limits) -> byte
     where = check_chunk(source, header, limits)
     data = source.read(header.data_position, header.data_size)
     return decompress(header.compression, data, header.size, where)
+
+
+def are_large(size: int, count: int) -> bool:
+    """Return whether `count` messages in a chunk of `size` bytes are decoded from views of the chunk.
+
+    The system allocator returns blocks of such sizes, and the pages of each new one are faulted in: reading
+    images of 0.9 MB took 700 us each with a copy, and 230 us without one, in a reused buffer.
+    """
+    return size > count * _VIEW_BYTES
 
 
 def check_chunk(source: Source, header: ChunkHeader, limits: Limits) -> str:
@@ -83,16 +95,20 @@ class ChunkStore:
         self._source = source
         self._headers = headers
         self._limits = limits
-        self._kept: OrderedDict[int, bytes] = OrderedDict()
+        self._kept: OrderedDict[int, bytes | bytearray] = OrderedDict()
+        self._spare = bytearray()
         self._kept_bytes = 0
         self._ahead: dict[int, Future[bytes]] = {}
         self._threads: ThreadPoolExecutor | None = None
 
-    def get(self, number: int, upcoming: Sequence[int] = ()) -> bytes | None:
+    def get(
+        self, number: int, upcoming: Sequence[int] = (), *, is_reusable: bool = False
+    ) -> bytes | bytearray | None:
         """Return the content of a chunk; None for a large chunk, whose messages must be read from the file.
 
         Args:
             upcoming: the numbers of the chunks that will be requested next.
+            is_reusable: whether the content may be overwritten by another chunk after `drop`.
 
         Raises:
             BagFormatError: the chunk is damaged.
@@ -107,6 +123,11 @@ class ChunkStore:
         self._prepare(upcoming)
         if number in self._ahead:
             data = self._ahead.pop(number).result()
+        elif is_reusable and header.compression == NONE and header.data_size == header.size:
+            check_chunk(self._source, header, self._limits)
+            data = self._spare if len(self._spare) == header.size else bytearray(header.size)
+            self._spare = bytearray()
+            self._source.read_into(data, header.data_position)
         else:
             data = read_chunk_data(self._source, header, self._limits)
         self._keep(number, data)
@@ -114,7 +135,10 @@ class ChunkStore:
 
     def drop(self, number: int) -> None:
         """Discard a chunk that is no longer needed."""
-        self._kept_bytes -= len(self._kept.pop(number, b""))
+        data = self._kept.pop(number, b"")
+        self._kept_bytes -= len(data)
+        if isinstance(data, bytearray):
+            self._spare = data
 
     def close(self) -> None:
         """Stop the thread pool."""
@@ -123,7 +147,7 @@ class ChunkStore:
             self._threads.shutdown(wait=True, cancel_futures=True)
             self._threads = None
 
-    def _keep(self, number: int, data: bytes) -> None:
+    def _keep(self, number: int, data: bytes | bytearray) -> None:
         self._kept[number] = data
         self._kept_bytes += len(data)
         while self._kept_bytes > self._limits.bag_cache_bytes and len(self._kept) > 1:

@@ -1,9 +1,10 @@
-"""A bag's connections. Each is one publisher of one topic, with the fields of its connection header."""
+"""Connections and their messages. A connection is one publisher of one topic, with its connection header."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from pipros.bag.errors import BagFormatError
 from pipros.bag.records import U32, Fields, Op, field_bytes, number, parse_fields, record_bytes, text_of
@@ -39,6 +40,28 @@ class Connection:
     @property
     def callerid(self) -> str:
         return text_of(self.header.get("callerid", b""))
+
+
+class StoredMessage(NamedTuple):
+    """A serialized message, read from a file or received for one.
+
+    Attributes:
+        time_ns: when it was received.
+        chunk, offset: byte position of its chunk in the file, and its offset in the chunk.
+    """
+
+    connection: Connection
+    time_ns: int
+    data: bytes
+    chunk: int = 0
+    offset: int = 0
+
+
+def received_connection(topic: str, header: Mapping[str, str]) -> Connection:
+    """Return the connection for the messages of a publisher, by the header that it sent."""
+    fields = {name: value.encode() for name, value in header.items()}
+    defaults = {"topic": topic.encode(), "type": b"", "md5sum": b"", "message_definition": b""}
+    return Connection(0, topic, fields | {k: v for k, v in defaults.items() if k not in fields})
 
 
 def parse_connection(fields: Fields, data: bytes, where: str) -> Connection:

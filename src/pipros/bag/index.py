@@ -1,23 +1,27 @@
-"""The index of a bag of format 2.0: where the messages of each connection are, and what each chunk contains.
-
-An entry holds seconds, nanoseconds, and the offset of the message record in the uncompressed chunk.
-"""
+"""Index of a bag of format 2.0: the messages of each connection, and the contents of each chunk."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from struct import Struct
 
 from pipros.bag.errors import BagFormatError
-from pipros.bag.records import TIME, U32, U64, Fields, Op, number, record_bytes, text_of, time_of
+from pipros.bag.records import (
+    ENTRY,
+    TIME,
+    U32,
+    U64,
+    Fields,
+    Op,
+    number,
+    record_bytes,
+    text_of,
+    time_bytes,
+    time_of,
+)
 
-ENTRY = Struct("<III")
 INDEX_RECORD_BYTES = 55
 """Size of an index record as all writers produce it, without its entries."""
-
-Stamp = tuple[int, int]
-"""A timestamp: seconds and nanoseconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,13 +30,13 @@ class ChunkInfo:
 
     Attributes:
         position: byte position of the chunk's record in the file.
-        start, end: the times of its earliest and latest message.
+        start_ns, end_ns: timestamps of its earliest and latest message.
         counts: number of messages, by connection.
     """
 
     position: int
-    start: Stamp
-    end: Stamp
+    start_ns: int
+    end_ns: int
     counts: Mapping[int, int]
 
 
@@ -124,8 +128,8 @@ def chunk_info_record(info: ChunkInfo) -> bytes:
         "op": bytes([Op.CHUNK_INFO]),
         "ver": U32.pack(1),
         "chunk_pos": U64.pack(info.position),
-        "start_time": TIME.pack(*info.start),
-        "end_time": TIME.pack(*info.end),
+        "start_time": time_bytes(info.start_ns),
+        "end_time": time_bytes(info.end_ns),
         "count": U32.pack(len(info.counts)),
     }
     return record_bytes(fields, b"".join(TIME.pack(*pair) for pair in info.counts.items()))

@@ -12,6 +12,7 @@ from typing import Any
 from pipros.bag.errors import BagError
 from pipros.bag.reader import BagReader
 from pipros.basics.printable import listed
+from pipros.msg.time import Time
 
 _PLAIN = re.compile(r"[\w/.*~+-]*")
 
@@ -83,8 +84,8 @@ def bag_info(bag: BagReader, path: str | None, *, with_frequencies: bool = False
         known.version,
         known.size,
         is_indexed=True,
-        start=_seconds(bag.start) if has_messages else None,
-        end=_seconds(bag.end) if has_messages else None,
+        start=_seconds(bag.range_ns[0]) if has_messages else None,
+        end=_seconds(bag.range_ns[1]) if has_messages else None,
         messages=bag.message_count,
         compressions=compressions(bag),
         types=sorted({(connection.type, connection.md5sum) for connection in bag.connections}),
@@ -112,7 +113,7 @@ def topics(
 ) -> list[Topic]:
     """Return the wanted topics, or all, sorted by name."""
     counts = bag.count_by_connection()
-    times = bag.times_by_connection() if with_frequencies else {}
+    times = bag.times_ns() if with_frequencies else {}
     chosen = None if wanted is None else set(wanted)
     found = []
     for name in sorted({connection.topic for connection in bag.connections}):
@@ -128,8 +129,9 @@ def topics(
     return found
 
 
-def _seconds(stamp: tuple[int, int]) -> float:
-    return float(stamp[0]) + float(stamp[1]) / 1e9
+def _seconds(time_ns: int) -> float:
+    """Return seconds, rounded as by Noetic, whose output has the sums and differences of such numbers."""
+    return Time(0, time_ns).to_sec()
 
 
 def _frequency(times: Sequence[float]) -> float | None:

@@ -9,7 +9,6 @@ from itertools import pairwise
 from pipros.bag.connection import Connection, parse_connection
 from pipros.bag.errors import BagError, BagFormatError, NotIndexed
 from pipros.bag.index import (
-    ENTRY,
     INDEX_RECORD_BYTES,
     ChunkHeader,
     ChunkInfo,
@@ -17,14 +16,14 @@ from pipros.bag.index import (
     parse_chunk_info,
     parse_index,
 )
-from pipros.bag.records import MAGIC, Op, Version, number, op_of, parse_fields, parse_version
+from pipros.bag.records import ENTRY, MAGIC, Op, Version, number, op_of, parse_fields, parse_version
 from pipros.bag.source import Source
 
 _LONGEST_FIRST_LINE = 100
 
 
 @dataclass(slots=True)
-class Layout:
+class BagLayout:
     """A bag's connections and chunks.
 
     Attributes:
@@ -67,7 +66,7 @@ def read_version(source: Source) -> tuple[Version, int]:
     return version, len(line) + 1
 
 
-def read_layout(source: Source, start: int) -> Layout:
+def read_layout(source: Source, start: int) -> BagLayout:
     """Read the index of a bag of format 2.0 whose first record begins at `start`.
 
     Raises:
@@ -89,7 +88,7 @@ def read_layout(source: Source, start: int) -> Layout:
     if not position or (position >= source.size and counts != (0, 0)):
         reason = "has no index" if not position else "ends before its index"
         raise NotIndexed(f"{source.name} {reason}. {REPAIR}")
-    layout = Layout(Version(2, 0), index_position=position, end=position)
+    layout = BagLayout(Version(2, 0), index_position=position, end=position)
     if position < data_position + data_size:
         raise BagFormatError(f"{where}: the index must come after the file header, got position {position}")
     try:
@@ -102,7 +101,7 @@ def read_layout(source: Source, start: int) -> Layout:
 REPAIR = "Run rosbag reindex"
 
 
-def _read_index(source: Source, layout: Layout, counts: tuple[int, int]) -> None:
+def _read_index(source: Source, layout: BagLayout, counts: tuple[int, int]) -> None:
     position = layout.index_position
     for wanted, count in zip((Op.CONNECTION, Op.CHUNK_INFO), counts, strict=True):
         for _ in range(count):
@@ -130,7 +129,7 @@ def _read_index(source: Source, layout: Layout, counts: tuple[int, int]) -> None
         )
 
 
-def read_chunk_header(source: Source, layout: Layout, position: int) -> ChunkHeader:
+def read_chunk_header(source: Source, layout: BagLayout, position: int) -> ChunkHeader:
     """Return the header of the chunk at `position`.
 
     Raises:
@@ -146,7 +145,7 @@ def read_chunk_header(source: Source, layout: Layout, position: int) -> ChunkHea
 
 
 def read_chunk_index(
-    source: Source, layout: Layout, chunk: ChunkInfo, header: ChunkHeader, end: int
+    source: Source, layout: BagLayout, chunk: ChunkInfo, header: ChunkHeader, end: int
 ) -> Mapping[int, bytes]:
     """Return the entries of a chunk by connection.
 

@@ -1,7 +1,8 @@
-"""Pure Python decoder of LZ4 frames, for machines without the `lz4` library. About 20 MB/s.
+"""Pure Python decoder of LZ4 frames, for machines without the `lz4` library. 20 to 35 MB/s.
 
-The format is https://github.com/lz4/lz4/blob/dev/doc/lz4_Frame_format.md;
-checksums are verified.
+The library (`pipros[lz4]`) is used if it is installed; it decodes some GB/s. It has no wheels for musl or
+32-bit ARM, where it needs a compiler; this reads the bags of other machines there, too. The format is
+https://github.com/lz4/lz4/blob/dev/doc/lz4_Frame_format.md; checksums are verified.
 """
 
 from __future__ import annotations

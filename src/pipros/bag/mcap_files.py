@@ -12,21 +12,20 @@ import struct
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO
-from pathlib import Path
 from typing import Any
 
 from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError, BagFormatError, NoMessages, NotIndexed
-from pipros.bag.index import ChunkHeader, Stamp
-from pipros.bag.layout import REPAIR, Layout
+from pipros.bag.index import ChunkHeader
+from pipros.bag.layout import REPAIR, BagLayout
 from pipros.bag.mcap_messages import McapMessages
 from pipros.bag.mcap_records import CHANNEL, MESSAGE_START, SCHEMA, all_records, parsed, read_summary
-from pipros.bag.reader import BagReader, RawMessage
-from pipros.bag.records import Version
+from pipros.bag.reader import BagReader
+from pipros.bag.records import Version, checked_time
 from pipros.bag.scan import Progress
 from pipros.bag.source import Source
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import Limits, process_limits
+from pipros.basics.limits import Limits
 from pipros.msg.class_finder import ClassFinder
 from pipros.msg.time import NS_PER_S
 
@@ -34,9 +33,6 @@ _VERSION = Version(0, 0)
 _COMPRESSIONS = {"none": "NONE", "lz4": "LZ4", "bz2": "ZSTD", "zstd": "ZSTD"}
 _AFTER_ALL = 1 << 64
 """Larger than every timestamp (ns)."""
-
-_TIMES_NS = (1 << 32) * NS_PER_S
-"""First timestamp (ns) beyond the range of ROS times."""
 
 _OF_HEADER = ("callerid", "latching", "md5sum", "topic")
 
@@ -107,13 +103,10 @@ class McapReader(BagReader):
     """
 
     def __init__(self, path: Any, *, limits: Limits | None = None) -> None:
-        self._limits = limits or process_limits()
         _library()
-        self._owned = path if hasattr(path, "read") else Path(path).open("rb")  # noqa: SIM115
+        super().__init__(path, layout=BagLayout(_VERSION), limits=limits)
+        self._owned = self._owned or path
         try:
-            self._source = Source(self._owned, str(getattr(path, "name", path)), self._limits)
-            self.layout = Layout(_VERSION)
-            self._start()
             try:
                 with _translated(self._source.name):
                     summary = read_summary(self._source)
@@ -154,35 +147,37 @@ class McapReader(BagReader):
             chunk.uncompressed_size,
         )
 
-    def _stamps(self, which: str) -> list[Stamp]:
+    @property
+    def range_ns(self) -> tuple[int, int]:
         statistics = self._summary.statistics
         if not statistics.message_count:
             raise NoMessages(f"{self._source.name} has no messages")
-        time = statistics.message_start_time if which == "start" else statistics.message_end_time
-        return [divmod(time, NS_PER_S)]
+        return statistics.message_start_time, statistics.message_end_time
 
-    def times_by_connection(self) -> dict[int, list[Stamp]]:
-        found: dict[int, list[Stamp]] = {}
-        for connection, seconds, nanoseconds, *_ in self.raw_messages():
-            found.setdefault(connection.id, []).append((seconds, nanoseconds))
+    def times_ns(self) -> dict[int, list[int]]:
+        found: dict[int, list[int]] = {}
+        for connection, time_ns, *_ in self.stored_fields():
+            found.setdefault(connection.id, []).append(time_ns)
         return found
 
-    def raw_messages(
+    def stored_fields(
         self,
         connections: Iterable[Connection] | None = None,
-        start: Stamp | None = None,
-        end: Stamp | None = None,
-    ) -> Iterator[RawMessage]:
+        start_ns: int | None = None,
+        end_ns: int | None = None,
+        *,
+        as_views: bool = False,
+    ) -> Iterator[tuple[Connection, int, Any, int, int]]:
         wanted = {each.id: each for each in (self.connections if connections is None else connections)}
         if not wanted:
             return
-        first = 0 if start is None else start[0] * NS_PER_S + start[1]
-        last = _AFTER_ALL if end is None else end[0] * NS_PER_S + end[1]
+        first, last = start_ns or 0, _AFTER_ALL if end_ns is None else end_ns
         with _translated(self._source.name):
-            for channel, time, data, chunk, offset in McapMessages(
-                self._source, self._summary.chunk_indexes, self._limits, wanted, first, last
+            for channel, time_ns, data, chunk, offset in McapMessages(
+                self._source, self._summary.chunk_indexes, self._limits, wanted, first, last, as_views
             ):
-                yield wanted[channel], *_stamp(time, self._source.name), data, chunk, offset
+                checked_time(time_ns, self._source.name)
+                yield wanted[channel], time_ns, data, chunk, offset
 
 
 def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: Progress) -> list[str]:
@@ -216,22 +211,14 @@ def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: P
                     else:
                         channel_id, _, time, _ = MESSAGE_START.unpack_from(data)
                         if channel_id in connections:
-                            seconds, nanoseconds = _stamp(time, source.name)
-                            body = data[MESSAGE_START.size :]
-                            writer.write(connections[channel_id], seconds, nanoseconds, body)
+                            stamp = divmod(checked_time(time, source.name), NS_PER_S)
+                            writer.write(connections[channel_id], *stamp, data[MESSAGE_START.size :])
         except BagFormatError as error:
             damage = [str(error)]
         else:
             damage = []
     writer.finish()
     return damage
-
-
-def _stamp(time_ns: int, name: str) -> Stamp:
-    """Split into seconds and nanoseconds. Raise `BagFormatError` beyond the range of ROS times."""
-    if time_ns >= _TIMES_NS:
-        raise BagFormatError(f"{name}: timestamps must be below 2^32 s, got {time_ns} ns")
-    return divmod(time_ns, NS_PER_S)
 
 
 class McapWriter:
@@ -246,7 +233,7 @@ class McapWriter:
         if compression not in _COMPRESSIONS:
             raise BagError(f"compression must be one of {', '.join(_COMPRESSIONS)}, got [{compression}]")
         self._file = file
-        self.layout = Layout(_VERSION)
+        self.layout = BagLayout(_VERSION)
         self._writer = library.writer.Writer(
             file,
             chunk_size=max(1, chunk_bytes),

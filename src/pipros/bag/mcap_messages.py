@@ -10,7 +10,7 @@ from array import array
 from collections.abc import Container, Iterator, Sequence
 from typing import Any
 
-from pipros.bag.chunk_data import ChunkStore, check_index_size, read_chunk_data
+from pipros.bag.chunk_data import ChunkStore, are_large, check_index_size, read_chunk_data
 from pipros.bag.errors import BagFormatError
 from pipros.bag.index import ChunkHeader
 from pipros.bag.mcap_records import (
@@ -32,9 +32,8 @@ from pipros.bag.mcap_records import (
 from pipros.bag.runs import Span, runs_in_time_order
 from pipros.bag.source import Source
 from pipros.basics.limits import Limits
-from pipros.msg.time import NS_PER_S
 
-McapMessage = tuple[int, int, bytes, int, int]
+McapMessage = tuple[int, int, Any, int, int]
 """Channel, timestamp (ns), serialized message, position of its chunk, offset in the chunk."""
 
 _LOOSE = -1
@@ -46,6 +45,7 @@ class McapMessages:
 
     Args:
         indexes: chunk indexes of the summary, sorted by position.
+        as_views: whether to yield large messages as views of their chunk.
 
     Raises:
         BagFormatError: while iterating, when it reaches damage in the file.
@@ -59,10 +59,12 @@ class McapMessages:
         wanted: Container[int],
         first: int,
         last: int,
+        as_views: bool,
     ) -> None:
         self._source = source
         self._limits = limits
         self._wanted, self._first, self._last = wanted, first, last
+        self._as_views = as_views
         self._chunks: dict[int, McapChunk] = {}
         self._entries: dict[int, Entries] = {}
         self._held_bytes = 0
@@ -72,18 +74,18 @@ class McapMessages:
         if not indexes:
             times = self._find_chunks()
         spans = [
-            Span(number, divmod(max(begin, first), NS_PER_S), divmod(end, NS_PER_S))
+            Span(number, max(begin, first), end)
             for number, (begin, end) in enumerate(times)
             if begin <= last and end >= first
         ]
-        self._spans = sorted(spans, key=lambda span: (span.start, span.number))
+        self._spans = sorted(spans, key=lambda span: (span.start_ns, span.number))
         self._next_of = {span.number: at + 1 for at, span in enumerate(self._spans)}
         self._store = ChunkStore(source, self._header, limits)
 
     def __iter__(self) -> Iterator[McapMessage]:
         spans, source = list(self._spans), self._source
         if self._loose:
-            spans.append(Span(_LOOSE, self._loose[0][:2], self._loose[-1][:2]))
+            spans.append(Span(_LOOSE, self._loose.times[0], self._loose.times[-1]))
         size_of, start_of = RECORD.unpack_from, MESSAGE_START.unpack_from
         head_bytes = RECORD.size + MESSAGE_START.size
         try:
@@ -94,13 +96,16 @@ class McapMessages:
                     place, base = self._places[number], self._header(number).data_position
                     data = self._store.get(number)
                 entries = self._entries[number]
+                content: Any = data
+                if self._as_views and data is not None and are_large(len(data), len(entries)):
+                    content = memoryview(data)
                 for time, offset in zip(
                     entries.times[run.begin : run.end], entries.offsets[run.begin : run.end], strict=True
                 ):
                     if data is not None:
                         channel = start_of(data, offset + RECORD.size)[0]
                         end = offset + RECORD.size + size_of(data, offset)[1]
-                        yield channel, time, data[offset + head_bytes : end], place, offset
+                        yield channel, time, content[offset + head_bytes : end], place, offset
                     else:
                         head = source.read(base + offset, head_bytes)
                         size = size_of(head)[1] - MESSAGE_START.size

@@ -22,7 +22,6 @@ from pipros.bag.index import ChunkHeader
 from pipros.bag.runs import Entry
 from pipros.bag.source import Source
 from pipros.basics.limits import Limits
-from pipros.msg.time import NS_PER_S
 
 MAGIC = b"\x89MCAP0\r\n"
 
@@ -62,7 +61,7 @@ class Entries(Sequence[Entry]):
     def __getitem__(self, at: int | slice) -> Entry | Sequence[Entry]:
         if isinstance(at, slice):
             return Entries(self.times[at], self.offsets[at])
-        return (*divmod(self.times[at], NS_PER_S), 0, self.offsets[at])
+        return self.times[at], 0, self.offsets[at]
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +145,7 @@ def records(source: Source, position: int) -> Iterator[tuple[int, int, int]]:
         position += size
 
 
-def records_in(data: bytes, where: str) -> Iterator[tuple[int, int, int]]:
+def records_in(data: bytes | bytearray, where: str) -> Iterator[tuple[int, int, int]]:
     """Yield kind, position and size of each record in the content of a chunk; see `records`."""
     position, end = 0, len(data)
     while position < end:
@@ -184,14 +183,16 @@ def read_chunk(source: Source, position: int) -> McapChunk:
     return McapChunk(start, end, checksum, header)
 
 
-def check_content(source: Source, chunk: McapChunk, data: bytes) -> None:
+def check_content(source: Source, chunk: McapChunk, data: bytes | bytearray) -> None:
     """Raise `BagFormatError` if the content of a chunk does not match its checksum."""
     if chunk.checksum and zlib.crc32(data) != chunk.checksum:
         where = source.at(chunk.header.data_position)
         raise BagFormatError(f"{where}: the chunk is damaged: wrong checksum")
 
 
-def message_entries(data: bytes, where: str, wanted: Container[int], first: int, last: int) -> Entries:
+def message_entries(
+    data: bytes | bytearray, where: str, wanted: Container[int], first: int, last: int
+) -> Entries:
     """Return the entries of messages on the wanted channels between two timestamps (ns), inclusive.
 
     Raises:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Iterator, Sequence
+from itertools import repeat
+from operator import itemgetter
 
 from pipros.bag.connection import Connection
-from pipros.bag.index import Stamp
-from pipros.bag.reader import BagMessage, BagReader, RawMessage
-from pipros.msg.time import Time
+from pipros.bag.reader import BagMessage, BagReader, Stamp, ns_of
+from pipros.msg.time import NS_PER_S, Time
 
 Choice = Callable[[Connection], bool]
 
@@ -16,28 +17,25 @@ Choice = Callable[[Connection], bool]
 def merged_raw(
     bags: Sequence[BagReader],
     where: Choice | None = None,
-    start: Stamp | None = None,
-    end: Stamp | None = None,
-) -> Iterator[tuple[int, RawMessage]]:
-    """Yield serialized messages of all bags in time order, each with the number of its bag.
+    start_ns: int | None = None,
+    end_ns: int | None = None,
+) -> Iterator[tuple[int, tuple[Connection, int, bytes, int, int]]]:
+    """Yield the `BagReader.stored_fields` of all bags in time order, each with the number of its bag.
 
     Messages with equal timestamps are in the order of the bags.
 
     Args:
         where: selects connections; by default all.
-        start, end: first and last timestamp, inclusive.
+        start_ns, end_ns: first and last timestamp, inclusive.
 
     Raises:
         BagFormatError: a bag is damaged.
     """
-
-    def of(number: int, bag: BagReader) -> Iterator[tuple[int, RawMessage]]:
-        chosen = [each for each in bag.connections if where is None or where(each)]
-        for message in bag.raw_messages(chosen, start, end):
-            yield number, message
-
-    streams = [of(number, bag) for number, bag in enumerate(bags)]
-    return heapq.merge(*streams, key=lambda item: (item[1][1], item[1][2]))
+    streams = [
+        zip(repeat(number), bag.stored_fields(_chosen(bag, where), start_ns, end_ns))
+        for number, bag in enumerate(bags)
+    ]
+    return heapq.merge(*streams, key=lambda item: item[1][1])
 
 
 def merged(
@@ -46,7 +44,14 @@ def merged(
     start: Stamp | None = None,
     end: Stamp | None = None,
 ) -> Iterator[BagMessage]:
-    """Yield deserialized messages of all bags; see `merged_raw` and `BagReader.messages`."""
-    for number, (connection, seconds, nanoseconds, data, _, _) in merged_raw(bags, where, start, end):
-        message = bags[number].class_of(connection)().deserialize(data)
-        yield BagMessage(connection.topic, message, Time(seconds, nanoseconds), connection)
+    """Yield deserialized messages of all bags between two timestamps (seconds and nanoseconds), inclusive.
+
+    See `merged_raw` and `BagReader.messages`.
+    """
+    streams = [bag.decoded(_chosen(bag, where), ns_of(start), ns_of(end)) for bag in bags]
+    for connection, time_ns, message in heapq.merge(*streams, key=itemgetter(1)):
+        yield BagMessage(connection.topic, message, Time(*divmod(time_ns, NS_PER_S)), connection)
+
+
+def _chosen(bag: BagReader, where: Choice | None) -> list[Connection]:
+    return [each for each in bag.connections if where is None or where(each)]

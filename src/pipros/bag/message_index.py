@@ -2,26 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import heapq
+from bisect import bisect_right
+from collections.abc import Callable, Iterable, Iterator
+from operator import attrgetter
 from typing import NamedTuple
 
 from pipros.bag.chunk_data import LARGE_BYTES, read_chunk_data
 from pipros.bag.compression import NONE
-from pipros.bag.connection import Connection
+from pipros.bag.connection import Connection, StoredMessage
 from pipros.bag.errors import BagFormatError
-from pipros.bag.index import ENTRY, Stamp
 from pipros.bag.reader import BagReader
-from pipros.bag.records import Fields, Op, number, op_of, parse_fields, text_of
-from pipros.basics.limits import Limits
+from pipros.bag.records import Fields, Op, number, op_of, parse_entries, parse_head, text_of, time_of
+from pipros.basics.limits import Limits, process_limits
+from pipros.msg.time import NS_PER_S
 
 
 class Position(NamedTuple):
-    """Location of a message: its timestamp, the position of its chunk, and its offset in the chunk."""
+    """Location of a message: its timestamp, the position of its chunk, and its offset in the chunk.
 
-    seconds: int
-    nanoseconds: int
+    In bags of format 1.2, which have no chunks, `chunk` is 0 and `offset` the position in the file.
+    """
+
+    time_ns: int
     chunk: int
     offset: int
+
+
+_time_of = attrgetter("time_ns")
 
 
 class MessageIndex:
@@ -30,9 +38,10 @@ class MessageIndex:
     The most recently decompressed chunk is cached.
     """
 
-    def __init__(self, bag: BagReader, limits: Limits) -> None:
-        self._bag = bag
-        self._limits = limits
+    def __init__(self, bag: BagReader, limits: Limits | None = None) -> None:
+        self.bag = bag
+        self._limits = limits or process_limits()
+        self._is_chunked = bag.layout.version.number == 200
         self._positions: dict[int, list[Position]] | None = None
         self._numbers: dict[int, int] = {}
         self._kept: tuple[int, bytes] = (-1, b"")
@@ -40,67 +49,100 @@ class MessageIndex:
     def positions(self) -> dict[int, list[Position]]:
         """Return positions in time order, by connection number. Raise `BagFormatError` for a damaged bag."""
         if self._positions is None:
-            found: dict[int, list[Position]] = {key: [] for key in self._bag.layout.connections}
-            for at, chunk in enumerate(self._bag.chunks):
-                for connection, data in self._bag.chunk_index(at).items():
+            found: dict[int, list[Position]] = {}
+            for at, chunk in enumerate(self.bag.chunks):
+                place, base = (chunk.position, 0) if self._is_chunked else (0, chunk.position)
+                for connection, data in self.bag.chunk_index(at).items():
                     found.setdefault(connection, []).extend(
-                        Position(seconds, nanoseconds, chunk.position, offset)
-                        for seconds, nanoseconds, offset in ENTRY.iter_unpack(data)
+                        Position(time_ns, place, base + offset) for time_ns, _, offset in parse_entries(data)
                     )
             for each in found.values():
                 each.sort()
             self._positions = found
         return self._positions
 
-    def message(self, chunk: int, offset: int) -> tuple[Connection, Stamp, bytes]:
-        """Return connection, timestamp and serialized message at a position.
+    def between(
+        self,
+        connections: Iterable[int] | None = None,
+        start_ns: int | None = None,
+        end_ns: int | None = None,
+        *,
+        reverse: bool = False,
+    ) -> Iterator[Position]:
+        """Return the positions of messages between two timestamps, inclusive, in time order.
+
+        Args:
+            connections: numbers of the connections; by default all.
+            reverse: begin with the last message.
+        """
+        parts = []
+        for each in self._indexes(connections):
+            begin = 0 if start_ns is None else bisect_right(each, start_ns - 1, key=_time_of)
+            end = len(each) if end_ns is None else bisect_right(each, end_ns, key=_time_of)
+            parts.append(each[begin:end][:: -1 if reverse else 1])
+        return heapq.merge(*parts, key=_time_of, reverse=reverse)
+
+    def last_until(self, time_ns: int, connections: Iterable[int] | None = None) -> Position | None:
+        """Return the position of the last message at or before a time, or None."""
+        ends = ((each, bisect_right(each, time_ns, key=_time_of)) for each in self._indexes(connections))
+        return max((each[end - 1] for each, end in ends if end), key=_time_of, default=None)
+
+    def first_after(self, time_ns: int, connections: Iterable[int] | None = None) -> Position | None:
+        """Return the position of the first message after a time, or None."""
+        ends = ((each, bisect_right(each, time_ns, key=_time_of)) for each in self._indexes(connections))
+        return min((each[end] for each, end in ends if end < len(each)), key=_time_of, default=None)
+
+    def _indexes(self, connections: Iterable[int] | None) -> list[list[Position]]:
+        positions = self.positions()
+        return [positions.get(key, []) for key in (positions if connections is None else connections)]
+
+    def message(self, chunk: int, offset: int) -> StoredMessage:
+        """Return the message at a position.
 
         Raises:
             BagFormatError: there is no message at this position.
         """
-        where = f"{self._bag.name}, chunk at byte {chunk}, offset {offset}"
+        if not self._is_chunked and not chunk:
+            chunk = max((each.position for each in self.bag.chunks if each.position <= offset), default=0)
+            offset -= chunk
+        where = f"{self.bag.name}, chunk at byte {chunk}, offset {offset}"
         read = self._reading(chunk, where)
-        head_size = int.from_bytes(read(offset, 4), "little")
-        fields = parse_fields(read(offset + 4, head_size), where)
-        begin = offset + 4 + head_size
+        fields, data_position, data_size = parse_head(read, offset, where)
         if op_of(fields, where) != Op.MESSAGE:
             raise BagFormatError(f"{where}: there is no message")
         if "conn" in fields:
-            connection = self._bag.layout.connections.get(number(fields, "conn", 4, where))
-            time = fields.get("time", b"").ljust(8, b"\0")
-            stamp = int.from_bytes(time[:4], "little"), int.from_bytes(time[4:8], "little")
+            connection = self.bag.layout.connections.get(number(fields, "conn", 4, where))
+            time_ns = time_of(fields, "time", where)
         else:
             connection = self._old_connection(fields)
-            stamp = number(fields, "sec", 4, where), number(fields, "nsec", 4, where)
+            time_ns = number(fields, "sec", 4, where) * NS_PER_S + number(fields, "nsec", 4, where)
         if connection is None:
             raise BagFormatError(f"{where}: the message belongs to an unknown connection")
-        return connection, stamp, read(begin + 4, int.from_bytes(read(begin, 4), "little"))
+        return StoredMessage(connection, time_ns, read(data_position, data_size), chunk, offset)
 
     def _old_connection(self, fields: Fields) -> Connection | None:
         """Return the connection of a message of format 1.2, whose record names its topic and type."""
         wanted = tuple(text_of(fields.get(name, b"")) for name in ("topic", "type", "md5"))
-        for each in self._bag.connections:
-            if (each.topic, each.type, each.md5sum) == wanted:
-                return each
-        return None
+        found = (c for c in self.bag.connections if (c.topic, c.type, c.md5sum) == wanted)
+        return next(found, None)
 
     def _reading(self, chunk: int, where: str) -> Callable[[int, int], bytes]:
         """Return a function that reads pieces of a chunk."""
-        if len(self._numbers) != len(self._bag.chunks):
-            self._numbers = {each.position: at for at, each in enumerate(self._bag.chunks)}
+        if len(self._numbers) != len(self.bag.chunks):
+            self._numbers = {each.position: at for at, each in enumerate(self.bag.chunks)}
         at = self._numbers.get(chunk)
         if at is None:
             raise BagFormatError(f"{where}: there is no chunk")
-        header = self._bag.chunk_header(at)
+        header = self.bag.chunk_header(at)
         is_in_file = header.compression == NONE and (header.size > LARGE_BYTES or self._kept[0] != chunk)
         if not is_in_file and self._kept[0] != chunk:
-            self._kept = (chunk, read_chunk_data(self._bag.source, header, self._limits))
+            self._kept = (chunk, read_chunk_data(self.bag.source, header, self._limits))
 
         def read(position: int, size: int) -> bytes:
             if position + size > header.size:
                 raise BagFormatError(f"{where}: the message does not fit into its chunk")
             if is_in_file:
-                return self._bag.source.read(header.data_position + position, size)
+                return self.bag.source.read(header.data_position + position, size)
             return self._kept[1][position : position + size]
 
         return read

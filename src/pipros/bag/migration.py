@@ -17,6 +17,7 @@ from pipros.bag.writer import MessageWriter
 from pipros.msg.base import Message
 from pipros.msg.class_finder import installed_class
 from pipros.msg.dynamic import message_classes_from_text
+from pipros.msg.time import NS_PER_S
 
 _LONGEST_CHAIN = 50
 
@@ -167,7 +168,8 @@ class Migrator:
             return incomplete
         stays = {change.old for change in incomplete}
         made: dict[int, tuple[Connection, type[Message] | None]] = {}
-        for connection, seconds, nanoseconds, data, _, _ in bag.raw_messages():
+        for stored in bag.stored_messages():
+            connection, time_ns, data, _, _ = stored
             if connection.id not in made:
                 is_kept = (connection.type, connection.md5sum) in stays
                 made[connection.id] = self._connect(
@@ -176,9 +178,9 @@ class Migrator:
             own, target = made[connection.id]
             if target is not None:
                 buffer = io.BytesIO()
-                self.migrate(bag.class_of(connection)().deserialize(data), target).serialize(buffer)
+                self.migrate(bag.decode(stored), target).serialize(buffer)
                 data = buffer.getvalue()
-            writer.write(own, seconds, nanoseconds, data)
+            writer.write(own, *divmod(time_ns, NS_PER_S), data)
         writer.finish()
         return []
 

@@ -8,47 +8,26 @@ from __future__ import annotations
 
 from pipros.bag.connection import Connection
 from pipros.bag.errors import BagFormatError
-from pipros.bag.index import ENTRY, ChunkHeader, ChunkInfo, Stamp
-from pipros.bag.layout import Layout
-from pipros.bag.records import Fields, Op, Version, number, op_of, text_of
+from pipros.bag.index import ChunkHeader
+from pipros.bag.layout import BagLayout
+from pipros.bag.records import Fields, Op, Version, checked_time, number, op_of, text_of
+from pipros.bag.scan import Contents, add_chunk
 from pipros.bag.source import Source
+from pipros.msg.time import NS_PER_S
 
 _PART_BYTES = 1024 * 1024
 """Approximate size of the messages that form one chunk."""
 
 
-class _Part:
-    """Run of consecutive messages that is presented as a chunk."""
-
-    def __init__(self, position: int) -> None:
-        self.position = position
-        self.entries: dict[int, bytearray] = {}
-        self.times: list[Stamp] = []
-
-    def add(self, connection: int, stamp: Stamp, position: int) -> None:
-        entry = ENTRY.pack(*stamp, position - self.position)
-        self.entries.setdefault(connection, bytearray()).extend(entry)
-        self.times.append(stamp)
-
-    def end(self, layout: Layout, end: int) -> None:
-        if not self.times:
-            return
-        size = end - self.position
-        counts = {connection: len(data) // ENTRY.size for connection, data in self.entries.items()}
-        layout.chunks.append(ChunkInfo(self.position, min(self.times), max(self.times), counts))
-        layout.headers[self.position] = ChunkHeader("none", self.position, size, size)
-        layout.indexes[self.position] = {key: bytes(data) for key, data in self.entries.items()}
-
-
-def scan_old_format(source: Source, version: Version, start: int) -> Layout:
+def scan_old_format(source: Source, version: Version, start: int) -> BagLayout:
     """Return the connections and messages of a bag of format 1.2 whose first record begins at `start`.
 
     A truncated or damaged file is read up to the damage, which `damage` describes.
     """
-    layout = Layout(version, index_position=1)
+    layout = BagLayout(version, index_position=1)
     definitions: dict[tuple[str, str], bytes] = {}
     known: dict[tuple[str, str, str], int] = {}
-    part = _Part(start)
+    part, part_start = Contents(), start
     position = start
     while position < source.size:
         try:
@@ -63,19 +42,23 @@ def scan_old_format(source: Source, version: Version, start: int) -> Layout:
                     "def", b""
                 )
             elif op == Op.MESSAGE:
-                stamp = number(fields, "sec", 4, where), number(fields, "nsec", 4, where)
+                time_ns = number(fields, "sec", 4, where) * NS_PER_S + number(fields, "nsec", 4, where)
                 connection = _connection(layout, fields, known, definitions, where)
-                part.add(connection, stamp, position)
+                part.add(connection, checked_time(time_ns, where), position - part_start)
         except BagFormatError as error:
             layout.damage.append(str(error))
             break
         position = after
-        if position - part.position > _PART_BYTES:
-            part.end(layout, position)
-            part = _Part(position)
-    part.end(layout, position)
+        if position - part_start > _PART_BYTES:
+            _end_part(layout, part, part_start, position)
+            part, part_start = Contents(), position
+    _end_part(layout, part, part_start, position)
     layout.end = position
     return layout
+
+
+def _end_part(layout: BagLayout, part: Contents, start: int, end: int) -> None:
+    add_chunk(layout, start, ChunkHeader("none", start, end - start, end - start), part)
 
 
 def _text(fields: Fields, name: str, where: str) -> str:
@@ -85,7 +68,7 @@ def _text(fields: Fields, name: str, where: str) -> str:
 
 
 def _connection(
-    layout: Layout,
+    layout: BagLayout,
     fields: Fields,
     known: dict[tuple[str, str, str], int],
     definitions: dict[tuple[str, str], bytes],

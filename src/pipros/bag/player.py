@@ -10,22 +10,23 @@ from typing import Any, Protocol
 
 from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError
-from pipros.bag.index import Stamp
 from pipros.bag.merge import merged_raw
 from pipros.bag.opening import open_bag
 from pipros.bag.playback_clock import PlaybackClock
-from pipros.bag.reader import BagReader, stamp_of
+from pipros.bag.reader import BagReader
 from pipros.basics.names import is_legal_topic
 from pipros.basics.printable import listed
-from pipros.msg.time import Time
+from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 
 _FOUND_S = 1.1
 """Minimum lifetime of latched topics. Recorders, including genuine ones, poll for new topics every second."""
 
-_SLICE_S = 0.02
+_SLICE_NS = 20_000_000
 """Maximum duration of an uninterruptible wait."""
+
+_MIN_SLICE_NS = 500_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +66,7 @@ class Controls(Protocol):
     def key(self) -> str:
         """Return a key that was pressed, or an empty string. Must not block."""
 
-    def show(self, state: str, bag_s: float, played_s: float, whole_s: float) -> None:
+    def show(self, state: str, bag_ns: int, played_ns: int, whole_ns: int) -> None:
         """Show the current position. Called very often."""
 
 
@@ -92,22 +93,21 @@ class Player:
         self._publishers: dict[tuple[int, int], tuple[Any, Any]] = {}
         self._clock_publisher: Any = None
         self._clock_class: Any = None
-        self._next_clock = self._advertised_at = 0.0
-        self._steps = 0
-        self._rate_received_at = 0.0
+        self._next_clock_ns = self._steps = 0
+        self._advertised_s = self._rate_received_s = 0.0
         self._topics = {_absolute(topic) for topic in options.topics}
         self._pause_topics = {_absolute(topic) for topic in options.pause_topics}
-        self._start, self._end = self._range()
-        self._clock = PlaybackClock(self._start, time.monotonic(), options.rate)
+        self._start_ns, self._end_ns = self._range()
+        self._clock = PlaybackClock(self._start_ns, time.monotonic_ns(), options.rate)
 
     def run(self) -> None:
         """Play to the end, or until the node shuts down."""
         self._advertise()
         is_first = True
         while (is_first or self._options.loop) and not self._node.is_shutdown:
-            self._clock = PlaybackClock(self._start, time.monotonic(), self._options.rate)
+            self._clock = PlaybackClock(self._start_ns, time.monotonic_ns(), self._options.rate)
             if is_first and self._options.paused:
-                self._clock.pause(time.monotonic())
+                self._clock.pause(time.monotonic_ns())
             is_first = False
             self._play_once()
         if any(
@@ -115,20 +115,19 @@ class Player:
             for bag in self._bags
             for connection in filter(self._is_wanted, bag.connections)
         ):
-            self._node.wait_for_shutdown(max(0.0, self._advertised_at + _FOUND_S - time.monotonic()))
+            self._node.wait_for_shutdown(max(0.0, self._advertised_s + _FOUND_S - time.monotonic()))
         while self._options.keep_alive and not self._node.is_shutdown:
-            self._idle(self._clock.bag_time(time.monotonic()))
+            self._idle(self._clock.bag_time(time.monotonic_ns()))
 
-    def _range(self) -> tuple[float, float]:
-        """Return the bag times of the start and end of playback, in seconds."""
+    def _range(self) -> tuple[int, int]:
+        """Return the bag times of the start and end of playback."""
         filled = [bag for bag in self._bags if bag.message_count]
         if not filled:
             raise BagError("the bags have no messages")
-        first, last = min(bag.start for bag in filled), max(bag.end for bag in filled)
-        start = _seconds(first) + self._options.start_s
-        end = _seconds(last)
+        start_ns = min(bag.range_ns[0] for bag in filled) + _ns(self._options.start_s)
+        end_ns = max(bag.range_ns[1] for bag in filled)
         if self._options.duration_s is not None:
-            end = min(end, start + self._options.duration_s)
+            end_ns = min(end_ns, start_ns + _ns(self._options.duration_s))
         wanted = [each for bag in filled for each in filter(self._is_wanted, bag.connections)]
         if not wanted:
             raise BagError("No messages to play on specified topics.  Exiting.")
@@ -138,7 +137,7 @@ class Player:
                     f"[{self._options.prefix}{each.topic}] is not a legal topic name. "
                     "Play other topics with --topics"
                 )
-        return start, end
+        return start_ns, end_ns
 
     def _is_wanted(self, connection: Connection) -> bool:
         return not self._topics or _absolute(connection.topic) in self._topics
@@ -146,7 +145,7 @@ class Player:
     # ---- publishers
 
     def _advertise(self) -> None:
-        self._advertised_at = time.monotonic()
+        self._advertised_s = time.monotonic()
         taken: dict[str, str] = {}
         for number, bag in enumerate(self._bags):
             for connection in filter(self._is_wanted, bag.connections):
@@ -179,94 +178,94 @@ class Player:
             self._node.wait_for_shutdown(0.05)
 
     def _on_rate_message(self, _: AnyMsg) -> None:
-        self._rate_received_at = time.monotonic()
+        self._rate_received_s = time.monotonic()
 
     # ---- playing
 
     def _play_once(self) -> None:
-        start: Stamp | None = stamp_of(self._start)
-        previous = self._start
-        end = stamp_of(Time.from_sec(self._end + 1e-6))
-        for number, message in merged_raw(self._bags, self._is_wanted, start, end):
-            connection, seconds, nanoseconds, data, _, _ = message
-            at = seconds + nanoseconds / 1e9
-            skip = self._options.skip_empty_s
-            if skip is not None and at - previous > skip:
-                self._clock.jump(at, time.monotonic())
-            previous = at
-            if not self._wait_until(at):
+        previous_ns = self._start_ns
+        skip_s = self._options.skip_empty_s
+        skip_ns = None if skip_s is None else _ns(skip_s)
+        for number, message in merged_raw(self._bags, self._is_wanted, self._start_ns, self._end_ns):
+            connection, at_ns, data, _, _ = message
+            if skip_ns is not None and at_ns - previous_ns > skip_ns:
+                self._clock.jump(at_ns, time.monotonic_ns())
+            previous_ns = at_ns
+            if not self._wait_until(at_ns):
                 return
             publisher = self._publishers.get((number, connection.id))
             if publisher is not None:
                 publisher[0].publish(publisher[1](data))
             if _absolute(connection.topic) in self._pause_topics:
-                self._clock.pause(time.monotonic())
-        self._wait_until(self._end)
+                self._clock.pause(time.monotonic_ns())
+        self._wait_until(self._end_ns)
 
-    def _wait_until(self, at: float) -> bool:
+    def _wait_until(self, at_ns: int) -> bool:
         """Wait until a bag time is due. Return False if the node shuts down meanwhile."""
         while True:
-            now = time.monotonic()
+            now_ns = time.monotonic_ns()
             if self._options.immediate and not self._clock.is_paused:
-                self._clock.jump(at, now)
-            self._handle_keys(now)
+                self._clock.jump(at_ns, now_ns)
+            self._handle_keys(now_ns)
             self._wait_for_rate()
             if self._node.is_shutdown:
                 return False
             if self._clock.is_paused:
                 if self._steps:
                     self._steps -= 1
-                    self._clock.jump(at, now)
-                    self._report_time(at)
+                    self._clock.jump(at_ns, now_ns)
+                    self._report_time(at_ns)
                     return True
-                self._idle(self._clock.bag_time(now))
+                self._idle(self._clock.bag_time(now_ns))
                 continue
-            self._report_time(min(at, self._clock.bag_time(now)))
-            left = self._clock.due(at) - time.monotonic()
-            if left <= 0:
+            self._report_time(min(at_ns, self._clock.bag_time(now_ns)))
+            left_ns = self._clock.due(at_ns) - time.monotonic_ns()
+            if left_ns <= 0:
                 return True
-            time.sleep(min(left, self._slice(now)))
+            _sleep(min(left_ns, self._slice_ns(now_ns)))
 
-    def _slice(self, now: float) -> float:
-        return min(_SLICE_S, max(0.0005, self._next_clock - now)) if self._options.clock else _SLICE_S
+    def _slice_ns(self, now_ns: int) -> int:
+        if not self._options.clock:
+            return _SLICE_NS
+        return min(_SLICE_NS, max(_MIN_SLICE_NS, self._next_clock_ns - now_ns))
 
     def _wait_for_rate(self) -> None:
         if not self._options.rate_control_topic:
             return
-        waited_from = time.monotonic()
-        while time.monotonic() - self._rate_received_at > self._options.rate_control_delay_s:
+        from_ns = time.monotonic_ns()
+        while time.monotonic() - self._rate_received_s > self._options.rate_control_delay_s:
             if self._node.is_shutdown:
                 return
-            self._idle(self._clock.bag_time(waited_from))
-        waited = time.monotonic() - waited_from
-        if waited > _SLICE_S:
-            self._clock.jump(self._clock.bag_time(waited_from), time.monotonic())
+            self._idle(self._clock.bag_time(from_ns))
+        now_ns = time.monotonic_ns()
+        if now_ns - from_ns > _SLICE_NS:
+            self._clock.jump(self._clock.bag_time(from_ns), now_ns)
 
-    def _idle(self, bag_s: float) -> None:
-        self._handle_keys(time.monotonic())
-        self._report_time(bag_s)
-        time.sleep(_SLICE_S)
+    def _idle(self, bag_ns: int) -> None:
+        self._handle_keys(time.monotonic_ns())
+        self._report_time(bag_ns)
+        _sleep(_SLICE_NS)
 
-    def _handle_keys(self, now: float) -> None:
+    def _handle_keys(self, now_ns: int) -> None:
         key = self._controls.key()
         if key == " ":
             if self._clock.is_paused:
-                self._clock.resume(now)
+                self._clock.resume(now_ns)
             else:
-                self._clock.pause(now)
+                self._clock.pause(now_ns)
         elif key == "s" and self._clock.is_paused:
             self._steps += 1
 
-    def _report_time(self, bag_s: float) -> None:
+    def _report_time(self, bag_ns: int) -> None:
         """Show the bag time, and publish it on /clock at the requested rate."""
         state = "PAUSED" if self._clock.is_paused else "RUNNING"
-        self._controls.show(state, bag_s, bag_s - self._start, self._end - self._start)
+        self._controls.show(state, bag_ns, bag_ns - self._start_ns, self._end_ns - self._start_ns)
         if self._clock_publisher is None:
             return
-        now = time.monotonic()
-        if now >= self._next_clock:
-            self._next_clock = max(self._next_clock + 1 / self._options.clock_hz, now)
-            self._clock_publisher.publish(self._clock_class(Time.from_sec(max(0.0, bag_s))))
+        now_ns = time.monotonic_ns()
+        if now_ns >= self._next_clock_ns:
+            self._next_clock_ns = max(self._next_clock_ns + _ns(1 / self._options.clock_hz), now_ns)
+            self._clock_publisher.publish(self._clock_class(Time(0, max(0, bag_ns))))
 
 
 def _class_of(connection: Connection) -> Any:
@@ -287,8 +286,12 @@ def _absolute(topic: str) -> str:
     return "/" + topic.strip("/")
 
 
-def _seconds(stamp: Stamp) -> float:
-    return stamp[0] + stamp[1] / 1e9
+def _ns(seconds: float) -> int:
+    return round(seconds * NS_PER_S)
+
+
+def _sleep(duration_ns: int) -> None:
+    time.sleep(duration_ns / NS_PER_S)
 
 
 @contextlib.contextmanager

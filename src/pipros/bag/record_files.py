@@ -5,15 +5,14 @@ from __future__ import annotations
 import os
 import time
 from collections import deque
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipros.bag.connection import Connection
+from pipros.bag.connection import Connection, StoredMessage
 from pipros.bag.opening import writer_for
-from pipros.bag.record_queue import Received
 from pipros.bag.writer import CHUNK_BYTES, BagWriter, MessageWriter, WholeWrites
+from pipros.msg.time import NS_PER_S
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
@@ -73,9 +72,9 @@ class RecordFiles:
         self._file: Any = None
         self._path = Path()
         self._writer: MessageWriter | None = None
-        self._connections: dict[tuple[str, int], tuple[Connection, Mapping[str, str]]] = {}
-        self._latched: dict[tuple[str, str], Received] = {}
-        self._started = (0, 0)
+        self._connections: dict[int, tuple[Connection, Connection]] = {}
+        self._latched: dict[tuple[str, str], StoredMessage] = {}
+        self._started_ns = 0
         self.lost = 0
 
     @property
@@ -83,7 +82,7 @@ class RecordFiles:
         """Final path of the current file."""
         return self._path
 
-    def open(self, now: tuple[int, int]) -> None:
+    def open(self, now_ns: int) -> None:
         """Begin a file. Raise `OSError` if it cannot be created."""
         self._path = Path(self._next_name())
         active = self._active()
@@ -99,12 +98,12 @@ class RecordFiles:
             self._file.close()
             raise
         self._connections.clear()
-        self._started = now
+        self._started_ns = now_ns
         self._say(f"Recording to '{self._path}'.")
         self._on_open(str(self._path))
         if self._options.repeat_latched:
             for message in list(self._latched.values()):
-                self._write(message, now)
+                self._write(message._replace(time_ns=now_ns))
 
     def close(self) -> None:
         """Complete the current file, and rename it.
@@ -130,64 +129,56 @@ class RecordFiles:
         if self._writer is not None:
             self._writer.flush()
 
-    def write(self, message: Received) -> bool:
+    def write(self, message: StoredMessage) -> bool:
         """Add a message, if necessary to a new file. Return False if the recording is complete.
 
         Raises:
             OSError: the disk is full. The message may be lost; later calls may succeed.
         """
-        now = (message.seconds, message.nanoseconds)
         if self._writer is None:  # the disk was full when the new file was opened
-            self.open(now)
-        if not self.is_due(now):
-            self._write(message, now)
-            return True
-        if not self._options.split:
-            return False
-        self._split(now)
-        self._write(message, now)
+            self.open(message.time_ns)
+        if self.is_due(message.time_ns):
+            if not self._options.split:
+                return False
+            self._split(message.time_ns)
+        self._write(message)
         return True
 
-    def is_due(self, now: tuple[int, int]) -> bool:
+    def is_due(self, now_ns: int) -> bool:
         """Return whether the file has reached its maximum size or duration."""
         options = self._options
         if self._writer is not None and options.size_bytes and self._writer.size >= options.size_bytes:
             return True
-        lasted = now[0] - self._started[0] + (now[1] - self._started[1]) / 1e9
-        return bool(options.duration_s) and lasted > options.duration_s
+        return bool(options.duration_s) and now_ns - self._started_ns > options.duration_s * NS_PER_S
 
-    def _split(self, now: tuple[int, int]) -> None:
+    def _split(self, now_ns: int) -> None:
         self._say(f"Closing '{self._path}'.")
         self.close()
         self._count += 1
         while self._options.max_splits and len(self._kept) >= self._options.max_splits:
             self._kept.popleft().unlink(missing_ok=True)
-        self.open(now)
+        self.open(now_ns)
 
-    def _write(self, message: Received, stamp: tuple[int, int]) -> None:
-        known = self._connections.get((message.topic, id(message.header)))
-        if known is None:
-            known = self._connect(message)
-        if message.header.get("latching") == "1":
-            self._latched[message.topic, message.header.get("callerid", "")] = message
-        self._open_writer().write(known[0], *stamp, message.data)
+    def _write(self, message: StoredMessage) -> None:
+        received, time_ns, data, _, _ = message
+        known = self._connections.get(id(received)) or self._connect(received)
+        if received.is_latching:
+            self._latched[received.topic, received.callerid] = message
+        self._open_writer().write(known[0], *divmod(time_ns, NS_PER_S), data)
 
     def _open_writer(self) -> MessageWriter:
         if self._writer is None:
             raise ValueError("no file is open")
         return self._writer
 
-    def _connect(self, message: Received) -> tuple[Connection, Mapping[str, str]]:
+    def _connect(self, received: Connection) -> tuple[Connection, Connection]:
         writer = self._open_writer()
-        fields = {name: value.encode() for name, value in message.header.items()}
-        fields.setdefault("topic", message.topic.encode())
-        for name in ("type", "md5sum", "message_definition"):
-            fields.setdefault(name, b"")
+        topic, header = received.topic, received.header
         connections = writer.layout.connections.values()
-        same = (each for each in connections if each.topic == message.topic and each.header == fields)
-        connection = next(same, None) or writer.add_connection(message.topic, fields)
-        # Keep a reference to the header, so that its `id` stays unique.
-        self._connections[message.topic, id(message.header)] = known = connection, message.header
+        same = (each for each in connections if each.topic == topic and each.header == header)
+        connection = next(same, None) or writer.add_connection(topic, header)
+        # Keep a reference to the received connection, so that its `id` stays unique.
+        self._connections[id(received)] = known = connection, received
         return known
 
     def _next_name(self) -> str:

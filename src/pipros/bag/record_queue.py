@@ -4,21 +4,8 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Mapping
-from dataclasses import dataclass
 
-from pipros.msg.time import NS_PER_S
-
-
-@dataclass(frozen=True, slots=True)
-class Received:
-    """A received message: topic, connection header of its publisher, serialized body, and time of receipt."""
-
-    topic: str
-    header: Mapping[str, str]
-    data: bytes
-    seconds: int
-    nanoseconds: int
+from pipros.bag.connection import StoredMessage
 
 
 class RecordQueue:
@@ -35,13 +22,13 @@ class RecordQueue:
     def __init__(self, limit_bytes: int, limit_ns: int = 0) -> None:
         self._limit = limit_bytes
         self._limit_ns = limit_ns
-        self._waiting: deque[Received] = deque()
+        self._waiting: deque[StoredMessage] = deque()
         self._bytes = 0
         self._changed = threading.Condition()
         self._is_closed = False
         self.dropped = 0
 
-    def put(self, message: Received) -> None:
+    def put(self, message: StoredMessage) -> None:
         """Add a message. Never waits for the writer."""
         with self._changed:
             if self._is_closed:
@@ -54,14 +41,12 @@ class RecordQueue:
             if len(self._waiting) == 1:
                 self._changed.notify()
 
-    def _is_over(self, newest: Received) -> bool:
+    def _is_over(self, newest: StoredMessage) -> bool:
         if self._limit and self._bytes > self._limit:
             return True
-        oldest = self._waiting[0]
-        age = (newest.seconds - oldest.seconds) * NS_PER_S + newest.nanoseconds - oldest.nanoseconds
-        return bool(self._limit_ns) and age > self._limit_ns
+        return bool(self._limit_ns) and newest.time_ns - self._waiting[0].time_ns > self._limit_ns
 
-    def get_all(self, timeout_s: float) -> list[Received]:
+    def get_all(self, timeout_s: float) -> list[StoredMessage]:
         """Wait for a message, and return all queued ones; an empty list after `timeout_s` or once closed."""
         with self._changed:
             if not self._waiting and not self._is_closed:

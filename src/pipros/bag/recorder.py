@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 import shutil
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from pipros.bag.connection import Connection, StoredMessage, received_connection
 from pipros.bag.errors import BagError
 from pipros.bag.record_files import FileOptions, RecordFiles
-from pipros.bag.record_queue import Received, RecordQueue
+from pipros.bag.record_queue import RecordQueue
 from pipros.bag.snapshots import Snapshots
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import listed
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from pipros.basics.printable import Say
 
 _POLL_PERIOD_S = 0.5
+KEPT_CONNECTIONS = 1000
+"""Maximum number of connections to a topic that are kept to be found again."""
 """Interval at which the master is polled for new topics."""
 
 _WAIT_S = 0.2
@@ -103,7 +106,7 @@ class Recorder:
             self._run_snapshots()
             return True
         files = RecordFiles(self._options.files, self._say, self._announcer())
-        files.open(self._now())
+        files.open(self._node.clock.now_ns())
         self._node.on_shutdown(self._queue.close)
         try:
             self._subscribe_to_named()
@@ -111,7 +114,7 @@ class Recorder:
                 self._poll_master_and_disk(files)
                 if not self._write_all(files, self._queue.get_all(_WAIT_S)):
                     break
-                if files.is_due(self._now()) and not self._options.files.split:
+                if files.is_due(self._node.clock.now_ns()) and not self._options.files.split:
                     break
             self._queue.close()
             self._write_all(files, self._queue.get_all(0.0))
@@ -132,7 +135,7 @@ class Recorder:
 
         def write(_: object) -> Any:
             try:
-                path, count = self._snapshots.write(self._now())
+                path, count = self._snapshots.write(self._node.clock.now_ns())
             except (OSError, BagError) as error:
                 self._warn(f"cannot write a snapshot: {error}")
                 return answer._response_class(False, str(error))
@@ -174,9 +177,6 @@ class Recorder:
         text = load_message_class("std_msgs/String")
         publisher: Any = self._node.advertise("begin_write", text, latch=True)
         return lambda name: publisher.publish(text(name))
-
-    def _now(self) -> tuple[int, int]:
-        return divmod(self._node.clock.now_ns(), NS_PER_S)
 
     def _poll_master_and_disk(self, files: RecordFiles) -> None:
         now = time.monotonic()
@@ -233,22 +233,31 @@ class Recorder:
     def _callback_for(self, topic: str) -> Callable[[AnyMsg], None]:
         now_ns = self._node.clock.now_ns
         put = self._snapshots.put if self._options.snapshot else self._queue.put
+        # By the `id` of a publisher's header, which stays unique while the header is referenced.
+        connections: dict[int, tuple[Connection, Mapping[str, str]]] = {}
 
         def put_received(message: AnyMsg) -> None:
-            put(Received(topic, message.header, message.body, *divmod(now_ns(), NS_PER_S)))
+            header = message.header
+            known = connections.get(id(header))
+            if known is None:
+                if len(connections) >= KEPT_CONNECTIONS:  # of publishers that left, mostly
+                    connections.clear()
+                known = connections[id(header)] = received_connection(topic, header), header
+            put(StoredMessage(known[0], now_ns(), message.body))
 
         return put_received
 
     def _is_complete(self) -> bool:
         return bool(self._options.limit and self._left) and not any(self._left.values())
 
-    def _write_all(self, files: RecordFiles, messages: list[Received]) -> bool:
+    def _write_all(self, files: RecordFiles, messages: list[StoredMessage]) -> bool:
         """Write the messages. Return False if the recording is complete."""
         for message in messages:
             if self._options.limit:
-                if not self._left[message.topic]:
+                topic = message.connection.topic
+                if not self._left[topic]:
                     continue
-                self._left[message.topic] -= 1
+                self._left[topic] -= 1
             if not self._has_space:
                 self._queue.dropped += 1
                 continue

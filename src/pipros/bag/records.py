@@ -6,12 +6,13 @@ A record is a header and data, each prefixed by its length in four bytes. A head
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from struct import Struct
 
 from pipros.bag.errors import BagFormatError
+from pipros.msg.time import NS_PER_S
 
 MAGIC = b"#ROSBAG V2.0\n"
 FILE_HEADER_BYTES = 4096
@@ -21,6 +22,11 @@ the index is complete."""
 U32 = Struct("<I")
 U64 = Struct("<Q")
 TIME = Struct("<II")
+ENTRY = Struct("<III")
+"""Index entry of a message: seconds, nanoseconds, and offset of its record in the uncompressed chunk."""
+
+TIMES_NS = (1 << 32) * NS_PER_S
+"""First timestamp (ns) beyond the range of the format."""
 
 Fields = dict[str, bytes]
 
@@ -88,6 +94,18 @@ def parse_fields(header: bytes, where: str) -> Fields:
     return fields
 
 
+def parse_head(read: Callable[[int, int], bytes], position: int, where: str) -> tuple[Fields, int, int]:
+    """Return the fields of the record at `position`, and the position and size of its data.
+
+    Args:
+        read: returns the bytes at a position; its second argument is their number.
+    """
+    head_size = int.from_bytes(read(position, 4), "little")
+    fields = parse_fields(read(position + 4, head_size), where)
+    after = position + 4 + head_size
+    return fields, after + 4, int.from_bytes(read(after, 4), "little")
+
+
 def field_bytes(fields: Mapping[str, bytes] | Iterable[tuple[str, bytes]]) -> bytes:
     """Serialize the fields of a header."""
     pairs = fields.items() if isinstance(fields, Mapping) else fields
@@ -127,14 +145,39 @@ def number(fields: Fields, name: str, size: int, where: str) -> int:
     return int.from_bytes(value, "little")
 
 
-def time_of(fields: Fields, name: str, where: str) -> tuple[int, int]:
-    """Return the seconds and nanoseconds in a field.
+def time_of(fields: Fields, name: str, where: str) -> int:
+    """Return the timestamp (ns) in a field.
 
     Raises:
-        BagFormatError: the field is missing, or does not have 8 bytes.
+        BagFormatError: the field is missing, does not have 8 bytes, or is out of range.
     """
     both = number(fields, name, 8, where)
-    return both & 0xFFFFFFFF, both >> 32
+    return checked_time((both & 0xFFFFFFFF) * NS_PER_S + (both >> 32), where)
+
+
+def checked_time(time_ns: int, where: str) -> int:
+    """Return a timestamp (ns). Raise `BagFormatError` if it is beyond the range of ROS times."""
+    if time_ns >= TIMES_NS:
+        raise BagFormatError(f"{where}: timestamps must be below 2^32 s, got {time_ns} ns")
+    return time_ns
+
+
+def time_bytes(time_ns: int) -> bytes:
+    """Serialize a timestamp."""
+    return TIME.pack(*divmod(time_ns, NS_PER_S))
+
+
+def entry_bytes(time_ns: int, offset: int) -> bytes:
+    """Serialize an index entry."""
+    return ENTRY.pack(*divmod(time_ns, NS_PER_S), offset)
+
+
+def parse_entries(data: bytes, rank: int = 0) -> list[tuple[int, int, int]]:
+    """Parse packed index entries: timestamp (ns), the given `rank`, and offset of each."""
+    return [
+        (seconds * NS_PER_S + nanoseconds, rank, offset)
+        for seconds, nanoseconds, offset in ENTRY.iter_unpack(data)
+    ]
 
 
 def text_of(value: bytes) -> str:

@@ -15,7 +15,7 @@ from pipros.bag.chunk_data import read_chunk_data
 from pipros.bag.compression import NONE
 from pipros.bag.errors import BagFormatError
 from pipros.bag.index import ChunkInfo, chunk_header_bytes, index_record
-from pipros.bag.layout import Layout, read_chunk_header, read_chunk_index, read_version
+from pipros.bag.layout import BagLayout, read_chunk_header, read_chunk_index, read_version
 from pipros.bag.records import Version
 from pipros.bag.scan import Progress, scan
 from pipros.bag.source import Source
@@ -39,7 +39,7 @@ def reindex(file: Any, name: str, limits: Limits, progress: Progress | None = No
     if version.number != 200:
         raise BagFormatError(f"{name}: only bags of format 2.0 can be indexed")
     found = scan(source, start, limits, progress)
-    kept = Layout(Version(2, 0), connections=found.connections, end=_after_file_header(source, start))
+    kept = BagLayout(Version(2, 0), connections=found.connections, end=_after_file_header(source, start))
     rest = list(found.chunks)
     while rest and (end := _end_if_whole(source, found, rest[0])) and rest[0].position == kept.end:
         kept.chunks.append(rest.pop(0))
@@ -50,7 +50,7 @@ def reindex(file: Any, name: str, limits: Limits, progress: Progress | None = No
         spool.seek(0)
         file.seek(kept.end)
         for chunk, size in zip(rest, sizes, strict=True):
-            kept.chunks.append(ChunkInfo(kept.end, chunk.start, chunk.end, chunk.counts))
+            kept.chunks.append(ChunkInfo(kept.end, chunk.start_ns, chunk.end_ns, chunk.counts))
             kept.end += size
         shutil.copyfileobj(spool, file)
         file.flush()
@@ -71,9 +71,9 @@ def _after_file_header(source: Source, start: int) -> int:
     return min(data_position + data_size, source.size)
 
 
-def _end_if_whole(source: Source, found: Layout, chunk: ChunkInfo) -> int:
+def _end_if_whole(source: Source, found: BagLayout, chunk: ChunkInfo) -> int:
     """Return the end of a chunk and its index, or 0 if the index does not match the messages of the chunk."""
-    bare = Layout(found.version)
+    bare = BagLayout(found.version)
     try:
         header = read_chunk_header(source, bare, chunk.position)
         index = read_chunk_index(source, bare, chunk, header, source.size)
@@ -92,7 +92,7 @@ def _entries(data: bytes) -> list[bytes]:
     return [data[at : at + 12] for at in range(0, len(data), 12)]
 
 
-def _rewritten(source: Source, found: Layout, chunk: ChunkInfo, limits: Limits) -> Iterator[bytes]:
+def _rewritten(source: Source, found: BagLayout, chunk: ChunkInfo, limits: Limits) -> Iterator[bytes]:
     """Yield the parts of a chunk's complete record and index records."""
     header = found.headers[chunk.position]
     if header.compression == NONE:

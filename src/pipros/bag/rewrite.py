@@ -19,7 +19,7 @@ from pipros.bag.index import ChunkInfo, chunk_header_bytes, index_record
 from pipros.bag.reader import BagReader
 from pipros.bag.writer import BagWriter, MessageWriter
 from pipros.basics.limits import Limits
-from pipros.msg.time import Time
+from pipros.msg.time import NS_PER_S, Time
 
 Progress = Callable[[int], None]
 """Called with the number of uncompressed bytes processed."""
@@ -80,7 +80,7 @@ def recompress(bag: BagReader, file: Any, compression: str, limits: Limits, prog
                 start(following)
             chunk = bag.chunks[number]
             index = b"".join(index_record(key, entries) for key, entries in bag.chunk_index(number).items())
-            layout.chunks.append(ChunkInfo(layout.end, chunk.start, chunk.end, chunk.counts))
+            layout.chunks.append(ChunkInfo(layout.end, chunk.start_ns, chunk.end_ns, chunk.counts))
             for part in (chunk_header_bytes(compression, size, len(data)), data, index):
                 layout.end += file.write(part)
             done += size
@@ -95,21 +95,17 @@ def copy_chosen(bag: BagReader, writer: MessageWriter, choice: Choice | None, pr
     """
     connections: dict[int, Connection] = {}
     done = count = 0
-    for connection, seconds, nanoseconds, data, _, _ in bag.raw_messages():
+    for stored in bag.stored_messages():
+        connection, time_ns, data, _, _ = stored
         done += len(data)
         progress(done)
-        if choice is not None:
-            decode = partial(_decode, bag, connection, data)
-            if not choice(connection, decode, Time(seconds, nanoseconds)):
-                continue
+        stamp = divmod(time_ns, NS_PER_S)
+        if choice is not None and not choice(connection, partial(bag.decode, stored), Time(*stamp)):
+            continue
         new = connections.get(connection.id)
         if new is None:
             new = connections[connection.id] = writer.add_connection(connection.topic, connection.header)
-        writer.write(new, seconds, nanoseconds, data)
+        writer.write(new, *stamp, data)
         count += 1
     writer.finish()
     return count
-
-
-def _decode(bag: BagReader, connection: Connection, data: bytes) -> Any:
-    return bag.class_of(connection)().deserialize(data)

@@ -12,19 +12,19 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush, heapreplace
 
-from pipros.bag.index import ENTRY, Stamp
+from pipros.bag.records import parse_entries
 
-Entry = tuple[int, int, int, int]
-"""Seconds, nanoseconds, rank of the connection, offset in the chunk."""
+Entry = tuple[int, int, int]
+"""Timestamp (ns), rank of the connection, offset in the chunk."""
 
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """Number of a chunk to read, and the timestamps of its earliest and latest message."""
+    """Number of a chunk to read, and the timestamps (ns) of its earliest and latest message."""
 
     number: int
-    start: Stamp
-    end: Stamp
+    start_ns: int
+    end_ns: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,26 +43,21 @@ class EntryRun:
 
 
 def sorted_entries(
-    packed: Sequence[tuple[int, bytes]], start: Stamp | None, end: Stamp | None
+    packed: Sequence[tuple[int, bytes]], start_ns: int | None, end_ns: int | None
 ) -> list[Entry]:
     """Return the entries of one chunk in time order.
 
     Args:
         packed: for each connection, its rank and its entries as in the file.
-        start, end: earliest and latest timestamp, inclusive.
+        start_ns, end_ns: earliest and latest timestamp, inclusive.
     """
-    entries = [
-        (seconds, nanoseconds, rank, offset)
-        for rank, data in packed
-        for seconds, nanoseconds, offset in ENTRY.iter_unpack(data)
-    ]
+    entries: list[Entry] = []
+    for rank, data in packed:
+        entries += parse_entries(data, rank)
     entries.sort()
-    begin = bisect_left(entries, start) if start is not None else 0
-    stop = bisect_left(entries, (*end, _AFTER_ALL)) if end is not None else len(entries)
+    begin = bisect_left(entries, (start_ns,)) if start_ns is not None else 0
+    stop = bisect_left(entries, (end_ns + 1,)) if end_ns is not None else len(entries)
     return entries[begin:stop] if begin or stop < len(entries) else entries
-
-
-_AFTER_ALL = 1 << 40  # above every rank
 
 
 def runs_in_time_order(spans: Sequence[Span], load: Callable[[int], Sequence[Entry]]) -> Iterator[EntryRun]:
@@ -72,34 +67,34 @@ def runs_in_time_order(spans: Sequence[Span], load: Callable[[int], Sequence[Ent
         load: function that returns the sorted entries of a chunk; called once per chunk, when its first
             message is due.
     """
-    waiting = sorted(spans, key=lambda span: (span.start, span.number), reverse=True)
-    # (seconds, nanoseconds, rank, number) of each active chunk's next message, and its index in the entries
-    active: list[tuple[tuple[int, int, int, int], int]] = []
+    waiting = sorted(spans, key=lambda span: (span.start_ns, span.number), reverse=True)
+    # (timestamp, rank, number) of each active chunk's next message, and its index in the entries
+    active: list[tuple[tuple[int, int, int], int]] = []
     entries_of: dict[int, Sequence[Entry]] = {}
     while waiting or active:
-        while waiting and (not active or waiting[-1].start <= active[0][0][:2]):
+        while waiting and (not active or waiting[-1].start_ns <= active[0][0][0]):
             span = waiting.pop()
             entries = load(span.number)
             if entries:
                 entries_of[span.number] = entries
-                heappush(active, ((*entries[0][:3], span.number), 0))
+                heappush(active, ((*entries[0][:2], span.number), 0))
         if not active:
             continue
         head, begin = active[0]
-        number = head[3]
+        number = head[2]
         entries = entries_of[number]
         end = len(entries)
         if len(active) > 1:
             other = min(active[1:3])[0]
-            bound = (other[0], other[1], other[2] + (number < other[3]))
+            bound = (other[0], other[1] + (number < other[2]))
             end = bisect_left(entries, bound, begin)
         if waiting:
-            end = min(end, bisect_left(entries, waiting[-1].start, begin))
+            end = min(end, bisect_left(entries, (waiting[-1].start_ns,), begin))
         end = max(end, begin + 1)
         is_last = end == len(entries)
         if is_last:
             heappop(active)
             del entries_of[number]
         else:
-            heapreplace(active, ((*entries[end][:3], number), end))
+            heapreplace(active, ((*entries[end][:2], number), end))
         yield EntryRun(number, entries, begin, end, is_last)

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field, replace
 from pipros.bag.chunk_data import check_index_size, read_chunk_data
 from pipros.bag.connection import Connection, parse_connection
 from pipros.bag.errors import BagFormatError
-from pipros.bag.index import ENTRY, ChunkHeader, ChunkInfo, Stamp, parse_chunk_header
-from pipros.bag.layout import Layout
-from pipros.bag.records import Op, Version, number, op_of, parse_fields, time_of
+from pipros.bag.index import ChunkHeader, ChunkInfo, parse_chunk_header
+from pipros.bag.layout import BagLayout
+from pipros.bag.records import ENTRY, Op, Version, entry_bytes, number, op_of, parse_fields, time_of
 from pipros.bag.source import Source
 from pipros.basics.limits import Limits
 
@@ -26,27 +26,27 @@ Progress = Callable[[int], None]
 
 
 @dataclass(slots=True)
-class _Contents:
+class Contents:
     """Connections and index entries found in one chunk."""
 
     connections: list[Connection] = field(default_factory=list)
     entries: dict[int, bytearray] = field(default_factory=dict)
-    start: Stamp | None = None
-    end: Stamp | None = None
+    start_ns: int | None = None
+    end_ns: int = 0
     size: int = 0
 
-    def add(self, connection: int, stamp: Stamp, offset: int) -> None:
-        self.entries.setdefault(connection, bytearray()).extend(ENTRY.pack(*stamp, offset))
-        self.start = stamp if self.start is None else min(self.start, stamp)
-        self.end = stamp if self.end is None else max(self.end, stamp)
+    def add(self, connection: int, time_ns: int, offset: int) -> None:
+        self.entries.setdefault(connection, bytearray()).extend(entry_bytes(time_ns, offset))
+        self.start_ns = time_ns if self.start_ns is None else min(self.start_ns, time_ns)
+        self.end_ns = max(self.end_ns, time_ns)
 
 
-def scan(source: Source, start: int, limits: Limits, progress: Progress | None = None) -> Layout:
+def scan(source: Source, start: int, limits: Limits, progress: Progress | None = None) -> BagLayout:
     """Return the connections and chunks of a bag whose first record begins at `start`.
 
-    `progress` is called with the byte position before each record. `Layout.damage` describes the damage.
+    `progress` is called with the byte position before each record. `BagLayout.damage` describes the damage.
     """
-    layout = Layout(Version(2, 0), end=start)
+    layout = BagLayout(Version(2, 0), end=start)
     position = start
     while position < source.size:
         if progress is not None:
@@ -59,7 +59,7 @@ def scan(source: Source, start: int, limits: Limits, progress: Progress | None =
     return layout
 
 
-def _scan_record(source: Source, layout: Layout, position: int, limits: Limits) -> int:
+def _scan_record(source: Source, layout: BagLayout, position: int, limits: Limits) -> int:
     """Read the record at `position`, and return the position of the next one."""
     fields, data_position, data_size = source.header(position)
     where = source.at(position)
@@ -80,7 +80,7 @@ def _scan_record(source: Source, layout: Layout, position: int, limits: Limits) 
             return after
         size = layout.index_bytes + sum(map(len, contents.entries.values()))
         check_index_size(source, size, limits)
-        _add_chunk(layout, position, header, contents)
+        add_chunk(layout, position, header, contents)
         if contents.size < header.size:
             layout.damage.append(f"{where}: the chunk is damaged after byte {contents.size} of its content")
         layout.end = after
@@ -97,7 +97,7 @@ def _scan_record(source: Source, layout: Layout, position: int, limits: Limits) 
     return after
 
 
-def _read_chunk(source: Source, header: ChunkHeader, limits: Limits) -> _Contents:
+def _read_chunk(source: Source, header: ChunkHeader, limits: Limits) -> Contents:
     if header.compression == "none" and header.size == header.data_size:
         start = header.data_position
         return _walk(lambda at, size: source.read(start + at, size), header.size)
@@ -105,13 +105,13 @@ def _read_chunk(source: Source, header: ChunkHeader, limits: Limits) -> _Content
     return _walk(lambda at, size: data[at : at + size], len(data))
 
 
-def _scan_open_chunk(source: Source, layout: Layout, position: int, header: ChunkHeader) -> int:
+def _scan_open_chunk(source: Source, layout: BagLayout, position: int, header: ChunkHeader) -> int:
     start = header.data_position
     contents = _walk(lambda at, size: source.read(start + at, size), header.size)
     header = replace(header, data_size=contents.size, size=contents.size)
     if contents.entries:
         layout.headers[position] = header
-        _add_chunk(layout, position, header, contents)
+        add_chunk(layout, position, header, contents)
         layout.damage.append(
             f"{source.at(position)}: the chunk was not finished; its complete messages are kept"
         )
@@ -120,21 +120,22 @@ def _scan_open_chunk(source: Source, layout: Layout, position: int, header: Chun
     return after if contents.entries or contents.size else start
 
 
-def _add_chunk(layout: Layout, position: int, header: ChunkHeader, contents: _Contents) -> None:
+def add_chunk(layout: BagLayout, position: int, header: ChunkHeader, contents: Contents) -> None:
+    """Add a chunk and its index to the layout, unless it has no messages."""
     for connection in contents.connections:
         layout.connections.setdefault(connection.id, connection)
-    if contents.start is None or contents.end is None:
+    if contents.start_ns is None:
         return
     counts = {connection: len(data) // ENTRY.size for connection, data in contents.entries.items()}
-    layout.chunks.append(ChunkInfo(position, contents.start, contents.end, counts))
+    layout.chunks.append(ChunkInfo(position, contents.start_ns, contents.end_ns, counts))
     layout.index_bytes += sum(map(len, contents.entries.values()))
     layout.indexes[position] = {connection: bytes(data) for connection, data in contents.entries.items()}
     layout.headers[position] = header
 
 
-def _walk(read: Callable[[int, int], bytes], size: int) -> _Contents:
+def _walk(read: Callable[[int, int], bytes], size: int) -> Contents:
     """Return the records in the content of a chunk before the first one that is damaged or truncated."""
-    contents = _Contents()
+    contents = Contents()
     position = 0
     while size - position >= 8:
         head = read(position, min(128, size - position))
@@ -156,7 +157,7 @@ def _walk(read: Callable[[int, int], bytes], size: int) -> _Contents:
 
 
 def _scan_inner(
-    contents: _Contents,
+    contents: Contents,
     header: bytes,
     offset: int,
     data_position: int,

@@ -7,9 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pipros.bag.connection import StoredMessage
 from pipros.bag.errors import BagError
 from pipros.bag.record_files import FileOptions, RecordFiles
-from pipros.bag.record_queue import Received, RecordQueue
+from pipros.bag.record_queue import RecordQueue
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
@@ -29,16 +30,17 @@ class Snapshots:
         self._keeps_latched = options.repeat_latched
         self._queue = queue
         self._say = say
-        self._latched: dict[tuple[str, str], Received] = {}
+        self._latched: dict[tuple[str, str], StoredMessage] = {}
         self._lock = threading.Lock()
 
-    def put(self, message: Received) -> None:
+    def put(self, message: StoredMessage) -> None:
         """Add a message to the queue."""
-        if self._keeps_latched and message.header.get("latching") == "1":
-            self._latched[message.topic, message.header.get("callerid", "")] = message
+        connection = message.connection
+        if self._keeps_latched and connection.is_latching:
+            self._latched[connection.topic, connection.callerid] = message
         self._queue.put(message)
 
-    def write(self, now: tuple[int, int]) -> tuple[Path, int]:
+    def write(self, now_ns: int) -> tuple[Path, int]:
         """Write a file, and return its path and the number of messages in it.
 
         Raises:
@@ -48,16 +50,16 @@ class Snapshots:
         with self._lock:
             messages = self._queue.get_all(0.0)
             kept = {id(message) for message in messages}
-            start = (messages[0].seconds, messages[0].nanoseconds) if messages else now
+            start_ns = messages[0].time_ns if messages else now_ns
             first = [
-                replace(message, seconds=start[0], nanoseconds=start[1])
+                message._replace(time_ns=start_ns)
                 for message in list(self._latched.values())
                 if id(message) not in kept
             ]
             if not messages and not first:
                 raise BagError("there are no messages for a snapshot")
             files = RecordFiles(self._options, self._say, avoid_existing=True)
-            files.open(start)
+            files.open(start_ns)
             try:
                 for message in (*first, *messages):
                     files.write(message)

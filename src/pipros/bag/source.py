@@ -45,16 +45,26 @@ class Source:
         Raises:
             BagFormatError: the file is too short.
         """
+        self._seek(position, size)
+        data = self._file.read(size)
+        if len(data) != size:
+            raise BagFormatError(f"{self.at(position)}: {size} bytes must follow, got {len(data)}")
+        return data
+
+    def read_into(self, buffer: bytearray, position: int) -> None:
+        """Fill `buffer` from a position on; see `read` for errors."""
+        self._seek(position, len(buffer))
+        readinto = getattr(self._file, "readinto", None)
+        if readinto is None or readinto(buffer) != len(buffer):
+            buffer[:] = self.read(position, len(buffer))
+
+    def _seek(self, position: int, size: int) -> None:
         if size < 0 or position + size > self.size:
             raise BagFormatError(
                 f"{self.at(position)}: {size} bytes must follow, got {max(0, self.size - position)}; "
                 "the file is truncated or damaged"
             )
         self._file.seek(position)
-        data = self._file.read(size)
-        if len(data) != size:
-            raise BagFormatError(f"{self.at(position)}: {size} bytes must follow, got {len(data)}")
-        return data
 
     def header(self, position: int) -> tuple[Fields, int, int]:
         """Return the header of the record at `position`, and the position and the size of its data.

@@ -17,9 +17,10 @@ from typing import Any, Protocol
 from pipros.bag.compression import NONE, compress
 from pipros.bag.connection import Connection, connection_record
 from pipros.bag.errors import BagError
-from pipros.bag.index import ENTRY, ChunkInfo, Stamp, chunk_header_bytes, chunk_info_record, index_record
-from pipros.bag.layout import Layout
-from pipros.bag.records import MAGIC, U32, Op, Version, field_bytes, file_header
+from pipros.bag.index import ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
+from pipros.bag.layout import BagLayout
+from pipros.bag.records import ENTRY, MAGIC, U32, Op, Version, field_bytes, file_header
+from pipros.msg.time import NS_PER_S
 
 CHUNK_BYTES = 768 * 1024
 """Default size at which a chunk ends, uncompressed."""
@@ -59,7 +60,7 @@ class WritableFile(Protocol):
 class MessageWriter(Protocol):
     """Methods of the writers of all formats; see `BagWriter`."""
 
-    layout: Layout
+    layout: BagLayout
 
     @property
     def size(self) -> int: ...
@@ -72,13 +73,13 @@ class MessageWriter(Protocol):
 class _Topic:
     """A connection's record prefix for messages, and its index entries in the open chunk."""
 
-    __slots__ = ("entries", "is_sorted", "last", "start")
+    __slots__ = ("entries", "is_sorted", "last_ns", "start")
 
     def __init__(self, connection: Connection) -> None:
         fields = [("op", bytes([Op.MESSAGE])), ("conn", U32.pack(connection.id))]
         self.start = U32.pack(38) + field_bytes(fields) + U32.pack(13) + b"time="
         self.entries = bytearray()
-        self.last: Stamp = (0, 0)
+        self.last_ns = 0
         self.is_sorted = True
 
 
@@ -102,17 +103,17 @@ class BagWriter:
         *,
         compression: str = NONE,
         chunk_bytes: int = CHUNK_BYTES,
-        layout: Layout | None = None,
+        layout: BagLayout | None = None,
     ) -> None:
         self._file = file
         self.compression = compression
         self.chunk_bytes = chunk_bytes
         self._chunk = BytesIO()
-        self._chunk_start: Stamp | None = None
-        self._chunk_end: Stamp = (0, 0)
+        self._chunk_start_ns: int | None = None
+        self._chunk_end_ns = 0
         self._is_finished = False
         if layout is None:
-            self.layout = Layout(Version(2, 0), end=len(MAGIC))
+            self.layout = BagLayout(Version(2, 0), end=len(MAGIC))
             self._write_file_header(0)
         else:
             self.layout = layout
@@ -168,16 +169,16 @@ class BagWriter:
 
     def _added(self, topic: _Topic, seconds: int, nanoseconds: int, offset: int) -> None:
         topic.entries += ENTRY.pack(seconds, nanoseconds, offset)
-        stamp = (seconds, nanoseconds)
-        if stamp < topic.last:
+        time_ns = seconds * NS_PER_S + nanoseconds
+        if time_ns < topic.last_ns:
             topic.is_sorted = False
-        topic.last = stamp
-        if self._chunk_start is None:
-            self._chunk_start = self._chunk_end = stamp
-        elif stamp > self._chunk_end:
-            self._chunk_end = stamp
-        elif stamp < self._chunk_start:
-            self._chunk_start = stamp
+        topic.last_ns = time_ns
+        if self._chunk_start_ns is None:
+            self._chunk_start_ns = self._chunk_end_ns = time_ns
+        elif time_ns > self._chunk_end_ns:
+            self._chunk_end_ns = time_ns
+        elif time_ns < self._chunk_start_ns:
+            self._chunk_start_ns = time_ns
         if self._chunk.tell() > self.chunk_bytes:
             self.finish_chunk()
 
@@ -187,7 +188,7 @@ class BagWriter:
         Raises:
             OSError: the chunk cannot be written completely. It is kept, and the next call tries again.
         """
-        if self._chunk_start is None:
+        if self._chunk_start_ns is None:
             return
         size = self._chunk.tell()
         if size > _LARGEST:
@@ -206,16 +207,16 @@ class BagWriter:
         finally:
             del content
         self.layout.end = position + len(start) + len(data) + len(index)
-        self.layout.chunks.append(ChunkInfo(position, self._chunk_start, self._chunk_end, counts))
+        self.layout.chunks.append(ChunkInfo(position, self._chunk_start_ns, self._chunk_end_ns, counts))
         self._new_chunk()
 
     def _new_chunk(self) -> None:
         self._chunk = BytesIO()
-        self._chunk_start = None
+        self._chunk_start_ns = None
         for topic in self._topics.values():
             if topic.entries:
                 topic.entries = bytearray()
-                topic.is_sorted, topic.last = True, (0, 0)
+                topic.is_sorted, topic.last_ns = True, 0
 
     def _chunk_index(self) -> tuple[bytes, dict[int, int]]:
         records, counts = [], {}

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from pipros.libraries.vision.compressed_images import Settings, compressed, decompressed
-from pipros.libraries.vision.picture_files import OpenCVCodec
+from pipros.pictures.codecs import OpenCVCodec
 
 codec = OpenCVCodec(cv2)
 rng = np.random.RandomState(1)

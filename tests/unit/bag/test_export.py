@@ -76,6 +76,9 @@ def test_samples_are_in_the_order_of_png() -> None:
     assert pixels(image_file(image("bgr8"))[1]) == b"\0\2\1\0\5\4\3\0\x08\7\6\x0b\x0a\x09"
     depth = image("16UC1", bytes(range(12)))
     assert pixels(image_file(depth)[1]) == b"\0\1\0\3\2\0\7\6\x09\x08"
+    deep = Image(encoding="bgr16", width=1, height=1, step=6, data=b"\1\2\3\4\5\6")
+    assert pixels(image_file(deep)[1]) == b"\0\6\5\4\3\2\1"
+    assert pixels(image_file(image("8UC3"))[1]) == pixels(image_file(image("bgr8"))[1])
     jpeg = CompressedImage(data=b"\xff\xd8x", format="jpeg")
     assert image_file(jpeg) == (".jpg", b"\xff\xd8x")
 
@@ -84,8 +87,8 @@ def test_samples_are_in_the_order_of_png() -> None:
     ("wrong", "words"),
     [
         (image("yuv422"), r"got \[yuv422\]"),
-        (image("rgb8", b"x"), "must have 12 bytes, got 1 in rows of 6"),
-        (image("rgba8"), "must have 16 bytes"),
+        (image("rgb8", b"x"), "in rows of 6 bytes need 12 bytes, got 1"),
+        (image("rgba8"), "need 16 bytes"),
     ],
 )
 def test_images_that_cannot_be_written_are_refused(wrong: Image, words: str) -> None:

@@ -10,10 +10,10 @@ from mcap.writer import Writer as LibraryWriter
 from std_msgs.msg import String
 
 from pipros.bag import BagError
+from pipros.bag.connection import StoredMessage, received_connection
 from pipros.bag.mcap_files import McapWriter, recover
 from pipros.bag.opening import open_bag
 from pipros.bag.record_files import FileOptions, RecordFiles
-from pipros.bag.record_queue import Received
 from pipros.bag.rewrite import copy_chosen
 from pipros.basics.limits import process_limits
 from pipros.cli.rosbag import main
@@ -101,9 +101,9 @@ def test_info_and_filter_take_mcap(bag: Path, capsys: pytest.CaptureFixture[str]
 
 def test_a_recording_can_be_mcap(bag: Path) -> None:
     recording = RecordFiles(FileOptions(name="new.mcap"), lambda _: None)
-    recording.open((5, 0))
+    recording.open(5 * 10**9)
     header = {"type": "std_msgs/String", "md5sum": String._md5sum, "message_definition": String._full_text}
-    recording.write(Received("/a", header, b"\x02\0\0\0hi", 5, 6))
+    recording.write(StoredMessage(received_connection("/a", header), 5 * 10**9 + 6, b"\x02\0\0\0hi"))
     recording.close()
 
     assert contents("new.mcap") == [("/a", "hi", 5, 6)]
@@ -200,10 +200,11 @@ def test_files_without_chunks_are_read_and_messages_of_ros_2_refused(bag: Path) 
 
 def test_an_unfinished_recording_can_be_read(bag: Path) -> None:
     recording = RecordFiles(FileOptions(name="new.mcap", chunk_bytes=100), lambda _: None)
-    recording.open((5, 0))
+    recording.open(5 * 10**9)
     header = {"type": "std_msgs/String", "md5sum": String._md5sum, "message_definition": String._full_text}
+    connection = received_connection("/a", header)
     for number in range(50):
-        recording.write(Received("/a", header, b"\x02\0\0\0%02d" % number, 5, number))
+        recording.write(StoredMessage(connection, 5 * 10**9 + number, b"\x02\0\0\0%02d" % number))
     recording.flush()
     found = contents_of_active(Path("new.mcap.active"))
     recording.close()

@@ -9,14 +9,15 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sensor_msgs.msg import Image
 from std_msgs.msg import Int32, String
 
 from pipros.bag import BagError, BagFormatError, BagReader, NoMessages, NotIndexed
 from pipros.bag import chunk_data as chunk_data_module
 from pipros.bag.connection import Connection, connection_record
-from pipros.bag.index import ENTRY, ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
+from pipros.bag.index import ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
 from pipros.bag.info import bag_info
-from pipros.bag.records import MAGIC, file_header, record_bytes
+from pipros.bag.records import ENTRY, MAGIC, TIME, file_header, record_bytes
 from pipros.basics.limits import Limits
 from tests.support.bags import bag_bytes, header_of, old_bag_bytes, rows_of, some_rows, values
 from tests.support.examples import examples
@@ -106,6 +107,67 @@ def test_messages_of_a_large_chunk_are_read_one_by_one(monkeypatch: pytest.Monke
     rows = some_rows()
 
     assert rows_of(read(bag_bytes(rows))) == values(rows)
+
+
+def test_timestamps_are_offered_as_seconds_and_nanoseconds_too() -> None:
+    bag = read(bag_bytes([("/a", Int32(n), 10 + n, n) for n in range(4)]))
+
+    assert (bag.start, bag.end) == ((10, 0), (13, 3))
+    assert bag.times(bag.connections) == bag.times_by_connection()[0] == [(10 + n, n) for n in range(4)]
+    assert [message[1:4] for message in bag.raw_messages(None, (11, 1), (12, 2))] == [
+        (11, 1, b"\1\0\0\0"),
+        (12, 2, b"\2\0\0\0"),
+    ]
+    assert [time_ns for _, time_ns, _ in bag.decoded(None, 11_000_000_002)] == [
+        12_000_000_002,
+        13_000_000_003,
+    ]
+
+
+def test_a_file_needs_no_more_than_read_and_seek() -> None:
+    class Bare:
+        def __init__(self, data: bytes) -> None:
+            file = io.BytesIO(data)
+            self.read, self.seek = file.read, file.seek
+
+    rows: list[Any] = [("/a", Image(data=bytes([n]) * 200_000), 10 + n, 0) for n in range(3)]
+
+    assert [each.message for each in BagReader(Bare(bag_bytes(rows)))] == [row[1] for row in rows]
+
+
+@pytest.mark.parametrize("compression", ["none", "bz2"])
+@pytest.mark.parametrize("chunk_bytes", [1, 1_000_000])
+def test_large_messages_stay_as_they_are_while_later_ones_are_read(
+    chunk_bytes: int, compression: str
+) -> None:
+    rows: list[Any] = [
+        (f"/{n % 3}", String(str(n) * 100_000) if n % 3 else Image(data=bytes([n]) * 200_000), 10 + n, 0)
+        for n in range(9)
+    ]
+    data = bag_bytes(rows, chunk_bytes=chunk_bytes, compression=compression)
+
+    read_at_once = [message for _, message, _, _ in read(data)]
+
+    assert read_at_once == [row[1] for row in rows]
+    assert {type(each.data) for each in read_at_once} == {bytes, str}
+    stored = list(read(data).stored_messages())
+    assert [read(data).decode(each) for each in stored] == read_at_once
+    assert {type(each.data) for each in stored} == {bytes}
+
+
+def test_a_timestamp_beyond_the_range_of_ros_times_is_refused() -> None:
+    last, beyond = TIME.pack(2**32 - 1, 5), TIME.pack(2**32 - 1, 2 * 10**9)
+    record, entry, start, *rest = bag_bytes([("/a", Int32(1), 2**32 - 1, 5)]).split(last)
+
+    with read(last.join((record, entry, start, *rest))) as bag:
+        assert rows_of(bag) == [("/a", 1, 2**32 - 1, 5)]
+    with (
+        read(record + last + entry + beyond + last.join((start, *rest))) as bag,
+        pytest.raises(BagFormatError, match="timestamps must be below"),
+    ):
+        rows_of(bag)
+    with pytest.raises(NotIndexed, match="timestamps must be below"):
+        read(record + last + entry + last + start + beyond + last.join(rest))
 
 
 def test_a_definition_that_no_package_has_comes_from_the_bag() -> None:
@@ -239,7 +301,7 @@ def test_a_chunk_of_three_gigabytes_is_read_where_its_messages_are(tmp_path: Pat
     size, offset = 3_000_000_000, 2_999_999_000
     header = header_of(Int32(), "/a")
     connection = Connection(0, "/a", header)
-    chunk = ChunkInfo(len(MAGIC) + 4096 + 8, (5, 0), (5, 0), {0: 1})
+    chunk = ChunkInfo(len(MAGIC) + 4096 + 8, 5 * 10**9, 5 * 10**9, {0: 1})
     path = tmp_path / "large.bag"
     with path.open("wb") as file:
         file.seek(chunk.position)

@@ -7,18 +7,21 @@ import pytest
 from std_msgs.msg import Int32
 
 from pipros.bag import BagError, BagReader
+from pipros.bag.connection import StoredMessage, received_connection
 from pipros.bag.merge import merged
 from pipros.bag.playback_clock import PlaybackClock
 from pipros.bag.record_files import FileOptions, RecordFiles
-from pipros.bag.record_queue import Received, RecordQueue
+from pipros.bag.record_queue import RecordQueue
 from pipros.bag.snapshots import Snapshots
+from pipros.msg.time import NS_PER_S
 from tests.support.bags import bag_bytes, rows_of
 
 HEADER = {"type": "std_msgs/Int32", "md5sum": Int32._md5sum, "message_definition": Int32._full_text}
 
 
-def received(value: int, seconds: int = 0, **more: str) -> Received:
-    return Received("/a", {**HEADER, **more}, value.to_bytes(4, "little"), seconds, 0)
+def received(value: int, seconds: int = 0, **more: str) -> StoredMessage:
+    connection = received_connection("/a", {**HEADER, **more})
+    return StoredMessage(connection, seconds * NS_PER_S, value.to_bytes(4, "little"))
 
 
 def test_a_full_queue_drops_the_oldest_and_counts_them() -> None:
@@ -46,7 +49,7 @@ def test_a_queue_may_keep_a_part_of_the_time() -> None:
     queue = RecordQueue(limit_bytes=0, limit_ns=5 * 10**9)
     for seconds in (1, 3, 6, 9, 14):
         queue.put(received(seconds, seconds))
-    assert [message.seconds for message in queue.get_all(0)] == [9, 14]
+    assert [message.data[0] for message in queue.get_all(0)] == [9, 14]
 
 
 def test_a_snapshot_has_what_is_kept_and_the_latched_messages_that_are_not(
@@ -55,13 +58,13 @@ def test_a_snapshot_has_what_is_kept_and_the_latched_messages_that_are_not(
     monkeypatch.chdir(tmp_path)
     snapshots = Snapshots(FileOptions(name="snap", repeat_latched=True), RecordQueue(12), lambda _: None)
     with pytest.raises(BagError, match="no messages"):
-        snapshots.write((0, 0))
+        snapshots.write(0)
     snapshots.put(received(1, 1, latching="1", callerid="/one"))
     for value in range(2, 6):
         snapshots.put(received(value, value))
 
-    assert snapshots.write((9, 0)) == (Path("snap.bag"), 4)
-    assert snapshots.write((9, 0)) == (Path("snap_1.bag"), 1)
+    assert snapshots.write(9 * NS_PER_S) == (Path("snap.bag"), 4)
+    assert snapshots.write(9 * NS_PER_S) == (Path("snap_1.bag"), 1)
     with BagReader("snap.bag") as bag:
         assert sorted(rows_of(bag)) == [("/a", 1, 3, 0), ("/a", 3, 3, 0), ("/a", 4, 4, 0), ("/a", 5, 5, 0)]
 
@@ -74,7 +77,7 @@ def files(folder: Path, monkeypatch: pytest.MonkeyPatch, reports: list[str], **o
 def test_files_are_active_until_they_are_complete(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     reports: list[str] = []
     recording = files(tmp_path, monkeypatch, reports, name="run.bag")
-    recording.open((5, 0))
+    recording.open(5 * NS_PER_S)
     assert recording.write(received(1, 5))
     assert [path.name for path in tmp_path.iterdir()] == ["run.bag.active"]
     recording.close()
@@ -92,7 +95,7 @@ def test_a_split_begins_with_the_latched_messages(tmp_path: Path, monkeypatch: p
     recording = files(
         tmp_path, monkeypatch, reports, prefix="x", name="", split=True, duration_s=10.0, repeat_latched=True
     )
-    recording.open((0, 0))
+    recording.open(0)
     latched = received(1, 0, latching="1", callerid="/one")
     recording.write(latched)
     recording.write(received(2, 5))
@@ -115,7 +118,7 @@ def test_a_split_for_which_the_disk_had_no_place_is_made_up_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recording = files(tmp_path, monkeypatch, [], name="run", split=True, duration_s=10.0)
-    recording.open((0, 0))
+    recording.open(0)
     recording.write(received(1, 0))
     (tmp_path / "run_1.bag.active").mkdir()  # so that the file cannot be made
     for seconds in (20, 21):
@@ -134,7 +137,7 @@ def test_without_a_split_a_full_file_ends_the_recording(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recording = files(tmp_path, monkeypatch, [], name="run", size_bytes=4200)
-    recording.open((0, 0))
+    recording.open(0)
     results = [recording.write(received(n, n)) for n in range(10)]
     recording.close()
 
@@ -143,18 +146,18 @@ def test_without_a_split_a_full_file_ends_the_recording(
 
 
 def test_the_clock_of_a_playback_stops_in_a_pause_and_jumps() -> None:
-    clock = PlaybackClock(100.0, 10.0, rate=2.0)
-    assert (clock.due(104.0), clock.bag_time(11.0)) == (12.0, 102.0)
-    clock.pause(12.0)
-    clock.pause(13.0)
-    assert (clock.is_paused, clock.bag_time(20.0)) == (True, 104.0)
-    clock.resume(22.0)
-    assert (clock.is_paused, clock.due(104.0), clock.bag_time(23.0)) == (False, 22.0, 106.0)
-    clock.jump(500.0, 30.0)
-    assert clock.due(502.0) == 31.0
-    clock.pause(31.0)
-    clock.jump(600.0, 40.0)
-    assert clock.bag_time(50.0) == 600.0
+    clock = PlaybackClock(100, 10, rate=2.0)
+    assert (clock.due(104), clock.bag_time(11)) == (12, 102)
+    clock.pause(12)
+    clock.pause(13)
+    assert (clock.is_paused, clock.bag_time(20)) == (True, 104)
+    clock.resume(22)
+    assert (clock.is_paused, clock.due(104), clock.bag_time(23)) == (False, 22, 106)
+    clock.jump(500, 30)
+    assert clock.due(502) == 31
+    clock.pause(31)
+    clock.jump(600, 40)
+    assert clock.bag_time(50) == 600
 
 
 def test_many_bags_are_one_in_time_order(tmp_path: Path) -> None:

@@ -47,7 +47,7 @@ def test_numbers_must_have_their_size() -> None:
 
 
 def test_chunk_infos_and_indexes_come_back() -> None:
-    info = ChunkInfo(1 << 33, (1, 2), (3, 4), {0: 5, 7: 1})
+    info = ChunkInfo(1 << 33, 1_000_000_002, 3_000_000_004, {0: 5, 7: 1})
     record = chunk_info_record(info)
     size = int.from_bytes(record[:4], "little")
     fields, data = parse_fields(record[4 : 4 + size], "x"), record[8 + size :]

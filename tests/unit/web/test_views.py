@@ -130,7 +130,8 @@ def test_an_image_without_pixels_is_shown_as_such(height: int, step: int) -> Non
     [
         (Image(width=2, height=2, step=1, encoding="mono8", data=b"1234"), "in rows of 1 bytes"),
         (Image(width=2, height=9, step=2, encoding="mono8", data=b"1234"), "need 18 bytes, got 4"),
-        (Image(width=1, height=1, step=1, encoding="<b>", data=b"1"), "encoding must be one of"),
+        (Image(width=1, height=1, step=1, encoding="<b>", data=b"1"), "encoding \\[<b>\\]"),
+        (Image(width=1, height=1, step=6, encoding="rgb16", data=b"123456"), "encoding \\[rgb16\\]"),
     ],
 )
 def test_images_that_cannot_be_shown(message: Any, words: str) -> None:

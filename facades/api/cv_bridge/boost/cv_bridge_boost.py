@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pipros.libraries.vision.conversions import convert as cvtColor2
 from pipros.libraries.vision.conversions import convert_for_display as cvtColorForDisplay
-from pipros.libraries.vision.encodings import CHANNEL_STEP, encoding
+from pipros.pictures.encodings import CHANNEL_STEP, encoding
 
 __all__ = ["CV_MAT_CNWrap", "CV_MAT_DEPTHWrap", "cvtColor2", "cvtColorForDisplay", "getCvType"]
 

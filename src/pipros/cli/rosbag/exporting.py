@@ -9,7 +9,7 @@ from typing import Any, TextIO
 
 from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError
-from pipros.bag.images import IMAGE_TYPES, image_file
+from pipros.bag.images import image_file
 from pipros.bag.opening import open_bag
 from pipros.bag.reader import BagReader
 from pipros.basics.names import canonicalize, is_legal_topic
@@ -19,6 +19,7 @@ from pipros.graph.message_path import Part
 from pipros.graph.message_rows import MessageRows
 from pipros.msg.base import Message
 from pipros.msg.time import TVal
+from pipros.pictures.image_message import IMAGE_TYPES
 
 _FORMATS = ("csv", "npz")
 

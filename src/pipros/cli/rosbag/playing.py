@@ -17,6 +17,7 @@ from pipros.basics.names import parse_arguments
 from pipros.basics.terminals import single_keys
 from pipros.cli.command_node import command_node
 from pipros.cli.runner import CommandError, add_flag, option_parser
+from pipros.msg.time import NS_PER_S
 
 _SHOW_PERIOD_S = 0.1
 _KEY_PERIOD_S = 0.02
@@ -191,12 +192,13 @@ class _Terminal:
         self._is_keyboard = bool(key)
         return key.decode("ascii", "ignore")
 
-    def show(self, state: str, bag_s: float, played_s: float, whole_s: float) -> None:
+    def show(self, state: str, bag_ns: int, played_ns: int, whole_ns: int) -> None:
         now = time.monotonic()
         if not self._is_shown or now < self._next_show:
             return
         self._next_show = now + _SHOW_PERIOD_S
         self._has_shown = True
+        bag_s, played_s, whole_s = (each / NS_PER_S for each in (bag_ns, played_ns, whole_ns))
         text = f" [{state}]  Bag Time: {bag_s:13.6f}   Duration: {played_s:.6f} / {whole_s:.6f}"
         print(f"{text:<80}", end="\r", flush=True)
 

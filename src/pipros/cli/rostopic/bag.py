@@ -9,14 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.bag.errors import BagError, NotIndexed
-from pipros.bag.index import Stamp
 from pipros.bag.reader import BagReader
 from pipros.basics.printable import listed
 from pipros.cli.runner import CommandError
 from pipros.graph.listening import TopicPart
 from pipros.graph.message_path import parse_path
 from pipros.graph.system_state import is_below
-from pipros.msg.time import NS_PER_S
 
 if TYPE_CHECKING:
     from pipros.cli.rostopic.echo_options import EchoOptions
@@ -75,11 +73,11 @@ def list_bag(path: str, topic: str | None) -> None:
         if topic is None:
             print("\n".join(sorted({listed(connection.topic) for connection in bag.connections})))
             return
-        stamps = bag.times([each for each in bag.connections if is_below(each.topic, topic)])
-    if not stamps:
+        seconds = [time[0] for time in bag.times(c for c in bag.connections if is_below(c.topic, topic))]
+    if not seconds:
         raise CommandError(f"no messages of [{topic}] in [{path}]")
-    print(f"{len(stamps)} message(s) from {_date(stamps[0])} to {_date(stamps[-1])}")
+    print(f"{len(seconds)} message(s) from {_date(seconds[0])} to {_date(seconds[-1])}")
 
 
-def _date(stamp: Stamp) -> str:
-    return time.strftime("%d %b %Y %H:%M:%S", time.localtime(stamp[0] + stamp[1] / NS_PER_S))
+def _date(seconds: int) -> str:
+    return time.strftime("%d %b %Y %H:%M:%S", time.localtime(seconds))

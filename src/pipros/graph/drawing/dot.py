@@ -1,4 +1,7 @@
-"""Writes the graph in Graphviz's language, without a layout."""
+"""Writes the graph in Graphviz's language, without a layout.
+
+The packages graphviz and pydot build the same lines from objects, and run Graphviz, which is not needed here.
+"""
 
 from __future__ import annotations
 

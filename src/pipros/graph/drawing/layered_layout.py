@@ -4,8 +4,10 @@ Uses the method of Sugiyama, Tagawa and Toda (1981). Arrows that close a cycle a
 placed in a layer to the right of its predecessors or, in large graphs with many cycles, of its nearest one.
 Long arrows get a bend in each layer they cross, the order within layers is improved by barycentres, and
 heights are fitted by least squares. The vertices of a group form a band across all layers, so that a
-rectangle can be drawn around them. The page and the pictures share this module: no Python library lays out
-graphs like this without a compiled program.
+rectangle can be drawn around them. The page and the pictures share this module.
+
+The one pure Python library for such layouts, grandalf 0.8, has no bands for groups, and takes 2.6 s for 100
+nodes and 300 topics instead of 16 ms.
 """
 
 from __future__ import annotations

@@ -1,4 +1,9 @@
-"""Writes a drawing as a PDF of one page, with lines and texts, without any program or library."""
+"""Writes a drawing as a PDF of one page, with lines and texts.
+
+`view_frames` writes `frames.pdf`, which tutorials and scripts open, also where Graphviz is not installed. The
+libraries reportlab and fpdf2 draw more than these shapes, and need Pillow: 31 and 55 MB installed, and 60 and
+290 ms to import.
+"""
 
 from __future__ import annotations
 

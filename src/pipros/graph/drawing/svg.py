@@ -1,4 +1,7 @@
-"""Writes a drawing as a standalone SVG that follows the desktop's light or dark mode."""
+"""Writes a drawing as a standalone SVG that follows the desktop's light or dark mode.
+
+Libraries such as svgwrite build the same text from one object per element; here it is one f-string for each.
+"""
 
 from __future__ import annotations
 

@@ -15,7 +15,8 @@ from typing import Any
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
 from pipros.libraries.maps.errors import BadMapDescription, NoMapFile
-from pipros.libraries.maps.picture import Picture, read_picture
+from pipros.libraries.maps.picture import read_picture
+from pipros.pictures.planes import Picture
 from pipros.safe import yaml
 
 MODES = ("trinary", "scale", "raw")

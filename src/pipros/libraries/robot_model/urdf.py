@@ -1,4 +1,8 @@
-"""Reader of the links and joints of a URDF: http://wiki.ros.org/urdf/XML/joint. Other parts are ignored."""
+"""Reader of the links and joints of a URDF: http://wiki.ros.org/urdf/XML/joint. Other parts are ignored.
+
+urdf_parser_py (`pipros[urdf]`) reads all parts, into objects that can be changed and written. It needs lxml
+(12 MB), accepts joints that form a loop, and takes 3.2 ms for a chain of 50 joints instead of 1.2 ms.
+"""
 
 from __future__ import annotations
 

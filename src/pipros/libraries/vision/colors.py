@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.libraries.vision.encodings import Color
 from pipros.libraries.vision.extras import numpy as np
+from pipros.pictures.encodings import Color
 
 _PLACES = {Color.RGB: (0, 1, 2), Color.BGR: (2, 1, 0), Color.RGBA: (0, 1, 2, 3), Color.BGRA: (2, 1, 0, 3)}
 """Index in (red, green, blue, alpha) of each channel of an image."""

@@ -13,9 +13,10 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.libraries.vision.conversions import convert
-from pipros.libraries.vision.encodings import COLORS, Color, encoding
 from pipros.libraries.vision.extras import numpy as np
-from pipros.libraries.vision.picture_files import Codec, PictureError
+from pipros.pictures.codecs import Codec
+from pipros.pictures.encodings import COLORS, Color, encoding
+from pipros.pictures.errors import PictureError
 
 _HAS_COLORS = (Color.RGB, Color.BGR, Color.RGBA, Color.BGRA)
 _DEPTH_HEADER = struct.Struct("<iff")

@@ -7,9 +7,9 @@ from typing import Any
 from pipros.libraries.vision.colors import converted as with_color
 from pipros.libraries.vision.colors import is_supported
 from pipros.libraries.vision.depths import saturated, scaled, with_depth
-from pipros.libraries.vision.encodings import COLORS, Color, Encoding, UnknownEncoding, encoding
 from pipros.libraries.vision.extras import numpy as np
 from pipros.libraries.vision.label_colors import color_of_label
+from pipros.pictures.encodings import COLORS, Color, Encoding, UnknownEncoding, encoding
 
 
 class ConversionError(RuntimeError):

@@ -10,6 +10,9 @@ from typing import Any
 from pipros.basics.printable import printable
 from pipros.msg import load_message_class
 from pipros.node.any_msg import AnyMsg
+from pipros.pictures.encodings import Color
+from pipros.pictures.errors import PictureError
+from pipros.pictures.image_message import IMAGE_TYPES, encoding_of
 from pipros.web.known_topic import LONGEST_NAME
 from pipros.web.server import RequestRefused
 from pipros.web.topic_watch import TopicWatch
@@ -19,14 +22,6 @@ from pipros.web.watched_system import WatchedSystem
 SEND_INTERVAL_S = 0.1
 LARGEST_BYTES = 2_000_000
 """Size above which raw images are subsampled to every second, third, … row and column."""
-IMAGE_TYPES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
-
-BYTES_PER_PIXEL = {
-    "rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1, "8UC1": 1, "8UC3": 3, "8UC4": 4,
-    "mono16": 2, "16UC1": 2, "32FC1": 4,
-    "bayer_rggb8": 1, "bayer_bggr8": 1, "bayer_gbrg8": 1, "bayer_grbg8": 1,
-    "yuv422": 2, "yuv422_yuy2": 2,
-}  # fmt: skip
 
 
 class ImageViews:
@@ -65,22 +60,23 @@ def packed(message: Any) -> tuple[Mapping[str, Any], bytes]:
     if message._type == "sensor_msgs/CompressedImage":
         kind = "png" if "png" in message.format.lower() else "jpeg"
         return {"compressed": kind, "format": message.format[:LONGEST_NAME]}, bytes(message.data)
-    size = BYTES_PER_PIXEL.get(message.encoding)
-    if size is None:
-        known = ", ".join(BYTES_PER_PIXEL)
-        raise RequestRefused(f"image encoding must be one of {known}, got {printable(message.encoding)}")
+    try:
+        encoding = encoding_of(message)
+    except PictureError as error:
+        raise RequestRefused(str(error)) from None
+    is_grey = encoding.color is Color.GRAY
+    if encoding.depth != "8U" and not (is_grey and encoding.depth in ("16U", "32F")):
+        raise RequestRefused(f"the page cannot show images of the encoding [{message.encoding}]")
     width, height, step = message.width, message.height, message.step
-    if width * size > step or step * height > len(message.data):
-        raise RequestRefused(
-            f"{width} x {height} pixels of {message.encoding} in rows of {step} bytes "
-            f"need {step * height} bytes, got {len(message.data)}"
-        )
+    size = encoding.channels * encoding.bits // 8
     every = _step(message.encoding, width * height * size)
     data = memoryview(message.data)
     tops = range(0, height * step, step * every) if width else ()
     pixels = b"".join(_thinned(data[top : top + width * size], size, every) for top in tops)
     head = {
         "encoding": message.encoding,
+        "color": encoding.color and encoding.color.value,
+        "depth": encoding.depth,
         "big": bool(message.is_bigendian),
         "width": len(range(0, width, every)),
         "height": len(range(0, height, every)),

@@ -6,7 +6,7 @@ import pytest
 
 from pipros.libraries.maps.errors import BadMapDescription, BadMapImage, NoMapFile
 from pipros.libraries.maps.map_file import MapDescription, description_text, grid_pixels, make_grid, read_map
-from pipros.libraries.maps.picture import Picture
+from pipros.pictures.planes import Picture
 
 GOOD = """image: map.pgm
 resolution: 0.1

@@ -17,8 +17,8 @@ from pipros.libraries.vision.calibration import (
     parse_yaml,
 )
 from pipros.libraries.vision.compressed_images import CompressionError, Settings, compressed, decompressed
-from pipros.libraries.vision.encodings import COLORS, DTYPES
-from pipros.libraries.vision.picture_files import PillowCodec
+from pipros.pictures.codecs import PillowCodec
+from pipros.pictures.encodings import COLORS, DTYPES
 
 BRIDGE = CvBridge()
 PILLOW = PillowCodec(Pictures)

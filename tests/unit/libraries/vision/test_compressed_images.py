@@ -13,7 +13,8 @@ import pytest
 from PIL import Image as Pictures
 
 from pipros.libraries.vision.compressed_images import CompressionError, Settings, compressed, decompressed
-from pipros.libraries.vision.picture_files import OpenCVCodec, PictureError, PillowCodec, codec
+from pipros.pictures.codecs import OpenCVCodec, PillowCodec, codec
+from pipros.pictures.errors import PictureError
 
 PILLOW = PillowCodec(Pictures)
 PNG = Settings("png")
@@ -182,7 +183,7 @@ def test_opencv_is_taken_where_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_without_either_library_the_error_names_the_extras() -> None:
     program = (
         "import sys; sys.modules['cv2'] = sys.modules['PIL'] = None\n"
-        "from pipros.libraries.vision.picture_files import codec\ncodec()"
+        "from pipros.pictures.codecs import codec\ncodec()"
     )
 
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)

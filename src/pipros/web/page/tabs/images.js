@@ -65,30 +65,30 @@ export function open(view, argument) {
 }
 
 // Converts pixels to RGBA.
-export function colours({ encoding, big, width, height }, pixels) {
+// `color` and `depth` are those of pipros.pictures.encodings: "bgr", "gray", the pattern "rggb", the bytes "uyvy" of two pixels.
+export function colours({ color, depth, big, width, height }, pixels) {
   const count = width * height;
   const out = new Uint8ClampedArray(count * 4).fill(255);
-  const order = { rgb8: [0, 1, 2, 3], bgr8: [2, 1, 0, 3], rgba8: [0, 1, 2, 4], bgra8: [2, 1, 0, 4], "8UC3": [2, 1, 0, 3], "8UC4": [2, 1, 0, 4] }[encoding];
-  if (order) {
-    const [r, g, b, size] = order;
-    for (let i = 0, at = 0; i < count; i += 1, at += size) {
+  if (/^(rgb|bgr)a?$/.test(color)) {
+    const [r, g, b] = [..."rgb"].map((channel) => color.indexOf(channel));
+    for (let i = 0, at = 0; i < count; i += 1, at += color.length) {
       out[i * 4] = pixels[at + r];
       out[i * 4 + 1] = pixels[at + g];
       out[i * 4 + 2] = pixels[at + b];
     }
     return out;
   }
-  if (encoding.startsWith("bayer")) return fromBayer(encoding, width, height, pixels, out);
-  if (encoding.startsWith("yuv")) return fromYuv(encoding, count, pixels, out);
-  const grey = encoding === "mono8" || encoding === "8UC1" ? pixels : stretched(encoding, big, count, pixels);
+  if (color.includes("y") && color !== "gray") return fromYuv(color, count, pixels, out);
+  if (color !== "gray") return fromBayer(color, width, height, pixels, out);
+  const grey = depth === "8U" ? pixels : stretched(depth, big, count, pixels);
   for (let i = 0; i < count; i += 1) out[i * 4] = out[i * 4 + 1] = out[i * 4 + 2] = grey[i];
   return out;
 }
 
 // Scales 16-bit and float pixels from black (minimum) to white (maximum). NaN and infinity are black.
-function stretched(encoding, big, count, pixels) {
+function stretched(depth, big, count, pixels) {
   const view = new DataView(pixels.buffer, pixels.byteOffset, pixels.byteLength);
-  const read = encoding === "32FC1" ? (i) => view.getFloat32(i * 4, !big) : (i) => view.getUint16(i * 2, !big);
+  const read = depth === "32F" ? (i) => view.getFloat32(i * 4, !big) : (i) => view.getUint16(i * 2, !big);
   const values = Float64Array.from({ length: count }, (_, i) => read(i));
   let low = Infinity;
   let high = -Infinity;
@@ -100,8 +100,8 @@ function stretched(encoding, big, count, pixels) {
   return values.map((value) => (Number.isFinite(value) && high > low ? ((value - low) * 255) / (high - low) : 0));
 }
 
-function fromBayer(encoding, width, height, pixels, out) {
-  const pattern = encoding.slice(6); // colours of the upper left four pixels
+// `pattern` has the colours of the upper left four pixels.
+function fromBayer(pattern, width, height, pixels, out) {
   for (let y = 0; y < height; y += 1) {
     for (let x = 0; x < width; x += 1) {
       const sums = { r: [0, 0], g: [0, 0], b: [0, 0] };
@@ -121,8 +121,9 @@ function fromBayer(encoding, width, height, pixels, out) {
   return out;
 }
 
-function fromYuv(encoding, count, pixels, out) {
-  const [y0, u, y1, v] = encoding === "yuv422" ? [1, 0, 3, 2] : [0, 1, 2, 3];
+// `order` has the letters of the four bytes of two pixels.
+function fromYuv(order, count, pixels, out) {
+  const [y0, u, y1, v] = [order.indexOf("y"), order.indexOf("u"), order.lastIndexOf("y"), order.indexOf("v")];
   for (let i = 0; i < count; i += 1) {
     const at = (i >> 1) * 4;
     const luma = pixels[at + (i % 2 ? y1 : y0)];

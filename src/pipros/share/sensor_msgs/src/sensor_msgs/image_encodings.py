@@ -5,7 +5,7 @@ Genuine sensor_msgs has no such Python module; a script that must run there, too
 
 from __future__ import annotations
 
-from pipros.libraries.vision import encodings as _encodings
+from pipros.pictures import encodings as _encodings
 
 RGB8, RGBA8, RGB16, RGBA16 = "rgb8", "rgba8", "rgb16", "rgba16"
 BGR8, BGRA8, BGR16, BGRA16 = "bgr8", "bgra8", "bgr16", "bgra16"

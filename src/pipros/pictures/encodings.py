@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 
@@ -12,14 +12,15 @@ class UnknownEncoding(RuntimeError):
 
 
 class Color(Enum):
-    """Colour arrangement of the channels of an image."""
+    """Colour arrangement: channels of a pixel, bytes of 2 pixels (YUV), or colours of 4 pixels (Bayer)."""
 
     GRAY = "gray"
     RGB = "rgb"
     BGR = "bgr"
     RGBA = "rgba"
     BGRA = "bgra"
-    YUV422 = "yuv422"
+    YUV422 = "uyvy"
+    YUV422_YUY2 = "yuyv"
     BAYER_RGGB = "rggb"
     BAYER_BGGR = "bggr"
     BAYER_GBRG = "gbrg"
@@ -108,3 +109,22 @@ def encoding(name: str) -> Encoding:
     if match is None or not 1 <= channels <= _MAX_CHANNELS:
         raise UnknownEncoding(f"Unrecognized image encoding [{name}]")
     return Encoding(name, match[1], channels)
+
+
+_SHOWN = {1: Color.GRAY, 3: Color.BGR, 4: Color.BGRA}
+_ONLY_SHOWN = Encoding("yuv422_yuy2", "8U", 2, Color.YUV422_YUY2)  # unknown to cv_bridge
+
+
+def shown_encoding(name: str) -> Encoding:
+    """Return an encoding as pictures and the page show it.
+
+    Types that do not define colours, such as 8UC3, are shown in the order of OpenCV's arrays: grey, BGR or
+    BGRA. For conversions (`cv_bridge`) they stay without colours, as in Noetic.
+
+    Raises:
+        UnknownEncoding: the name is unknown.
+    """
+    if name == _ONLY_SHOWN.name:
+        return _ONLY_SHOWN
+    found = encoding(name)
+    return found if found.color else replace(found, color=_SHOWN.get(found.channels))

@@ -1,14 +1,18 @@
-"""Greyscale images as PGM files, binary (P5) and plain (P2): https://netpbm.sourceforge.net/doc/pgm.html."""
+"""Greyscale images as PGM files, binary (P5) and plain (P2): https://netpbm.sourceforge.net/doc/pgm.html.
+
+Maps are PGM files, so `map_server` and `map_saver` need no extra. Pillow (7 MB to download, 21 ms to import)
+takes 35 ms to read a map of 4,000 x 4,000 cells instead of 2 ms; plain files take both about as long.
+"""
 
 from __future__ import annotations
 
 import re
 from array import array
 
-from pipros.libraries.maps.errors import BadMapImage
+from pipros.pictures.errors import PictureError
 
 MAX_PIXELS = 1 << 28
-"""Maximum size of a map: 16,384 x 16,384 cells, which is 256 MiB in a message."""
+"""Maximum size of a picture: 16,384 x 16,384 pixels, which are 256 MiB as the cells of a map."""
 
 _TOKEN = re.compile(rb"(?:\s|#[^\n\r]*[\n\r])*(\d{1,9})")
 
@@ -22,28 +26,28 @@ def read_pgm(content: bytes, file: str) -> tuple[int, int, bytes]:
     """Return width, height, and one byte per pixel, row by row from the top; 255 is white.
 
     Raises:
-        BadMapImage: the content is not a PGM file, is too large, or is truncated.
+        PictureError: the content is not a PGM file, is too large, or is truncated.
     """
     if not is_pgm(content):
-        raise BadMapImage(f"{file} must start with P5 or P2, got {content[:2]!r}")
+        raise PictureError(f"{file} must start with P5 or P2, got {content[:2]!r}")
     place, header = 2, []
     for what in ("width", "height", "maximum grey value"):
         found = _TOKEN.match(content, place)
         if found is None:
-            raise BadMapImage(f"{file}: {what} must be a whole number, got {content[place : place + 20]!r}")
+            raise PictureError(f"{file}: {what} must be a whole number, got {content[place : place + 20]!r}")
         header.append(int(found[1]))
         place = found.end()
     width, height, white = header
     if not (width > 0 and height > 0 and width * height <= MAX_PIXELS):
-        raise BadMapImage(f"{file} must have 1 to {MAX_PIXELS} pixels, got {width} x {height}")
+        raise PictureError(f"{file} must have 1 to {MAX_PIXELS} pixels, got {width} x {height}")
     if not 0 < white < 65536:
-        raise BadMapImage(f"{file}: maximum grey value must be 1 to 65535, got {white}")
+        raise PictureError(f"{file}: maximum grey value must be 1 to 65535, got {white}")
     if content[:2] == b"P2":
         return width, height, _from_digits(content[place:], width * height, white, file)
     size = width * height * (1 if white < 256 else 2)
     pixels = content[place + 1 : place + 1 + size]  # after one white-space character
     if len(pixels) < size:
-        raise BadMapImage(f"{file} must have {size} bytes of pixels, got {len(pixels)}")
+        raise PictureError(f"{file} must have {size} bytes of pixels, got {len(pixels)}")
     if white == 255:
         return width, height, pixels
     if white < 256:
@@ -61,7 +65,7 @@ def _from_digits(text: bytes, count: int, white: int, file: str) -> bytes:
     except ValueError:
         greys = []
     if len(greys) < count or min(greys) < 0:
-        raise BadMapImage(f"{file} must contain {count} whole numbers as pixels")
+        raise PictureError(f"{file} must contain {count} whole numbers as pixels")
     return bytes(min(grey, white) * 255 // white for grey in greys)
 
 

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.libraries.maps.errors import BadMapImage
-from pipros.libraries.maps.pgm import read_pgm, write_pgm
+from pipros.pictures.errors import PictureError
+from pipros.pictures.pgm import read_pgm, write_pgm
 
 
 def test_what_is_written_is_read() -> None:
@@ -44,5 +44,5 @@ def test_each_kind_of_file_is_read(content: bytes, pixels: bytes) -> None:
     ],
 )
 def test_a_broken_file_is_refused(content: bytes, complaint: str) -> None:
-    with pytest.raises(BadMapImage, match=complaint):
+    with pytest.raises(PictureError, match=complaint):
         read_pgm(content, "f")

@@ -9,12 +9,9 @@ from __future__ import annotations
 import io
 from typing import Any, Protocol
 
-from pipros.basics.errors import PiprosError
-from pipros.libraries.vision.extras import numpy as np
+import numpy as np
 
-
-class PictureError(PiprosError, ValueError):
-    """The data is not a valid image, or the format does not support the array."""
+from pipros.pictures.errors import PictureError
 
 
 class Codec(Protocol):

@@ -1,0 +1,61 @@
+"""Messages of the type `sensor_msgs/Image`: their pixels without padding, and as PNG."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.basics.printable import printable
+from pipros.pictures.encodings import Color, Encoding, UnknownEncoding, shown_encoding
+from pipros.pictures.errors import PictureError
+from pipros.pictures.png import png
+
+IMAGE_TYPES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
+
+_YUV = (Color.YUV422, Color.YUV422_YUY2)
+
+
+def encoding_of(message: Any) -> Encoding:
+    """Return how the pixels of an image are shown.
+
+    Raises:
+        PictureError: the encoding is unknown or has no picture, or pixels are missing.
+    """
+    try:
+        found = shown_encoding(message.encoding)
+    except UnknownEncoding:
+        found = None
+    if found is None or found.color is None:
+        raise PictureError(f"cannot show images of the encoding [{printable(message.encoding)}]")
+    width, height, step = message.width, message.height, message.step
+    row = width * found.channels * found.bits // 8
+    if step < row or len(message.data) < step * height:
+        raise PictureError(
+            f"{width} x {height} pixels of {message.encoding} in rows of {step} bytes need "
+            f"{max(row, step) * height} bytes, got {len(message.data)}"
+        )
+    return found
+
+
+def image_png(message: Any) -> bytes:
+    """Return an image as a PNG file. Bayer patterns are written in grey.
+
+    Raises:
+        PictureError: see `encoding_of`; or PNG does not support the encoding.
+    """
+    found = encoding_of(message)
+    if found.color in _YUV or found.depth not in ("8U", "16U"):
+        raise PictureError(f"PNG must have grey or RGB values of 8 or 16 bits, got [{message.encoding}]")
+    size = found.bits // 8
+    row = message.width * found.channels * size
+    rows = []
+    for top in range(0, message.height * message.step, message.step or 1):
+        line = bytearray(message.data[top : top + row])
+        if size == 2 and not message.is_bigendian:
+            line[0::2], line[1::2] = line[1::2], line[0::2]
+        if found.color in (Color.BGR, Color.BGRA):
+            stride = found.channels * size
+            for byte in range(size):
+                red = byte + 2 * size
+                line[byte::stride], line[red::stride] = line[red::stride], line[byte::stride]
+        rows.append(line)
+    return png(message.width, message.height, found.channels, found.bits, rows)
