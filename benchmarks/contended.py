@@ -142,15 +142,15 @@ def paced(world, seconds, rate_hz, peers, *pause_s):
 
 
 def cpu(world, seconds):
-    label = f"subscriber of {RATE_HZ} Hz, one of {SUBSCRIBERS}: us of processor a message"
+    label = f"subscriber of {RATE_HZ} Hz, one of {SUBSCRIBERS}: us of processor time per message"
     return {label: paced(world, seconds, RATE_HZ, SUBSCRIBERS)}
 
 
 def stream(world, seconds):
     label = f"subscriber of {STREAM_HZ:,} Hz"
     return {
-        f"{label} in groups: us of processor a message": paced(world, seconds, STREAM_HZ, 1),
-        f"{label} one by one: us of processor a message": paced(world, seconds, STREAM_HZ, 1, 0),
+        f"{label}, in groups: us of processor time per message": paced(world, seconds, STREAM_HZ, 1),
+        f"{label}, evenly spaced: us of processor time per message": paced(world, seconds, STREAM_HZ, 1, 0),
     }
 
 

@@ -207,7 +207,7 @@ TF = {
     "lookup_transform over 8 frames, interpolated: us": "between",
     "can_transform over 8 frames: us": "can",
 }
-FILTER = {"exact, 3 inputs: us a message": "exact", "approximate, 3 inputs: us a message": "approximate"}
+FILTER = {"exact, 3 inputs: us per message": "exact", "approximate, 3 inputs: us per message": "approximate"}
 
 
 def tf(world, _seconds):

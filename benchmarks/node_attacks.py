@@ -206,12 +206,12 @@ def requests_byte_by_byte(victim):
             victim.send(peer, b"x")
 
 
-def replies_not_read(victim):
+def responses_not_read(victim):
     for _ in range(50):
         victim.greet({"service": "/large"}, struct.pack("<I", 0))
 
 
-def quick_calls(victim):
+def rapid_calls(victim):
     end = time.monotonic() + AT_LEAST_S
     while time.monotonic() < end:
         victim.greet({"service": "/quick"}, struct.pack("<I", 0)).close()
@@ -234,12 +234,12 @@ def garbage(victim):
         peer.close()
 
 
-def idle_connections_of_the_api(victim):
+def idle_connections_to_the_slave_api(victim):
     for _ in range(MANY):
         victim.connect(victim.api_port)
 
 
-def half_requests_of_the_api(victim):
+def half_requests_to_the_slave_api(victim):
     for _ in range(MANY):
         victim.send(victim.connect(victim.api_port), b"POST / HTTP/1.1\r\nContent-Length: 100\r\n\r\n<")
 
@@ -275,9 +275,9 @@ ATTACKS = {
     function.__name__.replace("_", " "): function
     for function in (
         *(nothing, connections_without_a_header, half_headers, headers_byte_by_byte, idle_service_clients),
-        *(idle_persistent_clients, half_requests, requests_byte_by_byte, replies_not_read, quick_calls),
-        *(topic_links, links_that_do_not_read, garbage, idle_connections_of_the_api),
-        *(half_requests_of_the_api, large_bodies, large_values, dead_publishers, silent_publishers),
+        *(idle_persistent_clients, half_requests, requests_byte_by_byte, responses_not_read, rapid_calls),
+        *(topic_links, links_that_do_not_read, garbage, idle_connections_to_the_slave_api),
+        *(half_requests_to_the_slave_api, large_bodies, large_values, dead_publishers, silent_publishers),
     )
 }
 

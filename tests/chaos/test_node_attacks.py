@@ -127,7 +127,7 @@ def half_requests(victim: Victim) -> None:
         victim.greet({"service": "/quick"}, struct.pack("<IB", 1000, 0))
 
 
-def replies_not_read(victim: Victim) -> None:
+def responses_not_read(victim: Victim) -> None:
     for _ in range(20):
         victim.greet({"service": "/large"}, struct.pack("<IB", 1, 1))
 
@@ -137,12 +137,12 @@ def topic_links(victim: Victim) -> None:
         victim.greet({"topic": "/back"})
 
 
-def idle_connections_of_the_api(victim: Victim) -> None:
+def idle_connections_to_the_slave_api(victim: Victim) -> None:
     for _ in range(MANY):
         victim.connect(victim.api_port)
 
 
-def half_requests_of_the_api(victim: Victim) -> None:
+def half_requests_to_the_slave_api(victim: Victim) -> None:
     for _ in range(MANY):
         victim.connect(victim.api_port, b"POST / HTTP/1.1\r\nContent-Length: 100\r\n\r\n<")
 
@@ -170,8 +170,14 @@ def silent_publishers(victim: Victim) -> None:
 
 ATTACKS = (
     *(connections_without_a_header, half_headers, headers_byte_by_byte, garbage, idle_service_clients),
-    *(idle_persistent_clients, half_requests, replies_not_read, topic_links, idle_connections_of_the_api),
-    *(half_requests_of_the_api, large_bodies, dead_publishers, silent_publishers),
+    *(
+        idle_persistent_clients,
+        half_requests,
+        responses_not_read,
+        topic_links,
+        idle_connections_to_the_slave_api,
+    ),
+    *(half_requests_to_the_slave_api, large_bodies, dead_publishers, silent_publishers),
 )
 
 
