@@ -90,7 +90,7 @@ def press_tab_until(tab: Tab, selector: str) -> None:
     raise AssertionError(f"{selector} did not get the focus")
 
 
-def test_the_keyboard_and_roles_are_enough(robot: RosSystem, open_tab: OpenTab) -> None:
+def test_the_page_can_be_used_with_keyboard_and_roles(robot: RosSystem, open_tab: OpenTab) -> None:
     tab = open_tab(Page(robot), "graph")
     expect(tab.get_by_role("heading", level=1)).to_have_text("pipros")
     tab.get_by_role("tab", name="Graph").focus()

@@ -203,7 +203,7 @@ def test_names_of_thousands_of_parts(master: RunningMaster) -> None:
         assert far_down.get_param("/bystander") == 1
 
 
-def test_thousands_of_calls_sent_ahead_of_their_answers(master: RunningMaster) -> None:
+def test_thousands_of_pipelined_calls(master: RunningMaster) -> None:
     calls = build_request("h", "/", encode_call("getUri", ("/hasty",))) * 5_000
     with master.answering_meanwhile(), master.connect() as peer:
         sending = threading.Thread(target=lambda: (peer.sendall(calls), peer.shutdown(socket.SHUT_WR)))
@@ -223,7 +223,7 @@ def test_thousands_of_calls_sent_ahead_of_their_answers(master: RunningMaster) -
     ],
     ids=["blank lines", "small chunks"],
 )
-def test_hostile_streams_do_not_keep_it_busy(master: RunningMaster, stream: bytes, answer: bytes) -> None:
+def test_hostile_streams_do_not_block_it(master: RunningMaster, stream: bytes, answer: bytes) -> None:
     with master.answering_meanwhile(), master.connect() as peer:
         peer.sendall(stream)
         peer.shutdown(socket.SHUT_WR)
@@ -244,7 +244,7 @@ def test_hostile_streams_do_not_keep_it_busy(master: RunningMaster, stream: byte
     ],
     ids=["entities", "depth", "blanks", "blanks in a value", "angles", "no text", "multicall", "faults"],
 )
-def test_expensive_documents_do_not_keep_it_busy(master: RunningMaster, document: bytes) -> None:
+def test_expensive_documents_do_not_block_it(master: RunningMaster, document: bytes) -> None:
     with master.answering_meanwhile(), master.connect() as peer:
         peer.sendall(build_request("h", "/", document))
         peer.shutdown(socket.SHUT_WR)

@@ -29,7 +29,7 @@ def ask_for_loggers(browser: LivePage, count: int) -> None:
         browser.socket.send(json.dumps({"id": number, "action": "loggers", "args": {"name": "/hung"}}))
 
 
-def test_a_hung_service_delays_no_other_browser(ros: RosSystem, hung: HungService) -> None:
+def test_a_hung_service_does_not_delay_other_browsers(ros: RosSystem, hung: HungService) -> None:
     page = Page(ros)
     with page.connect() as waiting, page.connect() as browser:
         ask_for_loggers(waiting, 40)

@@ -32,7 +32,7 @@ def number_of(message: Any) -> int:
 
 
 @pytest.mark.parametrize("queue_size", [None, 1, 10])
-def test_five_healthy_subscribers_miss_nothing_while_a_sixth_has_stopped_and_it_catches_up_later(
+def test_five_subscribers_miss_nothing_while_a_sixth_is_stopped_and_later_catches_up(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, queue_size: int | None
 ) -> None:
     # One that does not read is alive all the same, and must not be taken for one that vanished.

@@ -85,7 +85,7 @@ def test_former_findings_stay_fixed(name: str, target: Target) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::SyntaxWarning")  # of Python's parser, on `1if x`
-def test_mutations_meet_the_promised_errors_only(name: str, target: Target) -> None:
+def test_mutations_raise_only_documented_errors(name: str, target: Target) -> None:
     subject = SUBJECTS[name]
     for data in itertools.islice(mutations(corpus(name), seed=1, words=subject.words), subject.count):
         with bounded():

@@ -125,7 +125,7 @@ def test_goals_are_answered_on_a_terminal_until_ctrl_c_or_the_end_of_the_node(ro
     assert terminal.wait_for_prompt() == 0
 
 
-def test_an_action_that_is_not_there_is_named(ros: RosSystem) -> None:
+def test_a_missing_action_is_named(ros: RosSystem) -> None:
     ros.pipros.start_bare_master()
     ended = ros.pipros.run("rosrun", "actionlib_tools", "axclient.py", "/nothing")
     assert ended.returncode == 2

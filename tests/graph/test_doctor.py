@@ -220,7 +220,7 @@ def test_invalid_arguments_exit_with_2(words: list[str]) -> None:
     assert end.value.code == 2
 
 
-def test_a_setup_with_faults_is_read_as_it_is(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_faults_of_a_setup_are_reported(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     genuine = tmp_path / "genuine"
     (genuine / "rospy").mkdir(parents=True)
     (genuine / "rospy" / "__init__.py").write_text("")

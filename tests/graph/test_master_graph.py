@@ -64,7 +64,7 @@ def test_the_master_answers_from_start_to_stop() -> None:
     master.stop()
 
 
-def test_a_port_that_is_taken_is_an_error_and_leaves_nothing_behind(master: Master) -> None:
+def test_a_port_in_use_is_an_error_and_leaves_no_resources(master: Master) -> None:
     threads = threading.active_count()
     with pytest.raises(OSError, match=r"in use"):
         Master(port=master.port).start()
@@ -109,7 +109,7 @@ def test_a_large_parameter_reaches_all_its_subscribers(master: Master) -> None:
         slave.stop()
 
 
-def test_thousands_of_notices_of_one_call_arrive_and_later_ones_behind_them(
+def test_thousands_of_notifications_of_one_call_arrive_before_later_ones(
     master: Master, slave: FakeSlave
 ) -> None:
     keys = [f"/w/{number}" for number in range(900)]
@@ -158,7 +158,7 @@ def test_a_node_that_hung_receives_the_current_state_and_not_every_missed_notice
     slave.stop()
 
 
-def test_a_duplicate_name_shuts_the_former_node_down(master: Master) -> None:
+def test_a_duplicate_name_shuts_down_the_former_node(master: Master) -> None:
     former, successor = FakeSlave(name="/n"), FakeSlave(name="/n")
     client(master, "/n").register_publisher("/t", "x/Y", former.api)
     client(master, "/n").register_publisher("/u", "x/Y", successor.api)
@@ -213,7 +213,7 @@ def test_a_node_whose_port_went_to_another_process_is_removed(quick_master: Mast
     slave.stop()
 
 
-def test_a_node_that_is_only_silent_is_kept_and_shown_as_unreachable(quick_master: Master) -> None:
+def test_a_silent_node_is_kept_and_shown_as_unreachable(quick_master: Master) -> None:
     silent = SilentSlave()
     client(quick_master, "/silent").register_publisher("/t", "x/Y", silent.api)
     wait_until(lambda: figures(quick_master)["unreachable_nodes"] == ["/silent"])

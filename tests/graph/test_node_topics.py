@@ -223,7 +223,7 @@ def test_a_slow_subscriber_does_not_delay_the_others(make_node: MakeNode) -> Non
     gate.set()
 
 
-def test_a_restarted_publisher_is_received_again(make_node: MakeNode) -> None:
+def test_messages_of_a_restarted_publisher_are_received(make_node: MakeNode) -> None:
     listener, inbox = make_node("listener"), Inbox()
     listener.subscribe("chat", String, inbox)
     for round_number in range(3):
@@ -258,7 +258,7 @@ def test_a_subscriber_without_a_thread_for_a_publisher_tries_again(
     assert "can't start new thread" in lines[0]
 
 
-def test_a_link_made_during_interpreter_shutdown_is_dropped_silently(
+def test_a_link_opened_during_interpreter_shutdown_is_dropped_silently(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     refused = threading.Event()
@@ -349,7 +349,7 @@ def test_an_exception_in_a_callback_is_logged_and_the_next_is_called(make_node: 
     assert lines[0].startswith("bad callback:")
 
 
-def test_a_failed_publish_sends_nothing_and_spoils_nothing(make_node: MakeNode) -> None:
+def test_a_failed_publish_sends_nothing_and_does_not_affect_the_next(make_node: MakeNode) -> None:
     talker, listener, inbox = make_node("talker"), make_node("listener"), Inbox()
     listener.subscribe("n", Int32, inbox)
     publisher = talker.advertise("n", Int32)
@@ -380,7 +380,7 @@ def test_one_node_cannot_use_a_topic_with_two_types(make_node: MakeNode) -> None
         node.subscribe("chat", Int32, print)
 
 
-def test_a_node_forgotten_by_its_master_registers_again_and_links_carry_on(
+def test_a_node_that_its_master_lost_registers_again_and_keeps_its_links(
     make_node: MakeNode, master: Master
 ) -> None:
     talker, listener, inbox = make_node("talker"), make_node("listener"), Inbox()
@@ -401,7 +401,7 @@ def test_a_node_forgotten_by_its_master_registers_again_and_links_carry_on(
         assert again.uri == client.uri
 
 
-def test_the_end_of_a_node_leaves_nothing_at_the_master(make_node: MakeNode) -> None:
+def test_a_node_that_ends_leaves_no_registrations(make_node: MakeNode) -> None:
     node, observer = make_node("node"), make_node("observer")
     node.advertise("a", String)
     node.subscribe("b", String, print)

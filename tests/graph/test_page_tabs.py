@@ -122,7 +122,7 @@ CHANGES = {
 }
 
 
-def test_a_read_only_page_changes_nothing(robot: RosSystem) -> None:
+def test_a_read_only_page_cannot_change_anything(robot: RosSystem) -> None:
     with Page(robot).connect() as browser:
         for action, arguments in CHANGES.items():
             assert "start it with --control" in browser.act(action, **arguments)["error"]
@@ -152,7 +152,7 @@ def test_a_page_with_control_changes_parameters_loggers_and_calls(robot: RosSyst
         )
 
 
-def test_publishing_ends_with_the_browser(robot: RosSystem) -> None:
+def test_publishing_stops_when_the_browser_disconnects(robot: RosSystem) -> None:
     page = Page(robot, "--control")
     with page.connect() as browser:
         bad = browser.watch("publishing", name="/x", type="std_msgs/String", message="wrong: y", rate=0)
@@ -211,7 +211,7 @@ while not rospy.is_shutdown():
 """
 
 
-def test_a_stuck_browser_delays_no_other_and_costs_little_memory(ros: RosSystem) -> None:
+def test_a_stuck_browser_does_not_delay_others_and_costs_little_memory(ros: RosSystem) -> None:
     ros.pipros.start_bare_master()
     ros.pipros.start(sys.executable, "-c", LARGE_IMAGES)
     ros.wait_for_publisher("/image")

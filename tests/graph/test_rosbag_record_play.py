@@ -408,7 +408,7 @@ def test_a_topic_pauses_the_playback(make_node: MakeNode, tmp_path: Path) -> Non
         assert not playing.is_alive()
 
 
-def test_latched_topics_last_long_enough_for_a_search_once_a_second(
+def test_latched_topics_exist_long_enough_for_a_search_every_second(
     make_node: MakeNode, tmp_path: Path
 ) -> None:
     """Genuine `record -a` does, so a bag that was played within less had a chance of being missed."""

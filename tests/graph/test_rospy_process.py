@@ -214,7 +214,7 @@ def test_a_node_waits_for_its_master_and_continues_when_it_starts(
         assert node.wait(5) == 0
 
 
-def test_a_script_that_just_ends_leaves_nothing_at_the_master(
+def test_a_script_that_returns_leaves_no_registrations(
     processes: Processes, tmp_path: Path, master: Master, client: MasterClient
 ) -> None:
     node = start(processes, tmp_path, master.uri, HEAD + "rospy.Publisher('a', String, queue_size=1)")
@@ -255,7 +255,7 @@ rospy.spin()
     assert "hook False" in node.output
 
 
-def test_a_signal_is_handled_while_others_own_the_wakeup_descriptor(
+def test_a_signal_is_handled_while_another_library_owns_the_wakeup_descriptor(
     processes: Processes, tmp_path: Path, master: Master
 ) -> None:
     body = """

@@ -59,7 +59,7 @@ def test_other_sites_cannot_connect(ros: RosSystem) -> None:
         assert refused.value.response.status_code == 403
 
 
-def test_the_graph_is_sent_with_traffic_and_follows_changes(chain: RosSystem) -> None:
+def test_the_graph_is_sent_with_traffic_and_updated(chain: RosSystem) -> None:
     page = Page(chain)
     with page.connect() as browser:
         graph = browser.watch("graph")
@@ -96,7 +96,7 @@ def test_a_killed_node_is_shown_as_such(chain: RosSystem) -> None:
         assert gone
 
 
-def test_a_topic_is_watched_only_while_a_browser_shows_it(chain: RosSystem) -> None:
+def test_a_topic_is_subscribed_only_while_a_browser_shows_it(chain: RosSystem) -> None:
     page = Page(chain)
 
     def watchers() -> list[str]:

@@ -223,7 +223,7 @@ def test_a_topic_of_another_type_is_refused_as_a_log(ros: RosSystem, system: tup
     assert done.stderr == ["ERROR: topic [/text] must be of type rosgraph_msgs/Log, got [std_msgs/String]"]
 
 
-def test_a_node_that_hangs_does_not_hang_rosconsole(
+def test_a_hung_node_does_not_block_rosconsole(
     ros: RosSystem, system: tuple[Master, Node], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _, node = system

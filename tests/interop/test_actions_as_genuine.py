@@ -48,7 +48,7 @@ def test_the_table_of_clients_is_that_of_genuine() -> None:
     ("server", "client"),
     [("pipros", "genuine"), ("genuine", "pipros"), ("pipros", "pipros"), ("roscpp", "pipros")],
 )
-def test_goals_end_alike(plain_ros: RosSystem, server: str, client: str) -> None:
+def test_goals_have_the_same_outcome(plain_ros: RosSystem, server: str, client: str) -> None:
     plain_ros.serve_master()
     sides = {"pipros": plain_ros.pipros, "genuine": plain_ros.genuine}
     if server == "roscpp":

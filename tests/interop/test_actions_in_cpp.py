@@ -137,7 +137,7 @@ def expected(type_name: str, text: str) -> dict[str, str]:
         "int8 a # ---\n ---\n---\n---\nint8 b",
     ],
 )
-def test_the_messages_of_an_action_are_those_that_python_makes_of_it(tmp_path: Path, text: str) -> None:
+def test_the_messages_of_an_action_equal_those_of_the_python_code(tmp_path: Path, text: str) -> None:
     ended = expand(tmp_path, text)
 
     assert ended.returncode == 0, ended.stderr

@@ -111,7 +111,7 @@ def network() -> Iterator[LoneNetwork]:
 
 
 @pytest.mark.parametrize(("master", "place"), PAIRS)
-def test_all_listeners_that_were_first_hear_all_talkers(
+def test_listeners_started_first_hear_all_talkers(
     network: LoneNetwork, ros: RosSystem, master: str, place: str
 ) -> None:
     machine = Machine(ros, network, place)

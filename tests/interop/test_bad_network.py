@@ -92,7 +92,7 @@ def scene(request: pytest.FixtureRequest, plain_ros: RosSystem, proxy: FaultProx
     found.node.shutdown("end of the test")
 
 
-def test_all_comes_back_over_a_bad_network(scene: Scene, proxy: FaultProxy) -> None:
+def test_all_messages_return_over_a_bad_network(scene: Scene, proxy: FaultProxy) -> None:
     proxy.inject("topics", "nodes", "master", split_bytes=40, jitter_s=0.0005)
     scene.say_and_wait(300, size=100)
     proxy.inject(stall_every_bytes=100_000, stall_s=0.05)
@@ -103,9 +103,7 @@ def test_all_comes_back_over_a_bad_network(scene: Scene, proxy: FaultProxy) -> N
 
 
 @pytest.mark.parametrize("scene", ["roscpp", "pipros"], indirect=True)
-def test_links_that_are_cut_are_made_again(
-    scene: Scene, proxy: FaultProxy, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_cut_links_are_reopened(scene: Scene, proxy: FaultProxy, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(publisher_connector, "RETRY_LONGEST_S", 0.2)
     for _ in range(5):
         for _ in range(20):
@@ -118,7 +116,7 @@ def test_links_that_are_cut_are_made_again(
 
 
 @pytest.mark.parametrize("reset", [True, False])
-def test_a_cut_link_to_a_rospy_publisher_is_made_again(
+def test_a_cut_link_to_a_rospy_publisher_is_reopened(
     plain_ros: RosSystem, proxy: FaultProxy, monkeypatch: pytest.MonkeyPatch, reset: bool
 ) -> None:
     """A subscriber of rospy got no message for 8 s after this, in one trial."""

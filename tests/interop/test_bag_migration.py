@@ -82,7 +82,7 @@ def old_bag(rules: Sequence[Rule]) -> bytes:
 RULES = parse_rules(FILE.read_text(), str(FILE)) if FILE.exists() else []
 
 
-def test_rules_of_packages_do_what_they_do_in_genuine_rosbag(sides: RosSystem) -> None:
+def test_rules_of_packages_have_the_effect_of_genuine_rosbag(sides: RosSystem) -> None:
     """All in one bag: a start of genuine rosbag takes longer than all migrations."""
     assert len(RULES) > 10
     (sides.home / "old.bag").write_bytes(old_bag(RULES))

@@ -71,7 +71,7 @@ def test_a_bond_breaks_when_the_other_process_is_gone(ros: RosSystem, one: str, 
     assert "callback: broken" in waiting.stdout
 
 
-def test_a_side_alone_gives_up_alike(ros: RosSystem) -> None:
+def test_both_sides_give_up_alike_without_a_peer(ros: RosSystem) -> None:
     ours, genuine = (hold(ros, side, side, "alone") for side in ("pipros", "genuine"))
 
     assert said(ours)[1:] == said(genuine)[1:]

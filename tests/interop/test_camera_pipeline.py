@@ -21,7 +21,7 @@ PointStamped: Any = load_message_class("geometry_msgs/PointStamped")
 
 
 @pytest.mark.timeout(300)
-def test_either_side_finds_what_the_camera_of_either_side_sees(plain_ros: RosSystem) -> None:
+def test_images_of_either_side_are_detected_on_either_side(plain_ros: RosSystem) -> None:
     plain_ros.serve_master()
     spots: dict[str, list[Any]] = {}
     environment = Environment(master_uri=plain_ros.pipros.environment["ROS_MASTER_URI"])

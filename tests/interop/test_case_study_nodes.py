@@ -135,7 +135,7 @@ def test_pipros_rosnode_info_reads_a_genuine_node_as_genuine_does(ros: RosSystem
 
 
 @pytest.mark.usefixtures("master")
-def test_a_pipros_listener_hears_every_message_of_a_roscpp_talker_in_order(ros: RosSystem) -> None:
+def test_a_pipros_listener_gets_every_message_of_a_roscpp_talker_in_order(ros: RosSystem) -> None:
     heard = listener(ros.pipros)
     ros.wait_for_subscriber("/battery_topic")
     ros.genuine.start_node("cpp_battery", "battery_talker")
@@ -146,7 +146,7 @@ def test_a_pipros_listener_hears_every_message_of_a_roscpp_talker_in_order(ros: 
 
 
 @pytest.mark.usefixtures("master")
-def test_a_roscpp_listener_hears_a_pipros_talker_and_knows_its_name(ros: RosSystem) -> None:
+def test_a_roscpp_listener_gets_messages_and_the_name_of_a_pipros_talker(ros: RosSystem) -> None:
     said = talker(ros.pipros)
     heard = ros.genuine.start_node("cpp_battery", "battery_listener")
 

@@ -66,7 +66,7 @@ def files_below(folder: Path) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("words", CREATE)
-def test_a_new_package_is_the_same(ros: RosSystem, words: str, tmp_path: Path) -> None:
+def test_a_new_package_equals_that_of_genuine_catkin(ros: RosSystem, words: str, tmp_path: Path) -> None:
     made = []
     for name, side in (("genuine", ros.genuine), ("pipros", ros.pipros)):
         folder = tmp_path / name

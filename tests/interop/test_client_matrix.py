@@ -124,7 +124,7 @@ def count(peer: Process) -> int:
 
 @pytest.mark.timeout(240)
 @pytest.mark.parametrize(("master", "aspect", "first", "second"), cells())
-def test_they_understand_each_other(
+def test_both_implementations_interoperate(
     findings_with: Callable[[str], Findings], master: str, aspect: str, first: str, second: str
 ) -> None:
     findings = findings_with(master)

@@ -79,7 +79,7 @@ SHOW = "import pickle; print(pickle.loads(bytes.fromhex('{}')))"
 
 
 @pytest.mark.parametrize("is_from_genuine", [True, False])
-def test_pickles_travel(is_from_genuine: bool) -> None:
+def test_pickles_are_loaded_in_other_processes(is_from_genuine: bool) -> None:
     sides = [(["/usr/bin/python3"], {"PATH": "/usr/bin:/bin"}), ([sys.executable], ENVIRONMENT)]
     maker, reader = sides if is_from_genuine else sides[::-1]
 

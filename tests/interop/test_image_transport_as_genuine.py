@@ -27,7 +27,7 @@ Image: Any = load_message_class("sensor_msgs/Image")
 
 
 @pytest.mark.parametrize("out_transport", [["raw"], []])
-def test_raw_images_go_on_as_with_genuine(plain_ros: RosSystem, out_transport: list[str]) -> None:
+def test_raw_images_are_forwarded_as_by_genuine(plain_ros: RosSystem, out_transport: list[str]) -> None:
     plain_ros.serve_master()
     got: dict[str, list[RawMessage]] = {"genuine": [], "pipros": []}
     environment = Environment(master_uri=plain_ros.pipros.environment["ROS_MASTER_URI"])

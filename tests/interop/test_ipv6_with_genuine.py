@@ -103,9 +103,7 @@ def test_topics_and_services(network: LoneNetwork, ros: RosSystem, master: str, 
             assert "level:" in scene.run(side, "rosservice", "call", f"/{kind}_talker/get_loggers")
 
 
-def test_nodes_of_pipros_need_no_name_and_are_understood_by_genuine_ones_that_have_one(
-    network: LoneNetwork, ros: RosSystem
-) -> None:
+def test_nodes_of_pipros_without_a_name_work_with_genuine_ones(network: LoneNetwork, ros: RosSystem) -> None:
     scene = Scene(ros, network, "localhost")
     del ros.pipros.environment["ROS_HOSTNAME"]
     scene.start_master(ros.pipros)

@@ -137,7 +137,7 @@ CORNER_CASES = [
 
 
 @pytest.mark.timeout(240)
-def test_files_with_something_odd_are_inspected_alike(ros: RosSystem, package: Path) -> None:
+def test_unusual_files_are_inspected_alike(ros: RosSystem, package: Path) -> None:
     for name, text in CORNERS.items():
         (package / f"{name}.launch").write_text(text)
     for option, name in CORNER_CASES:
@@ -181,7 +181,7 @@ def probed(ros: RosSystem, side: Side, label: str, core: Side) -> tuple[dict[str
     return seen, [line for line in parameters if not line.strip().startswith(unstable)]
 
 
-def test_nodes_see_the_same_world(ros: RosSystem, package: Path) -> None:
+def test_nodes_have_the_same_environment(ros: RosSystem, package: Path) -> None:
     genuine, genuine_parameters = probed(ros, ros.genuine, "genuine", ros.genuine)
     ours, our_parameters = probed(ros, ros.pipros, "ours", ros.pipros)
     assert sorted(genuine) == ["four", "one", "three", "two"]

@@ -113,7 +113,7 @@ def _answers(side: Side) -> bool:
     return True
 
 
-def test_some_hundred_calls_are_answered_and_announced_as_genuine_rosmaster_does(ros: RosSystem) -> None:
+def test_hundreds_of_calls_have_the_responses_and_notifications_of_genuine_rosmaster(ros: RosSystem) -> None:
     with genuine(ros) as theirs, Master(port=0) as master:
         ours = Side(master.uri)
         try:

@@ -123,7 +123,7 @@ def hears(listener: Process, talker: str = "/talker") -> None:
 
 
 @BOTH_WAYS
-def test_they_meet(scene: Scene, talker: str, listener: str) -> None:
+def test_talker_and_listener_connect(scene: Scene, talker: str, listener: str) -> None:
     scene.start_master()
     scene.start_talker(talker)
 
@@ -172,7 +172,7 @@ def test_nodes_that_are_killed_are_forgotten_without_rosnode_cleanup(
 
 
 @BOTH_WAYS
-def test_links_carry_on_without_a_master_and_all_is_known_again_after_a_resume(
+def test_links_survive_a_master_restart_and_resume_restores_registrations(
     scene: Scene, talker: str, listener: str
 ) -> None:
     first = scene.start_master(resumes=True)

@@ -140,7 +140,7 @@ def results(base: Path) -> set[str]:
     return {path.name for path in (base / "build/test_results").rglob("*.xml")}
 
 
-def test_a_package_comes_out_as_from_genuine_catkin(ros: RosSystem, tmp_path: Path) -> None:
+def test_a_package_is_built_and_installed_as_by_genuine_catkin(ros: RosSystem, tmp_path: Path) -> None:
     genuine, pipros = machine_folder("everything", (Path(__file__), CATKIN)), tmp_path / "pipros"
     make_once(genuine, lambda: make_workspace(ros.genuine, genuine))
     make_workspace(ros.pipros, pipros)

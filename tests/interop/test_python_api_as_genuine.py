@@ -194,7 +194,9 @@ def shown(parameters: list[Parameter] | None) -> str:
 
 
 @pytest.mark.timeout(240)
-def test_every_public_name_is_here_and_can_be_called_as_there(both: tuple[Described, Described]) -> None:
+def test_every_public_name_of_genuine_ros_exists_with_its_arguments(
+    both: tuple[Described, Described],
+) -> None:
     wrong = []
     for name, what in differences(*both):
         known = listed(name) or listed(name.rpartition(".")[0])
@@ -204,7 +206,7 @@ def test_every_public_name_is_here_and_can_be_called_as_there(both: tuple[Descri
 
 
 @pytest.mark.timeout(240)
-def test_no_difference_is_listed_that_there_is_not(both: tuple[Described, Described]) -> None:
+def test_every_listed_difference_exists(both: tuple[Described, Described]) -> None:
     different = [name for name, _ in differences(*both)]
     different += [name.rpartition(".")[0] for name in different]
     named = [f"{module}.{name}" for module, names in both[0].items() for name in names]
@@ -247,7 +249,9 @@ def test_private_names_that_published_packages_use_are_here(tmp_path: Path) -> N
 
 @pytest.mark.timeout(120)
 @pytest.mark.parametrize(("script", "outcomes"), SCRIPTS.items(), ids=list(SCRIPTS))
-def test_functions_that_take_plain_input_do_as_there(script: str, outcomes: int, tmp_path: Path) -> None:
+def test_functions_with_plain_arguments_return_the_same_as_in_genuine_ros(
+    script: str, outcomes: int, tmp_path: Path
+) -> None:
     uri = "http://127.0.0.1:1"
     tools = make_tool_folder(tmp_path / "tools")
     genuine = outcomes_of(script, "/usr/bin/python3", genuine_environment(tmp_path, uri))

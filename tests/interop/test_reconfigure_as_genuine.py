@@ -30,7 +30,7 @@ exit(gen.generate(PACKAGE, "tuning", "Tuning"))
 
 
 @pytest.mark.parametrize("words", [(), ("frobnicate",), ("get",), ("set", "node")])
-def test_a_wrong_command_line_of_dynparam_ends_alike(plain_ros: RosSystem, words: tuple[str, ...]) -> None:
+def test_wrong_command_lines_of_dynparam_exit_alike(plain_ros: RosSystem, words: tuple[str, ...]) -> None:
     codes = [
         side.run("rosrun", "dynamic_reconfigure", "dynparam", *words).wait()
         for side in (plain_ros.genuine, plain_ros.pipros)

@@ -181,7 +181,7 @@ def test_rostest_reports_and_ends_as_genuine_does(
     ],
     ids=lambda options: " ".join(options) or "nothing",
 )
-def test_options_of_rostest_mean_what_they_mean_in_genuine(
+def test_options_of_rostest_have_the_effect_of_genuine_ones(
     ros: RosSystem, package: Path, options: list[str]
 ) -> None:
     options = [option.replace("{package}", str(package)) for option in options]
@@ -263,7 +263,7 @@ def make_results(ros: RosSystem) -> Path:
         "check_test_ran.py results/three/rosunit-gone.xml",
     ],
 )
-def test_the_helper_programs_of_rosunit_do_as_there(ros: RosSystem, words: str) -> None:
+def test_the_helper_programs_of_rosunit_behave_like_genuine_ones(ros: RosSystem, words: str) -> None:
     outcomes = []
     for side in (ros.genuine, ros.pipros):
         folder = make_results(ros)

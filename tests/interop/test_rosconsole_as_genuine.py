@@ -58,12 +58,12 @@ def speaker(request: pytest.FixtureRequest, ros: RosSystem) -> Process:
     return process
 
 
-def test_both_get_the_same_answers(ros: RosSystem, speaker: Process) -> None:
+def test_both_get_the_same_responses(ros: RosSystem, speaker: Process) -> None:
     assert differences(ros, QUESTIONS) == {}
 
 
 @pytest.mark.parametrize("speaker", ["pipros"], indirect=True)
-def test_both_understand_mistakes_alike(ros: RosSystem, speaker: Process) -> None:
+def test_both_handle_errors_alike(ros: RosSystem, speaker: Process) -> None:
     assert differences(ros, MISTAKES) == {}
 
 

@@ -22,7 +22,7 @@ def test_tools_are_programs_of_their_packages(ros: RosSystem, package: str) -> N
     assert (ours.returncode, ours.output) == (genuine.returncode, genuine.output)
 
 
-def test_the_launch_files_of_the_package_roslaunch_are_where_genuine_ones_are(ros: RosSystem) -> None:
+def test_the_package_roslaunch_has_the_launch_files_of_the_genuine_one(ros: RosSystem) -> None:
     for name in ("example.launch", "example-min.launch", "example-include.launch"):
         for side in (ros.pipros, ros.genuine):
             listed = ask(side, "roslaunch", "--files", "roslaunch", name)

@@ -78,7 +78,7 @@ def run(side: Side, python: str, script: str, *arguments: str) -> list[str]:
 
 @pytest.mark.timeout(120)
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: f"{script[0]}-{script[-1]}")
-def test_rospy_does_what_genuine_rospy_does(ros: RosSystem, script: tuple[str, ...]) -> None:
+def test_rospy_behaves_like_genuine_rospy(ros: RosSystem, script: tuple[str, ...]) -> None:
     with Master(port=ros.port):
         genuine = run(ros.genuine, "/usr/bin/python3", *script)
     with Master(port=ros.port):

@@ -106,13 +106,13 @@ def test_both_find_the_same_in_an_environment(ros: RosSystem, environment: dict[
     assert different == {}
 
 
-def test_both_doubt_a_foreign_ip(ros: RosSystem, environment: dict[str, str]) -> None:
+def test_both_warn_about_a_foreign_ip(ros: RosSystem, environment: dict[str, str]) -> None:
     for lines in both(ros, {**environment, "ROS_IP": "192.0.2.77"}, "--offline"):
         text = "WARNING ROS_IP may be incorrect: ROS_IP [192.0.2.77] does not appear to be an IP address"
         assert any(line.startswith(text) for line in lines)
 
 
-def test_both_say_how_to_use_them(ros: RosSystem) -> None:
+def test_both_print_the_same_usage(ros: RosSystem) -> None:
     for arguments in (["-h"], ["--nonsense"]):
         genuine, pipros = (ask(side, "roswtf", *arguments) for side in (ros.genuine, ros.pipros))
         assert (genuine.returncode, genuine.stdout) == (pipros.returncode, pipros.stdout)
@@ -121,7 +121,7 @@ def test_both_say_how_to_use_them(ros: RosSystem) -> None:
 
 @pytest.mark.timeout(180)
 @pytest.mark.parametrize("master", ["genuine", "pipros"])
-def test_both_find_the_same_in_a_sick_system(
+def test_both_find_the_same_faults_in_a_broken_system(
     ros: RosSystem, environment: dict[str, str], master: str
 ) -> None:
     (ros.genuine if master == "genuine" else ros.pipros).start_master()
@@ -168,7 +168,7 @@ def test_both_find_the_same_in_contradicting_transforms(ros: RosSystem, environm
 
 
 @pytest.mark.timeout(180)
-def test_both_look_at_launch_files(ros: RosSystem, environment: dict[str, str]) -> None:
+def test_both_check_launch_files(ros: RosSystem, environment: dict[str, str]) -> None:
     package = ros.home / "src" / "mine"
     package.mkdir()
     (package / "package.xml").write_text(

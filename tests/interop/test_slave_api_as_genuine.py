@@ -149,6 +149,6 @@ def uri_of(master_uri: str) -> str:
 
 
 @pytest.mark.timeout(120)
-def test_a_node_answers_as_a_genuine_one(ros: RosSystem) -> None:
+def test_a_node_responds_like_a_genuine_one(ros: RosSystem) -> None:
     genuine, ours = outcomes(ros, ros.genuine), outcomes(ros, ros.pipros)
     assert ours == genuine

@@ -78,13 +78,13 @@ def is_known(name: str) -> bool:
 
 
 @pytest.mark.timeout(240)
-def test_star_imports_bind_what_they_bind_there(both: tuple[Bound, Bound]) -> None:
+def test_star_imports_bind_the_names_of_genuine_ros(both: tuple[Bound, Bound]) -> None:
     assert sum(map(len, both[0].values())) > 4000
     assert [name for name in sorted(differences(*both)) if not is_known(name)] == []
 
 
 @pytest.mark.timeout(240)
-def test_no_exception_is_listed_that_is_not_needed(both: tuple[Bound, Bound]) -> None:
+def test_every_listed_exception_is_needed(both: tuple[Bound, Bound]) -> None:
     names = list(differences(*both))
     optional = {"genmsg.template_tools.em", "image_geometry.cameramodels.cv2", "rosbag.rosbag_main"}
     assert [pattern for pattern in LACKING.keys() - optional if not fnmatch.filter(names, pattern)] == []
@@ -99,7 +99,7 @@ def test_star_imports_of_packages_and_messages_bind_nothing_else(both: tuple[Bou
 
 
 @pytest.mark.timeout(240)
-def test_imported_modules_are_those_that_they_are_there(both: tuple[Bound, Bound]) -> None:
+def test_imported_modules_are_the_same_as_in_genuine_ros(both: tuple[Bound, Bound]) -> None:
     genuine, ours = both
     different = [
         (module, name, origin[0], ours[module][name])

@@ -142,7 +142,7 @@ def outcomes(side: Side) -> list[dict[str, Any]]:
     return [json.loads(line) for line in ended.stdout]
 
 
-def test_each_text_gives_what_it_gives_there(ros: RosSystem) -> None:
+def test_each_text_has_the_same_result_as_in_genuine_ros(ros: RosSystem) -> None:
     """Errors have to be errors; of which class they are is compared where a script would look."""
     ours, genuine = outcomes(ros.pipros), outcomes(ros.genuine)
     share = "/usr/share/"

@@ -80,7 +80,7 @@ def graph(plain_ros: RosSystem) -> Iterator[Graph]:
 
 
 @pytest.mark.parametrize("side", SIDES)
-def test_a_relay_passes_the_type_of_roscpp_and_rospy_on(graph: Graph, side: str) -> None:
+def test_a_relay_forwards_the_type_of_roscpp_and_rospy(graph: Graph, side: str) -> None:
     other = SIDES[1 - SIDES.index(side)]
     publish = graph.publisher("/in")
     graph.listen("/out")
@@ -178,7 +178,7 @@ def test_the_first_of_every_few_messages_are_dropped(graph: Graph, side: str, ar
     ],
 )
 @pytest.mark.parametrize("side", SIDES)
-def test_a_throttle_passes_as_much_as_it_may(
+def test_a_throttle_forwards_up_to_its_limit(
     graph: Graph, side: str, arguments: list[str], passing: int
 ) -> None:
     publish = graph.publisher("/in")
@@ -201,7 +201,7 @@ def test_a_throttle_passes_as_much_as_it_may(
 
 
 @pytest.mark.parametrize("side", SIDES)
-def test_a_mux_passes_the_selected_topic_on(graph: Graph, side: str) -> None:
+def test_a_mux_forwards_the_selected_topic(graph: Graph, side: str) -> None:
     one, two = graph.publisher("/one"), graph.publisher("/two")
     graph.listen("/out")
     graph.listen("/mux/selected")

@@ -31,7 +31,7 @@ def sides(plain_ros: RosSystem) -> dict[str, Side]:
 
 @pytest.mark.timeout(200)
 @pytest.mark.parametrize(("server", "client"), PAIRS)
-def test_a_buffer_is_asked_over_the_graph(sides: dict[str, Side], server: str, client: str) -> None:
+def test_a_buffer_client_looks_up_transforms(sides: dict[str, Side], server: str, client: str) -> None:
     started = [
         sides["pipros"].start(
             "rosrun",
@@ -159,7 +159,7 @@ def test_the_tree_is_drawn(sides: dict[str, Side], plain_ros: RosSystem) -> None
 
 
 @pytest.mark.timeout(200)
-def test_both_sides_tell_of_the_same_moves(sides: dict[str, Side]) -> None:
+def test_both_sides_report_the_same_changes(sides: dict[str, Side]) -> None:
     sides["pipros"].run(
         "rosparam", "set", "/notifier/frame_pairs", "[{source_frame: hand, target_frame: odom}]"
     )

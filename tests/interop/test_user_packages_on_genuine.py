@@ -14,9 +14,7 @@ PAIRS = [("pipros", "genuine"), ("genuine", "pipros"), ("genuine", "genuine")]
 
 
 @pytest.mark.parametrize(("base", "patrol"), PAIRS)
-def test_a_robot_with_actions_and_transforms_goes_on_patrol(
-    plain_ros: RosSystem, base: str, patrol: str
-) -> None:
+def test_a_robot_with_actions_and_transforms_patrols(plain_ros: RosSystem, base: str, patrol: str) -> None:
     sides = with_packages(plain_ros)
     plain_ros.serve_master()
 

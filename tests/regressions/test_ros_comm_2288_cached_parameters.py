@@ -57,7 +57,7 @@ def test_an_old_notice_does_not_undo_a_later_change_by_the_node(make_node: MakeN
     assert cached(node, "/speed") == 3
 
 
-def test_a_change_while_the_first_value_is_on_its_way_is_not_missed(
+def test_a_change_during_the_first_fetch_is_not_missed(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     reader, writer = make_node("reader"), make_node("writer")

@@ -149,7 +149,7 @@ class TestCompiling:
 
         assert f"nested deeper than {DEPTH_LIMIT}" in words
 
-    def test_the_caller_sets_the_limits(self) -> None:
+    def test_the_limits_of_the_caller_apply(self) -> None:
         assert "longer than 3 characters" in refusal("int32 x", Limits(definition_bytes=3))
         assert "more than 1 types" in refusal(text_of("int32 x", U=""), Limits(definition_types=1))
         assert "fields together; the limit is 1 (" in refusal("int32 x\nint32 y", Limits(definition_fields=1))

@@ -79,7 +79,7 @@ def service_threads() -> int:
 
 
 @pytest.mark.parametrize("fields", [SERVICE, {**SERVICE, "persistent": "1"}], ids=["one call", "persistent"])
-def test_idle_clients_of_a_service_cost_no_thread_and_lock_no_other_out(
+def test_idle_service_clients_need_no_thread_and_do_not_block_others(
     make_node: MakeNode, attacker: Attacker, fields: dict[str, str]
 ) -> None:
     log, lines = listening_log()
@@ -134,7 +134,7 @@ def test_a_flood_of_topic_links_keeps_older_ones_and_admits_new_ones(
     assert publisher.connection_count <= 40
 
 
-def test_one_address_takes_no_more_than_its_share(make_node: MakeNode, attacker: Attacker) -> None:
+def test_one_address_cannot_exceed_its_share(make_node: MakeNode, attacker: Attacker) -> None:
     node = make_node(
         "node", limits=Limits(tcpros_connections=40, handshakes=8, tcpros_connections_per_peer=5)
     )
@@ -217,7 +217,7 @@ def test_an_unread_reply_holds_no_thread_and_is_dropped_at_its_deadline(
     wait_until(lambda: len(node.connections) == 0)
 
 
-def test_replies_that_are_not_read_have_a_total(make_node: MakeNode, attacker: Attacker) -> None:
+def test_unread_replies_have_a_total_limit(make_node: MakeNode, attacker: Attacker) -> None:
     node = make_node("node", limits=Limits(bodies_bytes=50_000_000))
     service = LargeAnswers(node)
     deaf = [attacker.connect(node, SERVICE) for _ in range(10)]
@@ -299,7 +299,7 @@ def test_a_failing_error_handler_does_not_hide_the_error(make_node: MakeNode) ->
     assert lines == ["the error handler of service [/set] failed"]
 
 
-def test_a_subscriber_with_a_name_invalid_in_xml_hides_no_other(
+def test_a_subscriber_with_a_name_invalid_in_xml_does_not_hide_others(
     make_node: MakeNode, attacker: Attacker
 ) -> None:
     node = make_node("node")
@@ -339,7 +339,9 @@ def test_a_forked_child_does_not_keep_the_ports_of_a_node_open(make_node: MakeNo
         os.waitpid(child, 0)
 
 
-def test_unfinished_requests_of_the_slave_api_have_a_total(make_node: MakeNode, attacker: Attacker) -> None:
+def test_unfinished_requests_to_the_slave_api_have_a_total_limit(
+    make_node: MakeNode, attacker: Attacker
+) -> None:
     node = make_node("node", limits=Limits(bodies_bytes=1_000_000))
     port = int(node.uri.rpartition(":")[2].strip("/"))
     half = b"POST / HTTP/1.1\r\nContent-Length: 400000\r\n\r\n" + b"x" * 300_000

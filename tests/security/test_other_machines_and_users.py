@@ -47,7 +47,7 @@ def far() -> Iterator[FarNetwork]:
 
 
 @needs_network
-def test_rosnode_kill_on_another_machine_says_that_it_was_refused(far: FarNetwork, ros: RosSystem) -> None:
+def test_rosnode_kill_on_another_machine_reports_the_refusal(far: FarNetwork, ros: RosSystem) -> None:
     uri = f"http://{far.near}:{ros.port}"
     ros.pipros.environment["ROS_MASTER_URI"] = uri
     ros.master_uri = uri

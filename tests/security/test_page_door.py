@@ -125,7 +125,7 @@ def close_code(socket: ClientConnection) -> int:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_browser_that_does_not_read_delays_no_end(
+def test_a_browser_that_does_not_read_does_not_delay_shutdown(
     ros: RosSystem, strangers: Strangers, number: signal.Signals
 ) -> None:
     ros.pipros.start_master()
@@ -144,7 +144,7 @@ def test_a_browser_that_does_not_read_delays_no_end(
     assert page.process.wait(AT_ONCE_S) == 0
 
 
-def test_a_service_that_hangs_delays_no_end(ros: RosSystem, strangers: Strangers) -> None:
+def test_a_hung_service_does_not_delay_shutdown(ros: RosSystem, strangers: Strangers) -> None:
     ros.pipros.start_master()
     page = Page(ros)
     with socket.create_server(("127.0.0.1", 0)) as service, page.connect() as browser:
@@ -157,7 +157,7 @@ def test_a_service_that_hangs_delays_no_end(ros: RosSystem, strangers: Strangers
         assert page.process.wait(AT_ONCE_S) == 0
 
 
-def test_an_action_that_blocks_the_loop_delays_no_end(ros: RosSystem) -> None:
+def test_an_action_that_blocks_the_loop_does_not_delay_shutdown(ros: RosSystem) -> None:
     ros.pipros.start_master()
     page = Page(ros, command=sys.executable, prefix=("sh", "-c", 'exec "$1" -c "$0"', BLOCKS))
     with page.connect() as browser:
@@ -167,7 +167,7 @@ def test_an_action_that_blocks_the_loop_delays_no_end(ros: RosSystem) -> None:
         assert page.process.wait(AT_ONCE_S) == 0
 
 
-def test_silent_connections_delay_no_end(ros: RosSystem, strangers: Strangers) -> None:
+def test_silent_connections_do_not_delay_shutdown(ros: RosSystem, strangers: Strangers) -> None:
     ros.pipros.environment["PIPROS_LIMITS"] = "login_s=100"
     ros.pipros.start_master()
     page = Page(ros)
@@ -179,7 +179,7 @@ def test_silent_connections_delay_no_end(ros: RosSystem, strangers: Strangers) -
     assert page.process.wait(AT_ONCE_S) == 0
 
 
-def test_unfinished_tls_handshakes_delay_no_end(ros: RosSystem, strangers: Strangers) -> None:
+def test_unfinished_tls_handshakes_do_not_delay_shutdown(ros: RosSystem, strangers: Strangers) -> None:
     ros.pipros.environment["PIPROS_LIMITS"] = "login_s=100"
     ros.pipros.start_master()
     page = Page(ros, "--cert", CERTIFICATES / "cert.pem", "--key", CERTIFICATES / "key.pem")
@@ -388,7 +388,7 @@ def test_a_refused_view_is_not_tried_again(serve: Callable[[Services], Access]) 
         assert browser.act("alive") is True
 
 
-def test_infinite_numbers_do_not_end_a_view(serve: Callable[[Services], Access]) -> None:
+def test_infinite_numbers_do_not_stop_a_view(serve: Callable[[Services], Access]) -> None:
     async def view(_: Mapping[str, Any]) -> AsyncIterator[Any]:
         yield {"rate": float("inf")}
         yield {"rate": float("nan")}
@@ -408,7 +408,7 @@ def test_another_origin_is_refused(serve: Callable[[Services], Access]) -> None:
         pass
 
 
-def test_the_token_is_in_no_log_at_any_level(
+def test_the_token_is_not_logged_at_any_level(
     serve: Callable[[Services], Access], caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO, logger="websockets.client")  # the test's own

@@ -63,7 +63,7 @@ def attempts_under_way(node: Node) -> int:
     return node.endpoints.attempts.under_way
 
 
-def test_thousands_of_dead_publishers_are_tried_a_few_at_a_time_and_named_once(make_node: MakeNode) -> None:
+def test_thousands_of_dead_publishers_are_tried_a_few_at_a_time_and_logged_once(make_node: MakeNode) -> None:
     log, lines = listening_log()
     listener, talker = make_node("listener", log=log), make_node("talker")
     subscriber = listener.subscribe("chat", String, Inbox())

@@ -97,7 +97,7 @@ def test_files_that_others_could_have_written_are_not_read(
     assert cache.read("thing") is None
 
 
-def test_a_file_that_another_process_replaces_just_now_is_read(
+def test_a_file_that_is_being_replaced_is_read(
     cache: CacheFolder, shared_home: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fstat = os.fstat

@@ -28,7 +28,7 @@ def in_thread(function: Any, *args: Any) -> threading.Thread:
 
 
 @pytest.mark.parametrize("queue_size", [None, 0, 1])
-def test_a_subscriber_that_drips_costs_one_wait_and_no_more(
+def test_a_subscriber_that_reads_slowly_costs_a_single_wait(
     make_node: MakeNode, queue_size: int | None
 ) -> None:
     talker, listener, inbox = make_node("talker", limits=Limits(stall_s=1.0)), make_node("listener"), Inbox()
@@ -75,7 +75,7 @@ def test_others_get_a_message_while_publish_waits_for_a_slow_one(make_node: Make
     wait_until(lambda: not published.is_alive(), what="publish() after the slow one has left")
 
 
-def test_a_stalled_subscriber_that_caught_up_is_waited_for_again(make_node: MakeNode) -> None:
+def test_publish_waits_again_for_a_subscriber_that_has_caught_up(make_node: MakeNode) -> None:
     talker = make_node("talker", limits=Limits(stall_s=0.2))
     publisher = talker.advertise("chat", UInt8MultiArray, queue_size=None)
     with raw_subscriber(talker, "/chat") as sock:

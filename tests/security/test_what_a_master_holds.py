@@ -38,7 +38,7 @@ def test_removed_names_leave_no_memory_behind(ros: RosSystem) -> None:
     assert ros.pipros.run("rostopic", "info", "/rosout").stdout[0] == "Type: rosgraph_msgs/Log"
 
 
-def test_types_that_were_forgotten_are_not_resumed(tmp_path: Path) -> None:
+def test_discarded_types_are_not_restored(tmp_path: Path) -> None:
     limits = Limits(topic_types=2)
     for _ in range(2):
         with Master(port=0, store=tmp_path / "store", limits=limits) as master:
@@ -54,7 +54,7 @@ def test_types_that_were_forgotten_are_not_resumed(tmp_path: Path) -> None:
 
 
 @pytest.mark.timeout(300)  # 18 MB of YAML take ten seconds of a processor that may be shared
-def test_all_the_parameters_that_were_accepted_can_be_read(ros: RosSystem) -> None:
+def test_all_accepted_parameters_can_be_read(ros: RosSystem) -> None:
     ros.pipros.start_master()
     client = MasterClient(ros.master_uri, "/honest")
     for number in range(18):
@@ -65,7 +65,7 @@ def test_all_the_parameters_that_were_accepted_can_be_read(ros: RosSystem) -> No
     assert (ros.home / "all.yaml").stat().st_size > 18_000_000
 
 
-def test_parameters_have_a_total_and_room_is_made_by_deleting() -> None:
+def test_parameters_have_a_total_limit_and_deletions_make_room() -> None:
     with Master(port=0, limits=Limits(parameter_bytes=1_000_000)) as master:
         client = MasterClient(master.uri, "/n")
         client.set_param("/list", list(range(20_000)))  # 640,000 bytes, weighed in a thread
@@ -88,7 +88,7 @@ def test_rosparam_says_which_limit_a_parameter_is_above(ros: RosSystem) -> None:
     assert ended.output.startswith("ERROR: cannot set parameter [/big]: Error: invalid arguments: /big would")
 
 
-def test_registrations_have_a_total() -> None:
+def test_registrations_have_a_total_limit() -> None:
     with Master(port=0, limits=Limits(registration_bytes=100_000)) as master:
         client = MasterClient(master.uri, "/n")
         answers = [client.call_raw("registerSubscriber", f"/t{number}", "x/Y", API) for number in range(400)]

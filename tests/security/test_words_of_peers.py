@@ -77,7 +77,7 @@ def assert_plain(text: str) -> None:
         assert not line.startswith("forged")
 
 
-def test_listings_show_names_written_out(ros: RosSystem, lying_node: LyingNode) -> None:
+def test_listings_escape_names(ros: RosSystem, lying_node: LyingNode) -> None:
     ros.pipros.start_master()
     peer = MasterClient(ros.master_uri, "/node" + NAME)
     peer.register_publisher("/topic" + NAME, "evil/Type" + NAME, lying_node.api)
@@ -222,7 +222,7 @@ rospy.spin()
 """
 
 
-def test_frames_results_and_servers_are_written_out(ros: RosSystem) -> None:
+def test_frames_results_and_servers_are_escaped(ros: RosSystem) -> None:
     ros.pipros.start_master()
     peer = MasterClient(ros.master_uri, "/reconfigured")
     peer.register_service(f"/server{NAME}/set_parameters", "rosrpc://127.0.0.1:9/", API)

@@ -77,7 +77,7 @@ def test_debians_python_without_venv_leads_to_the_package_to_install(machine: Ma
     assert "On Debian and Ubuntu run: sudo apt-get install python3-venv" in ended.stderr[-1]
 
 
-def test_root_installs_that_package_or_is_told_that_it_failed(machine: Machine) -> None:
+def test_root_installs_that_package_or_gets_an_error(machine: Machine) -> None:
     machine.add("python3", WITHOUT_VENV)
     machine.add("id", "echo 0")
     machine.add("apt-get", APT_FAILS)

@@ -218,7 +218,7 @@ def test_the_document_has_the_same_layers() -> None:
 
 
 @pytest.mark.parametrize("facade", FACADES_BELOW)
-def test_facades_stand_only_on_those_that_they_need(facade: str) -> None:
+def test_facades_import_only_listed_facades(facade: str) -> None:
     files = [file for file in FILES if parts_of(file)[0] == facade]
     imported = {
         module.partition(".")[0] for file in files for _, module in imported_modules(parsed(file), file)
@@ -303,12 +303,12 @@ def in_circles(imports: Mapping[str, set[str]]) -> list[tuple[str, str]]:
     return sorted((name, other) for name in imports for other in imports[name] if name in reach[other])
 
 
-def test_no_file_leads_back_to_itself() -> None:
+def test_no_file_imports_itself_indirectly() -> None:
     circles = [pair for pair in in_circles(known_imports()) if pair not in KNOWN_CIRCLES]
     assert circles == []
 
 
-def test_exceptions_for_circles_are_still_needed() -> None:
+def test_allowed_import_cycles_still_exist() -> None:
     assert set(KNOWN_CIRCLES) <= set(in_circles(known_imports()))
 
 
@@ -349,7 +349,7 @@ def logic_taken_from_commands(file: Path) -> list[str]:
     ]
 
 
-def test_facades_take_only_main_from_commands() -> None:
+def test_facades_import_only_main_from_commands() -> None:
     facades = [file for file in FILES if package_of(file) == "facade"]
     assert [taken for file in facades for taken in logic_taken_from_commands(file)] == []
 
@@ -401,9 +401,7 @@ def test_each_ban_is_noticed(line: str, tmp_path: Path, monkeypatch: pytest.Monk
         "target = 'pipros.cli.rosrun:main'",
     ],
 )
-def test_an_import_that_points_up_is_noticed(
-    line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_upward_import_is_found(line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = _source(tmp_path, monkeypatch, line)
 
     assert len(wrong_imports(file)) == 1

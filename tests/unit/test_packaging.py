@@ -49,7 +49,7 @@ def is_started_by_the_frame(main: object) -> bool:
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_every_command_has_a_main_in_the_frame_of_all(name: str) -> None:
+def test_every_command_has_a_decorated_main(name: str) -> None:
     module, _, function = COMMANDS[name].partition(":")
 
     main = getattr(importlib.import_module(module), function)
@@ -58,7 +58,7 @@ def test_every_command_has_a_main_in_the_frame_of_all(name: str) -> None:
     assert is_started_by_the_frame(main), "@command is missing"
 
 
-def test_a_main_without_the_frame_is_noticed() -> None:
+def test_a_main_without_the_decorator_is_found() -> None:
     assert not is_started_by_the_frame(lambda: 0)
 
 
@@ -68,7 +68,7 @@ def test_the_version_is_defined_once() -> None:
     assert PROJECT["project"]["version"] == pipros.__version__ == importlib.metadata.version("pipros")
 
 
-def test_the_import_hook_is_there_in_every_interpreter_of_the_environment() -> None:
+def test_every_interpreter_of_the_environment_has_the_import_hook() -> None:
     asked = "import sys; print('pipros.startup' in sys.modules)"
 
     ended = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True)

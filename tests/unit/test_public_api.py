@@ -19,7 +19,7 @@ API = (REPOSITORY / "docs" / "api.md").read_text()
 
 
 @pytest.mark.parametrize("name", pipros.__all__)
-def test_each_name_is_there_and_described(name: str) -> None:
+def test_each_name_exists_and_is_described(name: str) -> None:
     assert getattr(pipros, name).__name__ == name
     assert re.search(rf"^\| `{name}[`(]", API, re.MULTILINE), f"docs/api.md does not describe {name}"
 

@@ -63,7 +63,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("workers", [(), ("-n", "2")], ids=["one process", "two workers"])
-def test_what_passed_is_not_run_again(folder: Path, workers: tuple[str, ...]) -> None:
+def test_passed_tests_are_not_run_again(folder: Path, workers: tuple[str, ...]) -> None:
     before = _run(folder, "--outcomes-to=outcomes", *workers)
     after = _run(folder, "--but-passed=outcomes", *workers)
 
@@ -96,7 +96,7 @@ def test_the_output_of_a_failure_is_kept(folder: Path) -> None:
     assert outputs["passed"] == ""
 
 
-def test_an_outcome_names_what_the_test_or_its_fixtures_started(folder: Path) -> None:
+def test_an_outcome_lists_the_processes_of_the_test_and_its_fixtures(folder: Path) -> None:
     (folder / "test_it.py").write_text(STARTING_TESTS)
 
     _run(folder, "--outcomes-to=outcomes", "-n", "1")

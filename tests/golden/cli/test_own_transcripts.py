@@ -49,7 +49,7 @@ def masks_for(folder: Path) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in (HERE / "own").glob("*.txt")))
-def test_commands_print_what_their_transcripts_say(name: str, tmp_path: Path) -> None:
+def test_commands_print_their_transcripts(name: str, tmp_path: Path) -> None:
     file = HERE / "own" / f"{name}.txt"
     folder = shutil.copytree(HERE / "files", tmp_path / "work")
     shutil.copytree(EXAMPLE, folder / "ws" / "src" / EXAMPLE.name)

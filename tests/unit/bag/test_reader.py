@@ -27,7 +27,7 @@ def read(data: bytes, **options: Any) -> BagReader:
 
 
 @pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
-def test_what_was_written_is_read(compression: str, tmp_path: Path) -> None:
+def test_messages_are_read_as_they_were_written(compression: str, tmp_path: Path) -> None:
     rows = some_rows()
     file = tmp_path / "run.bag"
     file.write_bytes(bag_bytes(rows, compression=compression, chunk_bytes=300))
@@ -61,7 +61,7 @@ def test_topics_times_and_connections_choose_messages() -> None:
     st.lists(st.tuples(st.sampled_from("abc"), st.integers(0, 20)), max_size=60),
     st.sampled_from([1, 200, 1000]),
 )
-def test_messages_come_in_time_order_whatever_the_order_of_writing(
+def test_messages_are_read_in_time_order_for_any_order_of_writing(
     written: list[tuple[str, int]], chunk_bytes: int
 ) -> None:
     rows: list[Any] = [(f"/{topic}", Int32(n), time, 0) for n, (topic, time) in enumerate(written)]
@@ -73,7 +73,7 @@ def test_messages_come_in_time_order_whatever_the_order_of_writing(
     assert found == sorted(values(rows), key=lambda row: (row[2], topics.index(row[0]), row[1]))
 
 
-def test_chunks_under_way_are_all_that_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_overlapping_chunks_are_kept_in_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     rows = [("/a", String("x" * 1000), n, 0) for n in range(200)]
     bag = read(bag_bytes(rows, chunk_bytes=2000))
     kept: list[int] = []
@@ -108,7 +108,7 @@ def test_messages_of_a_large_chunk_are_read_one_by_one(monkeypatch: pytest.Monke
     assert rows_of(read(bag_bytes(rows))) == values(rows)
 
 
-def test_a_definition_that_no_package_has_comes_from_the_bag() -> None:
+def test_an_unknown_type_is_defined_by_the_bag() -> None:
     definition = b"string data\nint32 more\n"
     header = {**header_of(String(), "/a"), "md5sum": b"0" * 32, "message_definition": definition}
     file = io.BytesIO()
@@ -170,7 +170,7 @@ def test_a_chunk_larger_than_the_limit_is_refused() -> None:
 
 
 @pytest.mark.parametrize("compression", ["bz2", "lz4"])
-def test_no_more_is_uncompressed_than_the_chunk_claims(compression: str) -> None:
+def test_decompression_stops_at_the_claimed_size_of_the_chunk(compression: str) -> None:
     data = bytearray(bag_bytes([("/a", String("x" * 100_000), 1, 0)], compression=compression))
     at = data.index(b"size=") + 5
     data[at : at + 4] = (1000).to_bytes(4, "little")

@@ -109,7 +109,7 @@ def test_a_launcher_goes_on_when_its_log_cannot_be_written(
     assert err.count("WARNING: cannot write to log file") == 1
 
 
-def test_a_file_is_emptied_only_where_that_is_wanted(tmp_path: Path) -> None:
+def test_a_file_is_truncated_only_on_request(tmp_path: Path) -> None:
     path = tmp_path / "x.log"
     path.write_text("before")
     os.close(open_to_write(path))

@@ -107,7 +107,7 @@ def test_a_bag_without_its_index_is_refused(
     assert words in capsys.readouterr().err
 
 
-def test_with_neither_a_type_nor_one_from_a_pipe_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_type_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO(""))
     with pytest.raises(SystemExit) as caught:
         rosmsg.main(["show"])

@@ -34,19 +34,19 @@ def test_connections_that_are_not_established_are_left_out() -> None:
 
 
 @pytest.mark.parametrize("answer", [None, [], [0, "no", []], [1, "", "x"], [1, "", []] * 2])
-def test_another_answer_is_an_error_that_names_the_method(answer: Any) -> None:
+def test_an_unexpected_response_is_an_error_that_names_the_method(answer: Any) -> None:
     with pytest.raises(ValueError, match=r"getBusInfo must answer \[1, text, list\], got"):
         rows_of(answer, "getBusInfo")
 
 
-def test_malformed_counts_are_left_out() -> None:
+def test_malformed_counts_are_ignored() -> None:
     statistics = [[["/t", 0, [[1, 10, 2], [2, "x", 3], None]], None, [], ["/u", 0, None]], 5]
     assert dict(sent_counts(statistics)) == {"1": (2, 10)}
     assert dict(sent_counts([])) == {}
 
 
 @pytest.mark.parametrize("number", [math.inf, -math.inf, math.nan, -1, 2**63, 2.0**70, True])
-def test_counts_that_no_counter_reaches_are_left_out(number: float) -> None:
+def test_impossible_counts_are_ignored(number: float) -> None:
     statistics = [[["/t", 0, [[1, 10, number], [2, number, 10], [3, 10, 10]]]]]
     assert [link for link, _ in sent_counts(statistics)] == ["3"]
 

@@ -54,7 +54,7 @@ def test_connections_are_found_from_both_ends() -> None:
     assert graph.bad_nodes == {}
 
 
-def test_nodes_are_not_asked_again_before_answers_are_stale() -> None:
+def test_nodes_are_not_polled_again_before_responses_are_stale() -> None:
     clock = Clock()
     graph = graph_of(dict(ROWS), now_s=clock)
     assert graph.update()
@@ -79,7 +79,7 @@ def test_nodes_are_not_asked_again_before_answers_are_stale() -> None:
         [1, "", [[1, ["/listener"], "o", "TCPROS", "/chatter"]]],
     ],
 )
-def test_a_node_with_a_malformed_answer_is_bad_and_the_others_are_asked(answer: Any) -> None:
+def test_a_node_with_a_malformed_response_is_bad_and_the_others_are_still_called(answer: Any) -> None:
     graph = graph_of({**ROWS, API["/listener"]: answer})
 
     assert graph.update()
@@ -100,7 +100,7 @@ def test_a_node_that_cannot_be_reached_is_dead_until_it_answers() -> None:
     assert graph.bad_nodes == {}
 
 
-def test_only_what_is_in_the_namespaces_is_kept() -> None:
+def test_only_names_in_the_namespaces_are_kept() -> None:
     assert graph_of(ROWS, node_ns="/t").update()
     elsewhere = graph_of(ROWS, topic_ns="/other")
     elsewhere.update()
@@ -114,5 +114,5 @@ def test_without_a_master_nothing_changes() -> None:
     assert not graph.update()
 
 
-def test_a_topic_has_a_name_among_nodes_and_back() -> None:
+def test_a_topic_name_survives_conversion_to_a_node_name() -> None:
     assert node_topic(topic_node("/chatter")) == "/chatter"

@@ -119,7 +119,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("outcome", GENUINE, ids=[row["case"] for row in GENUINE])
-def test_each_case_means_what_it_means_to_genuine_roslaunch(outcome: dict[str, Any], folder: Path) -> None:
+def test_each_case_has_the_outcome_of_genuine_roslaunch(outcome: dict[str, Any], folder: Path) -> None:
     case, genuine = outcome["case"], outcome["genuine"]
     if case in REFUSED_HERE or "error" in genuine:
         with pytest.raises(LaunchError):

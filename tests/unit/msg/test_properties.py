@@ -30,7 +30,7 @@ def made(seed: int) -> Message:
 
 @settings(deadline=None, max_examples=examples(60))
 @given(seeds)
-def test_what_is_written_comes_back(seed: int) -> None:
+def test_messages_survive_a_round_trip(seed: int) -> None:
     message = made(seed)
     data = written(message)
     read = type(message)._from_bytes(data)
@@ -41,7 +41,7 @@ def test_what_is_written_comes_back(seed: int) -> None:
 
 @settings(deadline=None, max_examples=examples(60))
 @given(seeds, st.data())
-def test_what_is_cut_off_is_noticed(seed: int, data: st.DataObject) -> None:
+def test_truncated_messages_raise(seed: int, data: st.DataObject) -> None:
     message = made(seed)
     whole = written(message)
     length = data.draw(st.integers(0, max(len(whole) - 1, 0)))

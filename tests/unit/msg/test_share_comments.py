@@ -66,7 +66,7 @@ def test_no_comment_follows_a_string_constant_whose_value_would_include_it() -> 
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_comments_hold_nothing_that_a_generator_of_code_could_stumble_over(package: str) -> None:
+def test_comments_contain_no_syntax_that_breaks_code_generators(package: str) -> None:
     for file in (file for file in FILES if file.parts[-3] == package):
         text = file.read_text()
         assert text.isascii(), file

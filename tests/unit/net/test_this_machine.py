@@ -93,7 +93,7 @@ def test_a_caller_from_another_machine_is_not_local() -> None:
     assert caller.user_id() is None
 
 
-def test_a_connection_that_is_gone_has_no_caller() -> None:
+def test_a_closed_connection_has_no_caller() -> None:
     caller = Caller.from_names(None, ("127.0.0.1", 1))
     assert caller == Caller()
     assert not caller.is_here
@@ -159,7 +159,7 @@ def test_names_are_looked_up_as_configured() -> None:
     assert addresses_of("127.0.1.1") == ("127.0.1.1",)
 
 
-def test_a_hanging_lookup_is_neither_awaited_nor_repeated() -> None:
+def test_a_hung_lookup_is_neither_awaited_nor_repeated() -> None:
     released, threads = threading.Event(), []
 
     def hang(*_: object, **__: object) -> list[object]:

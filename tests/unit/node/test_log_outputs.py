@@ -60,7 +60,7 @@ def test_the_file_is_named_after_the_node_and_receives_the_lines_of_all_loggers(
     assert [type(handler) for handler in logger.handlers] == [ConsoleHandler]
 
 
-def test_a_file_of_the_command_line_wins(tmp_path: Path, root: logging.Logger) -> None:
+def test_a_file_on_the_command_line_takes_precedence(tmp_path: Path, root: logging.Logger) -> None:
     open_console_and_file(
         node(tmp_path, f"__log:={tmp_path / 'my.log'}"), logging.Logger("rosout"), logging.INFO
     )

@@ -20,7 +20,7 @@ def load(path: list[str], folder: str) -> ModuleType:
     return module
 
 
-def test_the_folder_comes_last_and_once(tmp_path: Path) -> None:
+def test_the_folder_is_added_once_at_the_end(tmp_path: Path) -> None:
     (tmp_path / "environment.py").write_text(
         "def get_ros_paths(env=None):\n    return list((env or {}).get('P', ()))\n"
     )

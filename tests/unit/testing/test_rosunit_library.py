@@ -110,7 +110,7 @@ def test_a_summary_names_the_programs_that_could_not_be_run(capsys: pytest.Captu
     assert printed.endswith("ERROR: The following tests failed to run:\n * test_b\n\n")
 
 
-def test_late_parts_are_attributes_of_their_packages() -> None:
+def test_lazily_loaded_modules_are_attributes_of_their_packages() -> None:
     assert rosunit.pmon.LocalProcess is rosunit.baretest.LocalProcess
     with pytest.raises(AttributeError, match="nope"):
         _ = rosunit.nope

@@ -58,7 +58,7 @@ def test_fields_that_are_named_like_those_of_a_time_are_not_one() -> None:
 
 
 @pytest.mark.parametrize("value", [Float64(float("inf")), {"a": float("-inf")}, [float("nan")]])
-def test_json_takes_every_number(value: Any) -> None:
+def test_every_number_is_valid_json(value: Any) -> None:
     json.dumps(message_tree(value), allow_nan=False)
 
 

@@ -96,7 +96,7 @@ def test_on_a_damaged_document_the_quick_reader_agrees_or_gives_up(data: st.Data
     "params",
     [("/n", "/key"), ("/n", 5, -1.5, True), ("/n", {"a": {"b": [1, 2]}, "ü": ""}), ()],
 )
-def test_the_quick_reader_knows_what_ros_peers_send(params: tuple[Any, ...]) -> None:
+def test_the_quick_reader_reads_documents_of_ros_peers(params: tuple[Any, ...]) -> None:
     import xmlrpc.client
 
     assert xmlrpc_fast.decode_call(encode_call("m", params), 100) == ("m", params)

@@ -179,7 +179,7 @@ def test_packages_found_without_a_declared_dependency_are_found_too(tmp_path: Pa
 
 
 @pytest.mark.parametrize("name", ["message_generation", "message_runtime", "rostest", "dynamic_reconfigure"])
-def test_only_the_genuine_package_with_commands_for_cmake_will_do(tmp_path: Path, name: str) -> None:
+def test_only_the_genuine_package_provides_cmake_commands(tmp_path: Path, name: str) -> None:
     add_manifest(tmp_path / "src", f"<depend>{name}</depend>")
     packages = read_source_space(tmp_path / "src", {}).packages
 
@@ -250,7 +250,7 @@ def programs_and_layout(tmp_path: Path) -> tuple[NativeTools, Layout]:
     return NativeTools(str(tmp_path / "bin" / "cmake"), tmp_path / "opt"), layout
 
 
-def test_catkin_tools_in_the_environment_of_pipros_are_told_what_to_do() -> None:
+def test_catkin_tools_in_the_environment_of_pipros_print_instructions() -> None:
     """CMake code of genuine catkin imports this function from the `catkin` of the environment."""
     from catkin.environment_cache import generate_environment_script
 

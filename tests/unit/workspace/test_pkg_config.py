@@ -32,7 +32,9 @@ def test_other_flags_keep_their_order_and_prefix(tmp_path: Path, monkeypatch: py
     assert flags("p", "cflags-only-other") == ["-pthread", "-DX=1", "-DA"]
 
 
-def test_a_failure_says_what_was_asked_and_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_query_names_the_query_and_the_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pkg_config(tmp_path / "bin", monkeypatch, "Package p was not found.", code=1)
     with pytest.raises(NoFlags, match=r"'pkg-config --libs-only-l p' failed: Package p was not found\."):
         flags("p", "libs-only-l", "-l")

@@ -58,7 +58,7 @@ def test_the_setup_file_is_powershell(tmp_path: Path, monkeypatch: pytest.Monkey
     "value",
     ["/a:/b", "it's", "‘quoted’ ‚so‛", "$HOME `n $(evil)", "two\nlines", "", "# no comment", "';evil;'"],  # noqa: RUF001
 )
-def test_any_value_comes_through_as_one_string(value: str) -> None:
+def test_arbitrary_values_survive_as_one_string(value: str) -> None:
     root = read(shell_code({"ROS_PACKAGE_PATH": value, "ROS_DISTRO": "noetic"}, "powershell"))
     assert texts(root, "variable") == ["$env:ROS_PACKAGE_PATH", "$env:ROS_DISTRO"]
     literals = texts(root, "verbatim_string_characters")

@@ -37,7 +37,7 @@ def test_names_that_are_too_long_match_nothing() -> None:
         ("(.*)" * 12 + "=", "x" * 300),
     ],
 )
-def test_a_pattern_that_takes_too_long_is_given_up(pattern: str, name: str) -> None:
+def test_a_pattern_that_takes_too_long_is_aborted(pattern: str, name: str) -> None:
     patterns = NamePatterns(["fine", pattern])
     assert not patterns.match(name)
     assert patterns.slow == [pattern]

@@ -28,7 +28,7 @@ def message(image: Any, encoding: str) -> Image:
 
 
 @pytest.mark.parametrize(("encoding", "gray"), [("rgb8", GRAY_OF_RGB), ("bgr8", GRAY_OF_BGR)])
-def test_colors_become_gray_as_opencv_rounds(encoding: str, gray: list[list[int]]) -> None:
+def test_colors_become_gray_with_the_rounding_of_opencv(encoding: str, gray: list[list[int]]) -> None:
     assert BRIDGE.imgmsg_to_cv2(message(COLORED, encoding), "mono8").tolist() == gray
 
 
@@ -120,7 +120,7 @@ def test_an_empty_image_goes_both_ways(shape: tuple[int, ...]) -> None:
         ("mono8", "gray", "Unknown encoding gray"),
     ],
 )
-def test_encodings_that_do_not_go_together_are_refused(encoding: str, desired: str, text: str) -> None:
+def test_incompatible_encodings_are_refused(encoding: str, desired: str, text: str) -> None:
     gray = np.zeros((4, 4), np.uint8)
 
     with pytest.raises(CvBridgeError) as caught:
@@ -182,7 +182,7 @@ def test_an_unknown_encoding_is_refused(name: str) -> None:
         getCvType(name)
 
 
-def test_image_encodings_say_what_their_names_mean() -> None:
+def test_image_encodings_have_the_properties_of_their_names() -> None:
     assert image_encodings.BAYER_GRBG16 == "bayer_grbg16"
     assert image_encodings.isColor("bgra8")
     assert not image_encodings.isColor("mono8")

@@ -117,7 +117,7 @@ def test_a_broken_entry_is_replaced(place: Place, content: bytes | None) -> None
     assert place.cached() is not None
 
 
-def test_a_cache_that_cannot_be_written_is_done_without(place: Place) -> None:
+def test_an_unwritable_cache_is_skipped(place: Place) -> None:
     place.cache.write_text("a file where a folder should be")
     assert set(place.code()[1]) == {"robot/Hand", "other/Tool"}
 
