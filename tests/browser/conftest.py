@@ -21,7 +21,7 @@ OpenTab = Callable[..., Tab]
 
 @pytest.fixture(
     scope="module"
-)  # Playwright runs an event loop in this thread, which tests of other modules must not meet
+)  # Playwright runs an event loop in this thread, which must not affect tests of other modules
 def chromium() -> Iterator[Browser]:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=find_chromium(), args=["--no-sandbox"])
@@ -57,7 +57,7 @@ def open_tab(chromium: Browser) -> Iterator[OpenTab]:
 
 
 def keep_screenshots(tab: Tab, name: str) -> None:
-    """Keeps a light and a dark picture where PIPROS_SCREENSHOTS says."""
+    """Save a light and a dark picture in the folder PIPROS_SCREENSHOTS."""
     folder = os.environ.get("PIPROS_SCREENSHOTS")
     schemes: tuple[Literal["light", "dark"], ...] = ("light", "dark") if folder else ()
     for scheme in schemes:

@@ -1,4 +1,4 @@
-"""Who gets into the page, in a browser: the printed address, reloads, further tabs, wrong tokens."""
+"""Access to the page in a browser: the printed address, reloads, further tabs, wrong tokens."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ def of_all(pipros: str, mixed: str) -> str:
     return mixed if IS_MIXED else pipros
 
 
-# Tab, where in it, and what is to be found there: of every kind of node, as far as the tab can show it.
+# Tab, element and expected text, for every kind of node that the tab can show.
 TABS = {
     "topics/" + of_all("%2Fbattery", "%2Fbattery_topic"): ("aside", of_all(r"62\.5 %", r"battery: \"%\d+\"")),
     "plot/%2Fimu%2Fangular_velocity%2Fx" + of_all("", "%2C%2Fcpp%2Fimu%2Fangular_velocity%2Fy"): (
@@ -81,7 +81,7 @@ def test_each_tab_shows_data_of_all_kinds_of_nodes(mixed: RosSystem, open_tab: O
     keep_screenshots(tab, "system")
 
 
-# When the vertex gets the shape of a node that does not answer, by the clock of this machine.
+# The time, by this machine's clock, at which the vertex gets the shape of an unresponsive node.
 WATCH = """() => {
   window.markedAt = 0;
   new MutationObserver(() => {

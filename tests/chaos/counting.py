@@ -1,4 +1,4 @@
-"""What a process holds: memory, threads and descriptors, for tests that it gives all of them back."""
+"""The resources of a process: memory, threads and descriptors, for tests that all are released."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def count() -> Holdings:
 
 
 def wait_until_back(before: Holdings) -> None:
-    """Waits until the process holds no more than it did.
+    """Wait until the process has no more resources than before.
 
     Raises:
         AssertionError: it keeps something.

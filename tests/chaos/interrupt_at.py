@@ -23,7 +23,7 @@ from pipros.graph.listening import Listening  # noqa: F401
 
 _FILES = (threading.__file__, *(f"/pipros/{name}.py" for name in ("interruptible_wait", "graph/listening")))
 _ENDS_WITHIN_S = 30.0
-_WAITS_S = 0.5  # what runs for that long has come to its wait
+_WAITS_S = 0.5  # a program that runs for that long is waiting
 _SENT = b"!"
 
 
@@ -67,7 +67,7 @@ def _ends(what: str, moment: int) -> bool:
         sys.settrace(_Interrupter(moment, writer))
         sys.exit(_run(what))
     os.close(writer)
-    if not select.select([reader], [], [], _WAITS_S)[0]:  # this moment never comes
+    if not select.select([reader], [], [], _WAITS_S)[0]:  # this moment is never reached
         os.kill(pid, signal.SIGINT)
     deadline = time.monotonic() + _ENDS_WITHIN_S
     while os.waitpid(pid, os.WNOHANG) == (0, 0):

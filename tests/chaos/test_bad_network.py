@@ -43,7 +43,7 @@ def quick_retries(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class Relay:
-    """A node sends numbered texts to the one behind the proxy, which answers each with a text of its own."""
+    """A node sends numbered texts to the one behind the proxy, which replies to each with its own text."""
 
     def __init__(self, near: Node, behind: Node, *, queue_size: int | None = 0) -> None:
         self.history = History()
@@ -88,7 +88,7 @@ class Relay:
         wait_until(comes, LIMIT_S)
 
     def counted(self) -> dict[str, int]:
-        """What all four ends say about drops and links that ended."""
+        """Return the counts of dropped messages and ended links of all four ends."""
         ends = [end.statistics() for end in (self.there, self.back, self.near, self.far)]
         return {key: sum(end[key] for end in ends) for key in ("dropped", "links_ended")}
 
@@ -203,7 +203,7 @@ def test_corrupted_bytes_end_links_and_never_nodes(
     wait_until(lambda: not proxy.cut(), LIMIT_S)
     relay.say_until_one_comes()
 
-    # TCPROS has no checksums: what was changed within a text arrives, and is all that is wrong.
+    # TCPROS has no checksums: corrupted texts arrive, and are the only errors.
     torn = relay.history.torn
     assert len(torn) <= corrupted
     assert [line for line in relay.problems() if line not in torn and "lost" not in line] == []

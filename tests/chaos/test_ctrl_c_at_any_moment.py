@@ -1,4 +1,4 @@
-"""Ctrl-C at any moment of coming up: once is enough, and nothing is left.
+"""Ctrl-C at any moment of the start: one is enough, and no process or registration is left.
 
 A signal that comes just before the main thread begins to wait is noticed only when that wait ends, so no wait
 of the main thread may be endless. The moments below are spread over the start, and the last of them are

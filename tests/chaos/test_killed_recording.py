@@ -1,4 +1,4 @@
-"""A recording that is killed at any moment loses no more than the chunk under way.
+"""A recording that is killed at any moment loses at most the current chunk.
 
 Ten kills here; `PIPROS_KILLED_RECORDINGS=200 script/test tests/chaos/test_killed_recording.py` makes more.
 """

@@ -1,4 +1,4 @@
-"""Hostile, silent and broken peers of the master: it goes on answering everybody else.
+"""Hostile, silent and broken peers of the master: it continues to serve all others.
 
 The master runs in a process of its own, so that what the peers cost the test is not counted. Each
 attack goes on while a bystander asks; every answer has to come within a second, which a healthy

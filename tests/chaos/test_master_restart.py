@@ -1,4 +1,4 @@
-"""The master is killed and started again: nodes come back to it by themselves, messages never stop."""
+"""The master is killed and restarted: nodes register again, and messages continue."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Int32: Any = load_message_class("std_msgs/Int32")
 
 
 class Scene:
-    """A master in a process of its own, nodes that count aloud on one topic, and one that listens."""
+    """A master in its own process, nodes that publish counters on one topic, and a listener."""
 
     def __init__(self, processes: Processes, port: ClaimedPort) -> None:
         self._processes = processes

@@ -1,4 +1,4 @@
-"""Whatever peers do to a node, the others are answered meanwhile, and it recovers when they leave.
+"""During attacks on a node, others are served, and it recovers when the attackers leave.
 
 The node runs in a process of its own that may have 256 descriptors, which every attack exceeds. Answers may
 take long on a machine that does other things as well; a node that is locked up gives none at all.
@@ -50,7 +50,7 @@ rospy.spin()
 
 
 class Victim:
-    """Where the node that is attacked can be reached, and the connections of the attacker."""
+    """The address of the attacked node, and the connections of the attacker."""
 
     def __init__(self, master: Master, pid: int) -> None:
         self.client = MasterClient(master.uri, "/attacker")
@@ -202,7 +202,7 @@ def test_an_attacked_node_continues_to_serve_others(
     before, rounds, is_over, failures = victim.descriptors(), [0], threading.Event(), []
 
     def look_on() -> None:
-        """Every answer comes, and the links of before are the links of now."""
+        """Check that every call gets a response, and that the links are still the same."""
         try:
             while not is_over.is_set() or rounds[0] < 3:
                 count = len(inbox.messages)

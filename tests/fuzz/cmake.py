@@ -1,4 +1,4 @@
-"""A `CMakeLists.txt` from a stranger: a project, or a CMakeError; nothing else, and not for ever.
+"""An untrusted `CMakeLists.txt` is a project or raises CMakeError, in bounded time.
 
 Commands that run programs or touch files are left out: they may do what the file says. So are regular
 expressions with several repetitions, which take exponential time.

@@ -37,7 +37,7 @@ def corpus(name: str) -> list[bytes]:
 def mutations(
     inputs: Sequence[bytes], seed: int, words: Sequence[bytes] = (), longer: Sequence[int] = ()
 ) -> Iterator[bytes]:
-    """Mutated inputs without end.
+    """Yield mutated inputs, endlessly.
 
     Args:
         words: pieces that the target knows.
@@ -79,7 +79,7 @@ def _mutate(
 
 @contextmanager
 def bounded() -> Iterator[None]:
-    """Raises `TooSlow` inside when it takes too long."""
+    """Raise `TooSlow` in the block if it takes too long."""
 
     def stop(*_: object) -> None:
         raise TooSlow(f"more than {SECONDS_FOR_ONE} s of processor time")

@@ -1,4 +1,4 @@
-"""What a stranger sends to an XML-RPC server: calls, or the promised errors; nothing else.
+"""Any bytes sent to an XML-RPC server are calls, or raise the documented errors.
 
 An input is the stream of one connection. It is read in one piece and byte by byte, which must come
 to the same; each body is read by the quick and the thorough reader, which must not disagree; each

@@ -34,7 +34,7 @@ from tests.fuzz.mutation import Target, TooSlow, bounded, corpus, mutations
 
 @dataclass(frozen=True)
 class Subject:
-    """A target as a test has it: how to make it and what to end, and how many mutations are tried."""
+    """A target for a test: its creation and cleanup, and the number of mutations."""
 
     make: Callable[[], Target]
     words: Sequence[bytes]

@@ -34,7 +34,7 @@ NOBODY = "http://127.0.0.1:1/"
 
 @pytest.fixture(autouse=True)
 def no_other_ros(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The machine itself is healthy: what is set in the terminal of the tests does not count."""
+    """A healthy machine: variables in the terminal of the tests are ignored."""
     for name in (
         "ROS_HOSTNAME",
         "ROS_IP",

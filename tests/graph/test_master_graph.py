@@ -39,7 +39,7 @@ def slave() -> Iterator[FakeSlave]:
 
 @pytest.fixture
 def quick_master() -> Iterator[Master]:
-    """A master that notices within a moment that a node has gone."""
+    """A master that quickly detects a dead node."""
     probing = Probing(round_s=0.1, newcomers_s=0.05, answer_s=0.3, confirmation_pause_s=0.02)
     with Master(port=0, probing=probing) as running:
         yield running

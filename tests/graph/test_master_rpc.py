@@ -23,7 +23,7 @@ from tests.support.waiting import wait_until
 
 
 class Serving:
-    """A server on a loop of its own, with a few methods to call."""
+    """A server on its own loop, with a few methods."""
 
     def __init__(self, **options: Any) -> None:
         self.loop = BackgroundLoop("rpc test")

@@ -62,7 +62,7 @@ def test_messages_of_a_dense_run_share_packets_unless_the_subscriber_wants_no_de
     hasty.subscribe("chat", Int32, inboxes[1], tcp_nodelay=True)
     publisher = talker.advertise("chat", Int32, queue_size=0)
     wait_until_connected(publisher, 2)
-    changes.clear()  # whatever new links are set to
+    changes.clear()  # whatever the setting for new links
     sent = 0
 
     def publish_closely() -> bool:
@@ -311,7 +311,7 @@ def test_a_publisher_announced_during_the_registration_of_a_subscriber_is_receiv
             talker.advertise("/chatter", String, latch=True).publish(String("here"))
             monkeypatch.setattr(listener.master, "register_subscriber", register_slowly)
             listener.subscribe("/chatter", String, inbox)
-            with RpcClient(listener.uri) as client:  # its answer comes after the list was taken over
+            with RpcClient(listener.uri) as client:  # its response arrives after the list was accepted
                 client.call("getPid", "/test")
             may_answer.set()
             assert inbox.wait()[0].data == "here"

@@ -37,7 +37,7 @@ def trusting() -> ssl.SSLContext:
 
 
 async def about(place: str, token: str, scheme: str) -> Any:
-    """What the server sends the page about itself, over TLS. The threaded client loses requests there."""
+    """Return the server's first update, over TLS, where the threaded client loses requests."""
     async with connect(
         f"wss://{place}/live",
         origin=Origin(f"{scheme}://{place}"),

@@ -38,7 +38,7 @@ def start(ros: RosSystem, master: Master, *words: str) -> Process:
 
 
 def publish(node: Node, topic: str, messages: list[Any], **options: Any) -> None:
-    """Publishes to the one subscriber that comes."""
+    """Publish to the only subscriber."""
     publisher = node.advertise(topic, type(messages[0]), queue_size=None, **options)
     wait_until(lambda: publisher.connection_count, what=f"a subscriber of {topic}")
     for message in messages:
@@ -198,7 +198,7 @@ def test_a_killed_recording_loses_only_the_current_chunk(
 def test_a_full_disk_leaves_a_valid_bag_and_disturbs_no_publisher(
     ros: RosSystem, master: Master, talker: Node
 ) -> None:
-    """No file of this shell may have more than 2 MB, which is to a program what a full disk is."""
+    """Limit files of this shell to 2 MB, which programs see as a full disk."""
     limited = "ulimit -f 2000 && exec rosbag record -L 1 --chunksize 100 -O full /text"
     record = ros.pipros.start("bash", "-c", limited, ROS_MASTER_URI=master.uri)
     text = "x" * 10_000

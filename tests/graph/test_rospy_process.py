@@ -1,4 +1,4 @@
-"""A rospy process from start to end: signals at any moment, exit codes, and nothing left behind."""
+"""A rospy process from start to end: signals at any moment, exit codes, and no remaining registrations."""
 
 from __future__ import annotations
 
@@ -170,7 +170,7 @@ def test_a_second_ctrl_c_ends_a_node_whose_hook_hangs(
     node.send_signal(signal.SIGINT)
     node.wait_for("hanging")
 
-    def press_again() -> bool:  # once more if it came so soon that it counted as the first
+    def press_again() -> bool:  # once more if it followed so quickly that it counted as the first
         node.send_signal(signal.SIGINT)
         return not node.is_running
 

@@ -20,7 +20,7 @@ String = load_message_class("std_msgs/String")
 
 @pytest.fixture
 def inbox(make_node: MakeNode) -> Inbox:
-    """What a node hears on /words."""
+    """The messages that a node receives on /words."""
     inbox = Inbox()
     make_node("listener").subscribe("/words", String, inbox)
     return inbox

@@ -26,7 +26,7 @@ def chain(ros: RosSystem) -> RosSystem:
 
 
 def first(values: Iterator[Any], condition: Callable[[Any], object]) -> Any:
-    """The first value that meets a condition. The test's own time limit ends a vain wait."""
+    """Return the first value that meets a condition. The test's time limit ends the wait."""
     return next(value for value in values if condition(value))
 
 

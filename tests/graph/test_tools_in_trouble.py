@@ -160,7 +160,7 @@ def test_a_background_job_ends_on_sigint(ros: RosSystem, system: tuple[Master, N
 
 @contextlib.contextmanager
 def repeating(action: Callable[[], object], pause_s: float) -> Iterator[None]:
-    """Carries out an action in a thread, again and again, until the block is left."""
+    """Repeat an action in a thread until the block ends."""
     is_over = threading.Event()
 
     def repeat() -> None:

@@ -1,4 +1,4 @@
-"""Some hundred calls of the Master and Parameter API, good and bad, to be replayed against two masters.
+"""Hundreds of valid and invalid calls of the Master and Parameter APIs, replayed against two masters.
 
 `A`, `B`, `C` stand for the APIs of nodes that listen; everything else is sent as it stands.
 """

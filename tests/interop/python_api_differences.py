@@ -1,4 +1,4 @@
-"""Where the Python API differs from genuine ROS on purpose, and why: one table for test and documentation.
+"""The deliberate differences of the Python API, with reasons: one table for test and documentation.
 
 Names are patterns of full names, `module.Name` or `module.Class.member`, in which `*` stands for anything.
 `docs/differences.md` has the same table: `python -m tests.interop.python_api_differences` prints it.
@@ -11,7 +11,7 @@ from enum import Enum
 
 
 class Kind(Enum):
-    """What is different."""
+    """The kind of difference."""
 
     NAMED = "can be imported and named, no more"
     ABSENT = "does not exist"

@@ -1,4 +1,4 @@
-"""Goals between pipros and genuine ROS, in either direction, end in the same way."""
+"""Goals between pipros and genuine ROS have the same outcome in either direction."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_the_table_of_clients_is_that_of_genuine() -> None:
         text=True,
     )
 
-    # -1 stays, -2 cannot be; DONE is left by nothing, so it is not in our table.
+    # -1: no change, -2: impossible; DONE has no transitions, so it is not in our table.
     theirs = {
         (state, status): [number for number in way if number != -1]
         for state, status, way in json.loads(genuine.stdout)

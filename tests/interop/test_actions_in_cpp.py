@@ -64,7 +64,7 @@ print(result.status.goal_id.id, result.status.status, result.result.said.data)
 
 
 def build(workspace: Path, *targets: str) -> str:
-    """What genuine catkin_make prints, which must not fail."""
+    """Return the output of genuine catkin_make, which must succeed."""
     built = subprocess.run(
         ["catkin_make", "-C", str(workspace), *targets],
         env=genuine_environment(workspace, "http://127.0.0.1:1") | {"CMAKE_PREFIX_PATH": "/usr"} | CPP_ONLY,

@@ -46,7 +46,7 @@ PEERS = {
 
 
 class Scene:
-    """A node of pipros; a relay behind the proxy; a history of what went there and came back."""
+    """A node of pipros, a relay behind the proxy, and a history of the messages in both directions."""
 
     def __init__(self, ros: RosSystem, proxy: FaultProxy, peer: Sequence[str]) -> None:
         self.history = History()
@@ -111,7 +111,7 @@ def test_cut_links_are_reopened(scene: Scene, proxy: FaultProxy, monkeypatch: py
         assert proxy.cut() >= 1
         scene.say_until_one_comes()
 
-    # A message that was on its way through a link that was cut is lost, on either side of the relay.
+    # Messages in transit on a cut link are lost, on either side of the relay.
     assert scene.history.problems(breaks=10) == []
 
 

@@ -1,4 +1,4 @@
-"""The rules that Debian's packages have do to messages what genuine rosbag does by running them."""
+"""The rules of Debian's packages migrate messages as in genuine rosbag, which runs them."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def topic_of(rule: Rule) -> str:
 
 
 def old_bag(rules: Sequence[Rule]) -> bytes:
-    """A bag with one message for each rule, on a topic of its own."""
+    """A bag with one message for each rule, on its own topic."""
     file = io.BytesIO()
     writer = BagWriter(file)
     for number, rule in enumerate(rules):

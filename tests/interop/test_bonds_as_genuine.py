@@ -1,4 +1,4 @@
-"""Bonds between processes of both sides: formed, broken, and their other side gone."""
+"""Bonds between processes of both sides: formed, broken, and lost."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def hold(ros: RosSystem, side: str, *arguments: str) -> Process:
 
 
 def said(process: Process) -> list[str]:
-    """What it printed, without the callbacks, which come from other threads."""
+    """Return the output without that of the callbacks, which run in other threads."""
     process.wait(60)
     return [line for line in process.stdout if not line.startswith("callback")]
 
@@ -93,7 +93,7 @@ def test_a_bond_with_bondcpp(ros: RosSystem, bondcpp: Path, breaks: str) -> None
 
 @pytest.fixture(scope="module")
 def bondcpp() -> Path:
-    """A program of one side of a bond that stands on genuine bondcpp."""
+    """A program of one side of a bond, built with genuine bondcpp."""
     return compile_program(PROGRAM.with_suffix(".cpp"), "bondcpp")
 
 

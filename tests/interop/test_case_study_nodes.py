@@ -59,7 +59,7 @@ def test_talker_and_listener_connect_in_either_order_and_again_after_a_restart(
 
 
 def hears(heard: Process) -> None:
-    """Waits until a listener hears two messages, from now on."""
+    """Wait until a listener receives two further messages."""
     mark = heard.mark()
     heard.wait_for(HEARD, since=mark)
     mark = heard.mark()
@@ -130,7 +130,7 @@ def test_pipros_rosnode_info_reads_a_genuine_node_as_genuine_does(ros: RosSystem
         theirs = ros.genuine.run("rosnode", "info", "/talker_node").stdout
         return ours == theirs and any("/listener_node" in line for line in ours)
 
-    # Links to /rosout come and go while nodes start, so two looks may fall on either side of one.
+    # Links to /rosout change while nodes start, so two queries may differ.
     wait_until(reports_agree, 20, what="the same report from both")
 
 
@@ -164,7 +164,7 @@ def _levels(heard: Process, at_least: int) -> list[int]:
 
 
 def _like(lines: list[str], pattern: str) -> str:
-    """The line that looks like the pattern, else the pattern, so that a comparison shows what lacks."""
+    """Return the line that matches the pattern, else the pattern, so that a comparison shows it."""
     return next((line for line in lines if re.fullmatch(pattern, line)), pattern)
 
 

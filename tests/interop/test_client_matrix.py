@@ -1,4 +1,4 @@
-"""Every pair of {pipros, genuine rospy, genuine roscpp} does everything with each other, with both masters.
+"""Every pair of {pipros, genuine rospy, genuine roscpp} uses every feature, with both masters.
 
 Three peers, one of each kind, do everything with each other at the same time and print what they
 found; see `client_matrix/peer.py`. One such run for each master serves all tests of this file.
@@ -67,7 +67,7 @@ def findings_with(
     bare_tools: Path,
     catkin_workspace: CatkinWorkspace,
 ) -> Callable[[str], Findings]:
-    """What the three peers print with a master; run once, whatever the number of pytest's workers."""
+    """Return the output of the three peers with a master; run once for all workers of pytest."""
     shared = shared_folder(tmp_path_factory, worker_id)
 
     def findings(master: str) -> Findings:
@@ -105,7 +105,7 @@ def run(master: str, home: Path, tools: Path, workspace: CatkinWorkspace) -> Fin
             "roscpp": ros.genuine.start_node("cpp_battery", "battery_peer", "roscpp"),
         }
         expected = len(PEERS) * len(DIRECT) + len(PEERS) ** 2 * len(SEEN_BY_ALL)
-        with contextlib.suppress(AssertionError):  # the tests say what is missing
+        with contextlib.suppress(AssertionError):  # the tests report what is missing
             wait_until(lambda: all(count(peer) >= expected for peer in peers.values()), RUN_TIMEOUT_S)
         result = {name: list(peer.lines) for name, peer in peers.items()}
         for peer in peers.values():

@@ -1,4 +1,4 @@
-"""The language of CMake: scripts that print what they compute, carried out by CMake and by pipros."""
+"""The language of CMake: scripts that print their results, run by CMake and by pipros."""
 
 from __future__ import annotations
 

@@ -65,6 +65,6 @@ def test_pillow_reads_what_opencv_compressed() -> None:
 
     for name, (kind, data, image) in json.loads(ended.stdout).items():
         ours, _ = decompressed(kind, base64.b64decode(data), PillowCodec(Pictures))
-        # JPEG's arithmetic may differ by what rounding leaves.
+        # JPEG values may differ by rounding errors.
         limit = 0 if "png" in kind else 4
         assert np.abs(ours.astype(int) - np.array(image)).max() <= limit * (256 if "16;" in name else 1), name

@@ -1,4 +1,4 @@
-"""ROS_IPV6=on: pipros, genuine rospy and roscpp nodes understand each other over IPv6, with both masters.
+"""ROS_IPV6=on: pipros, genuine rospy and roscpp nodes communicate over IPv6, with both masters.
 
 Genuine nodes do so by names that mean an IPv6 address, so it happens in a network of its own that has one.
 """
@@ -43,7 +43,7 @@ KINDS = ("pipros", "rospy", "roscpp")
 
 
 class Scene:
-    """Programs of both sides in a network of their own."""
+    """Programs of both sides in their own network."""
 
     def __init__(self, ros: RosSystem, network: LoneNetwork, host: str) -> None:
         self.ros = ros
@@ -55,7 +55,7 @@ class Scene:
             )
 
     def start_master(self, side: Side) -> None:
-        """`roscore`; of genuine ROS only the master, which takes a quarter of the time. Nodes wait for it."""
+        """Start `roscore`; of genuine ROS only the master, which is four times as fast. Nodes wait for it."""
         if side is self.ros.genuine:
             self._start(side, "rosmaster", "--core", "-p", str(self.ros.port))
         else:

@@ -48,7 +48,7 @@ class Slave:
 
 
 class Side:
-    """One master and the nodes that it knows."""
+    """A master and its nodes."""
 
     def __init__(self, uri: str) -> None:
         self.uri = uri
@@ -142,7 +142,7 @@ def test_random_calls_are_answered_as_by_genuine_rosmaster(ros: RosSystem, seed:
             first = ("registerService", ("/z", "/z", "rosrpc://z:1", "http://127.0.0.1:99/"))
             for method, params in [first, *random_calls(1500, seed)]:
                 expected, got = theirs.call(method, params), ours.call(method, params)
-                if "is not iterable" not in str(expected):  # where it fails itself
+                if "is not iterable" not in str(expected):  # for which it raises
                     assert got == expected, (method, params)
         finally:
             ours.close()

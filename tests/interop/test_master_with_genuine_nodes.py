@@ -48,7 +48,7 @@ BOTH_WAYS = pytest.mark.parametrize(
 
 
 class Scene:
-    """Our master in a process of its own, and genuine nodes."""
+    """Our master in its own process, and genuine nodes."""
 
     def __init__(self, ros: RosSystem, folder: Path) -> None:
         self._ros = ros
@@ -57,7 +57,7 @@ class Scene:
         self.master = MasterClient(ros.master_uri, "/test", timeout_s=5)
 
     def start_master(self, *, resumes: bool = False) -> Process:
-        # With loopback told, as the genuine nodes of these tests are.
+        # With an explicit loopback address, like the genuine nodes of these tests.
         command = (sys.executable, "-m", "pipros.cli.rosmaster", "--core", "-p", str(self._ros.port))
         options = ("--resume", str(self.store)) if resumes else ()
         process = self._ros.pipros.start(*command, *options, ROS_IP="127.0.0.1")
@@ -65,7 +65,7 @@ class Scene:
         return process
 
     def start_talker(self, kind: str, name: str = "talker") -> Process:
-        """A node that publishes and, as all nodes do, has services and a parameter of its own."""
+        """A node that publishes and, like all nodes, has its own services and a parameter."""
         own = (f"__name:={name}", "_started:=true")
         if kind == "rospy":
             return self._start_script(ROSPY_TALKER, *own)
@@ -82,7 +82,7 @@ class Scene:
         return self._ros.genuine.start("/usr/bin/python3", str(file), *arguments)
 
     def registered(self, table: int, key: str = TOPIC) -> list[str]:
-        """The nodes that stand in one of the tables of `getSystemState` under a topic or service."""
+        """Return the nodes of a topic or service in one of the tables of `getSystemState`."""
         return dict(self.master.get_system_state()[table]).get(key, [])
 
     def api_of(self, node: str) -> str | None:
@@ -118,7 +118,7 @@ def scene(ros: RosSystem, tmp_path: Path) -> Scene:
 
 
 def hears(listener: Process, talker: str = "/talker") -> None:
-    """Waits until the listener hears the talker, from now on."""
+    """Wait until the listener receives further messages of the talker."""
     listener.wait_for(rf"heard %\d+ from {talker}\b", since=listener.mark())
 
 

@@ -1,4 +1,4 @@
-"""Messages, their tools and times, in corners where genpy and genmsg have ways of their own."""
+"""Messages, their tools and times, in corner cases of genpy and genmsg."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Messages of pipros and of genuine genpy, asked the same questions."""
+"""Messages of pipros compared with those of genuine genpy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The graph of the page is what genuine rosgraph finds in the same system."""
+"""The graph of the page equals that of genuine rosgraph for the same system."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def arrows(observation: Observation, options: GraphOptions) -> list[list[str]]:
 
 
 def of_genuine(edges: list[list[str]]) -> list[list[str]]:
-    """Genuine's edges between nodes and topics, which it tells apart by a space, as arrows of the page."""
+    """Convert genuine edges between nodes and topics, marked by a space, to arrows of the page."""
     return sorted(
         [_key(start), _key(end), start[1:] if start.startswith(" ") else end[1:]] for start, end, _ in edges
     )
@@ -89,7 +89,7 @@ def test_the_case_study(ros: RosSystem) -> None:
 
 
 class RandomSystem:
-    """Nodes of which only `getBusInfo` and `getBusStats` are real, with random topics between them.
+    """Nodes with only `getBusInfo` and `getBusStats`, and random topics between them.
 
     Of a connection one end or both tell. Some topics have no publisher, some no subscriber; some nodes are
     dead.
@@ -166,13 +166,13 @@ def random_system() -> Iterator[RandomSystem]:
     system.close()
 
 
-@pytest.mark.timeout(240)  # either side may take its minutes on a busy machine
+@pytest.mark.timeout(240)  # either side may take minutes on a busy machine
 def test_300_nodes_and_1000_topics(plain_ros: RosSystem, random_system: RandomSystem) -> None:
     plain_ros.serve_master()
     with ServerProxy(plain_ros.master_uri) as master:
         random_system.register(master)
     dead = {f"/node{node}" for node in random_system.dead}
-    # On a busy machine a node may miss the deadline of either side. Ours asks again, genuine's are left out.
+    # On a busy machine a node may miss the deadline of either side. Ours retries, genuine ones are skipped.
     observation = wait_until(lambda: _with_dead(observe(plain_ros, NODES), dead), 60, "only the dead to fail")
     genuine = genuine_edges(plain_ros)
     silent = set(genuine["bad"])

@@ -1,4 +1,4 @@
-"""Every public name of genuine ROS's Python packages is here, and can be called as there.
+"""Every public name of genuine ROS's Python packages exists, with the same arguments.
 
 What differs on purpose is listed in `python_api_differences.py`, and nothing else may differ.
 """
@@ -131,7 +131,7 @@ def listed(name: str) -> Difference | None:
 
 
 def differences(genuine: Described, ours: Described) -> Iterator[tuple[str, str]]:
-    """What is missing or cannot be called as there: `(full name, what is wrong)`."""
+    """Return missing names and different signatures as `(full name, difference)`."""
     for module, names in genuine.items():
         for name, there in names.items():
             here = ours.get(module, {}).get(name)
@@ -165,7 +165,7 @@ def differences_of(name: str, there: Described, here: Described) -> Iterator[tup
 
 
 def takes(here: list[Parameter] | None, there: list[Parameter] | None) -> bool:
-    """Whether everything that may be given to a function there may be given to it here."""
+    """Return True if the function accepts every argument that the genuine one accepts."""
     if there is None:
         return True
     if here is None:
@@ -262,7 +262,7 @@ def test_functions_with_plain_arguments_return_the_same_as_in_genuine_ros(
 
 
 def outcomes_of(script: str, python: str, environment: dict[str, str]) -> list[str]:
-    """What the program printed, one call a line, without addresses of objects."""
+    """Return the output of the program, one call per line, without addresses of objects."""
     program = Path(__file__).parent / "programs" / script
     ran = subprocess.run(
         [python, str(program)],

@@ -69,7 +69,7 @@ def programs(ros: RosSystem) -> Path:
 
 
 def loader_of(side: Side, folder: Path) -> Path:
-    """An env-loader that gives what is started by ssh the environment of a side, and nothing else."""
+    """An env-loader with only the environment of one side, for programs started by ssh."""
     loader = folder / "loader"
     variables = "".join(
         f" '{name}={value}'" for name, value in side.environment.items() if name != "ROS_MASTER_URI"
@@ -84,7 +84,7 @@ def loader_of(side: Side, folder: Path) -> Path:
 def launch_on_genuine(
     ros: RosSystem, sshd: SshServer, programs: Path, other: str = "waits", more: str = ""
 ) -> Process:
-    """Genuine roslaunch here, ours as its child there. Genuine roslaunch takes the address 0 for another
+    """Genuine roslaunch as the parent, ours as its child. Genuine roslaunch treats the address 0 as another
     machine; it connects to this one."""
     file = programs / "x.launch"
     loader = loader_of(ros.pipros, programs)
@@ -93,7 +93,7 @@ def launch_on_genuine(
 
 
 def told(ros: RosSystem, node: str) -> list[str]:
-    """What a node of the type `tell` was given: its arguments and its environment."""
+    """Return the arguments and the environment of a node of the type `tell`."""
     return wait_until(lambda: (ros.home / node).exists() and (ros.home / node).read_text().splitlines())
 
 

@@ -100,7 +100,7 @@ def package(ros: RosSystem, tmp_path: Path) -> Path:
 
 
 def run(side: Side, *command: str) -> tuple[Process, dict[str, str]]:
-    """The ended program, and the result files that it left, by name."""
+    """Return the ended program, and its result files by name."""
     results = Path(side.environment["ROS_HOME"]) / "results"
     ended = side.run(*command, ROS_TEST_RESULTS_DIR=str(results))
     left = {file.name: file.read_text() for file in results.rglob("*.xml")}
@@ -110,7 +110,7 @@ def run(side: Side, *command: str) -> tuple[Process, dict[str, str]]:
 
 
 def comparable(text: str) -> str:
-    """The text without what differs from run to run, and without the frames of unittest and rostest."""
+    """Return the text without parts that vary between runs, and without frames of unittest and rostest."""
     text = re.sub(r'time="[\d.]+"', "time", text)
     text = re.sub(r"rostest-[\w.-]+-\d+\.log", "rostest.log", text)
     text = re.sub(r'(?m)^  File "[^"]*/(unittest|rostest|rosunit|roslaunch|rospkg)/.*\n(    .*\n)*', "", text)
@@ -155,7 +155,7 @@ def test_rostest_reports_and_ends_as_genuine_does(
 
     assert (ours.returncode, theirs.returncode) == (code, code), ours.output
     assert comparable("\n".join(ours.stdout)) == comparable("\n".join(theirs.stdout))
-    # Genuine leaves an empty shell of a result file behind a program that was ended.
+    # The genuine one writes an empty result file for a program that was ended.
     their_files = {name: text for name, text in their_files.items() if "<testsuite" in text}
     assert sorted(our_files) == sorted(their_files)
     for name in our_files:
@@ -225,7 +225,7 @@ def test_the_command_rosunit_runs_a_test_program_as_genuine_does(
 
 
 def _cases(text: str) -> list[str]:
-    """The cases of a result file with how they ended, without what was printed meanwhile."""
+    """Return the cases of a result file with their outcomes, without output."""
     cases = comparable(text).partition("<system-out>")[0]
     return re.sub(r'type="\w+"', "type", cases).splitlines()
 

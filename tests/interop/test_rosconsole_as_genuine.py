@@ -68,7 +68,7 @@ def test_both_handle_errors_alike(ros: RosSystem, speaker: Process) -> None:
 
 
 def differences(ros: RosSystem, commands: Sequence[str]) -> dict[str, object]:
-    """What both did, where it was not the same."""
+    """Return the outcomes that differ."""
     different: dict[str, object] = {}
     for command in commands:
         outcomes = []

@@ -1,4 +1,4 @@
-"""Every public function of rospy, with good and bad arguments, does what genuine rospy does.
+"""Every public function of rospy behaves like genuine rospy, with valid and invalid arguments.
 
 Each script runs under genuine rospy and under pipros, and has to print the same.
 """
@@ -59,7 +59,7 @@ SCRIPTS = {
 
 
 def run(side: Side, python: str, script: str, *arguments: str) -> list[str]:
-    """What the script printed, as `part | label | outcome` lines without addresses."""
+    """Return the output of the script: `part | label | outcome` lines without addresses."""
     path = str(Path(__file__).parent / "programs" / script)
     process: Process = side.run(python, path, *arguments, timeout_s=50, ROS_NAMESPACE="ns")
     assert process.returncode == 0, process.output

@@ -144,5 +144,5 @@ def test_both_clean_alike(ros: RosSystem) -> None:
 
 
 def _without_sizes(line: str) -> str:
-    """File systems differ in what folders take, which shows in the last digit."""
+    """File systems use different sizes for folders, which changes the last digit."""
     return re.sub(r"^([\d.]+)[KM] ", "SIZE ", line)

@@ -51,7 +51,7 @@ _LEFT_OUT = re.compile(
 
 @pytest.fixture
 def environment(ros: RosSystem) -> dict[str, str]:
-    """What both sides get: an empty package path, and folders that can be written."""
+    """The environment of both sides: an empty package path, and writable folders."""
     root = ros.home / "share" / "ros"
     packages = ros.home / "src"
     for folder in (root, packages, ros.home / ".ros" / "log"):
@@ -65,7 +65,7 @@ def environment(ros: RosSystem) -> dict[str, str]:
 
 
 def findings(side: Side, environment: dict[str, str], *arguments: str) -> list[str]:
-    """The lines of what roswtf prints, without colours, those of rules that are left out, and their count."""
+    """Return the output of roswtf without colours, the lines of omitted rules, and their count."""
     run = ask if "--offline" in arguments else Side.run
     done = run(side, "roswtf", *arguments, timeout_s=60.0, **environment)
     assert done.returncode == 0, done.output

@@ -42,7 +42,7 @@ Bound = Mapping[str, Mapping[str, list[str]]]
 
 @pytest.fixture(scope="module")
 def both(tmp_path_factory: pytest.TempPathFactory) -> tuple[Bound, Bound]:
-    """What star imports bind with genuine ROS, and here, by module."""
+    """Return the names that star imports bind in both implementations, by module."""
     home = tmp_path_factory.mktemp("stars")
     uri = "http://127.0.0.1:1"
     genuine = bound("/usr/bin/python3", genuine_environment(home, uri))

@@ -1,4 +1,4 @@
-"""`$(…)`, above all `$(eval …)`, gives the same texts as genuine roslaunch."""
+"""`$(…)`, above all `$(eval …)`, has the same results as in genuine roslaunch."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def outcomes(side: Side) -> list[dict[str, Any]]:
 
 
 def test_each_text_has_the_same_result_as_in_genuine_ros(ros: RosSystem) -> None:
-    """Errors have to be errors; of which class they are is compared where a script would look."""
+    """Errors must be errors; their classes are compared only if scripts catch them."""
     ours, genuine = outcomes(ros.pipros), outcomes(ros.genuine)
     share = "/usr/share/"
     different = []

@@ -1,4 +1,4 @@
-"""The programs of topic_tools, ours and genuine's: what passes, subscriptions, what services answer."""
+"""The programs of topic_tools of both sides: forwarded messages, subscriptions, service responses."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ String: Any = load_message_class("std_msgs/String")
 
 
 class Graph:
-    """A master, a node of the test, and programs of one side.
+    """A master, a node of the test, and programs of one implementation.
 
     Attributes:
         got: what arrived, with its topic.
@@ -155,7 +155,7 @@ def test_the_first_of_every_few_messages_are_dropped(graph: Graph, side: str, ar
     graph.listen("/in_drop")
     program = graph.start(side, "drop", "/in", *arguments.split())
     graph.wait_for_link_to("/in")
-    for number in range(of):  # whatever of these arrives, counting starts over after them
+    for number in range(of):  # the count restarts after them, however many arrive
         publish(f"-{number}")
     graph.wait_for_link_from("/in_drop")
 
@@ -315,7 +315,7 @@ def test_expressions_make_messages(graph: Graph, side: str) -> None:
     }
     if (
         side == "genuine"
-    ):  # whose relay_field knows Python 2 only, and whose `import std_msgs` alone does not bring std_msgs.msg
+    ):  # whose relay_field needs Python 2, and whose `import std_msgs` does not import std_msgs.msg
         programs["point"][-3:] = ["geometry_msgs.msg", "std_msgs.msg", "numpy", "std_msgs", "geometry_msgs"]
         del programs["field"]
     publisher = graph.node.advertise("/in", Quaternion, queue_size=5, latch=True)

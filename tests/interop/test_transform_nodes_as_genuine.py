@@ -93,7 +93,7 @@ def test_wrong_arguments_end_alike(sides: dict[str, Side], package: str, argumen
 
 @pytest.mark.timeout(200)
 def test_both_sides_monitor_remap_and_echo_alike(sides: dict[str, Side]) -> None:
-    """The numbers differ, and genuine's monitor does not know who sends; the rest is the same."""
+    """Numbers differ, and the genuine monitor does not name publishers; everything else is the same."""
     for name in ("genuine", "pipros"):
         sides[name].start(
             *program(name, "tf", "static_transform_publisher"),

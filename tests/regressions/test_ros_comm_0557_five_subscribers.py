@@ -52,7 +52,7 @@ def test_five_subscribers_get_every_message_and_it_is_serialised_once(
     encoded: list[object] = []
 
     class Counted(UInt8MultiArray):
-        """The same type, which keeps a record of what is serialised."""
+        """The same type, which records each serialisation."""
 
         __slots__ = ()
 

@@ -53,7 +53,7 @@ def test_an_old_notice_does_not_undo_a_later_change_by_the_node(make_node: MakeN
     assert cached(node, "/speed") == 1
     node.params.set("/speed", 3)
     with RpcClient(node.uri) as master:
-        master.call("paramUpdate", "/master", "/speed/", 2)  # was under way for longer
+        master.call("paramUpdate", "/master", "/speed/", 2)  # was in transit for longer
     assert cached(node, "/speed") == 3
 
 

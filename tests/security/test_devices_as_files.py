@@ -39,7 +39,7 @@ def source(ros: RosSystem) -> Path:
 
 
 def run(ros: RosSystem, *argv: str) -> Process:
-    """Runs a tool that would not end, or not within this memory, if it read what was planted."""
+    """Run a tool that would not end, or exhaust this memory, if it read the planted file."""
     return ros.pipros.run("sh", "-c", 'ulimit -v 2000000; exec "$@"', "sh", *argv)
 
 

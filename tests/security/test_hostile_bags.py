@@ -1,4 +1,4 @@
-"""Bags of strangers that would take far more memory or time than their size are refused."""
+"""Untrusted bags that would take far more memory or time than their size suggests are refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""MCAP files of strangers that would take far more memory or time than their size are refused."""
+"""Untrusted MCAP files that would take far more memory or time than their size suggests are refused."""
 
 from __future__ import annotations
 

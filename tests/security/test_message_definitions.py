@@ -1,4 +1,4 @@
-"""Definitions of a peer that would take the memory or the time of a reader are refused before they do."""
+"""Definitions of peers that would exhaust memory or time are refused early."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Peers that open connections to a node and leave them: the others have theirs, and nothing grows."""
+"""Peers that open connections and abandon them: others can connect, and no resource grows."""
 
 from __future__ import annotations
 
@@ -224,7 +224,7 @@ def test_unread_replies_have_a_total_limit(make_node: MakeNode, attacker: Attack
     for number, peer in enumerate(deaf, 1):
         peer.sendall(REQUEST)
         wait_until(lambda: service.answered == number)  # noqa: B023
-    wait_until(lambda: len(node.connections) <= 3)  # 20 MB each, less what the system holds
+    wait_until(lambda: len(node.connections) <= 3)  # 20 MB each, minus the bytes in socket buffers
 
 
 def test_a_reply_that_is_read_slowly_arrives(make_node: MakeNode, attacker: Attacker) -> None:
@@ -332,7 +332,7 @@ def test_a_forked_child_does_not_keep_the_ports_of_a_node_open(make_node: MakeNo
     try:
         ports = node.endpoints.port, int(node.uri.rpartition(":")[2].strip("/"))
         node.shutdown("the end")
-        for port in ports:  # the child may not have run yet, and lets go of them first thing
+        for port in ports:  # the child may not have run yet; it closes them first
             wait_until(lambda port=port: is_refused(port), 30.0, f"port {port} to be closed")
     finally:
         os.kill(child, signal.SIGKILL)

@@ -1,4 +1,4 @@
-"""What other machines and other users of this machine cannot have a node, a master or a launcher do."""
+"""Calls of other machines and other users that nodes, masters and launchers refuse."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The server of the page: who gets in, what strangers may hold, and that nothing keeps it from ending."""
+"""The server of the page: access, limits for unauthenticated clients, and shutdown."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ serve_page.serve_page(serve_page.PageOptions(opens_browser=False))
 
 
 class Strangers:
-    """Connections to a page that send what they are told to, and read nothing unless asked."""
+    """Connections to a page that send the given bytes, and read only on request."""
 
     def __init__(self) -> None:
         self.open = ExitStack()
@@ -82,7 +82,7 @@ class Strangers:
         return peer
 
     def stalled_browser(self, page: Page, **request: Any) -> socket.socket:
-        """A browser that has logged in, requested a view, and reads only what it got before."""
+        """A browser that has logged in and requested a view, and then stops reading."""
         client = ClientProtocol(parse_uri(f"ws://{page.host}/live"), origin=Origin(f"http://{page.host}"))
         client.send_request(client.connect())
         peer = self.connect(page, b"".join(client.data_to_send()))
@@ -204,7 +204,7 @@ def test_a_second_signal_ends_the_process_at_once(ros: RosSystem) -> None:
 
 
 def answered(page: Page) -> None:
-    """A TLS handshake with the page, which comes after all that were begun before."""
+    """Complete a TLS handshake with the page, after all that were started before."""
     context = ssl.create_default_context(cafile=str(CERTIFICATES / "cert.pem"))
     context.check_hostname = False
     host, _, port = page.host.rpartition(":")
@@ -273,7 +273,7 @@ def test_a_websocket_without_the_token_is_closed(ros: RosSystem) -> None:
         with page.connect(first=first) as browser:
             assert close_code(browser.socket) == 1008
     with connect(f"ws://{page.host}/live", origin=Origin(f"http://{page.host}"), proxy=None) as socket:
-        assert close_code(socket) == 1008  # it said nothing
+        assert close_code(socket) == 1008  # it was silent
 
 
 def test_bytes_before_the_token_are_limited(ros: RosSystem) -> None:

@@ -76,7 +76,7 @@ def test_thousands_of_dead_publishers_are_tried_a_few_at_a_time_and_logged_once(
     talker.advertise("chat", String)
 
     wait_until_connected(subscriber)
-    # Of 10,000. On a busy machine attempts take long, and each slow one lets another one begin.
+    # Of 10,000. On a busy machine attempts are slow, and each slow one lets another one start.
     assert most[0] <= Limits().connection_attempts * (1 + SLOW_FACTOR)
     assert len([line for line in lines if "cannot receive" in line or "publishers" in line]) <= 4
     with RpcClient(listener.uri, timeout_s=10) as peer:

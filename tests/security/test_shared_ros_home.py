@@ -1,4 +1,4 @@
-"""Caches in a folder where other users can write: what they could have put there is not used."""
+"""Caches in a folder where other users can write: planted files are not used."""
 
 from __future__ import annotations
 

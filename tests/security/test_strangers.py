@@ -1,4 +1,4 @@
-"""Callers of a node that may not be its master: what they say is not believed, and is not lost either."""
+"""Callers of a node that may not be its master: their calls are verified, and not lost."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ STRANGER = Caller("198.51.100.7", 4711, "10.0.0.1", 11311)
 
 
 def call(node: Node, method: str, *params: Any, caller: Caller = STRANGER) -> Any:
-    """What a node answers to a call that comes over a connection of `caller`."""
+    """Return a node's response to a call over a connection of `caller`."""
 
     async def answer() -> Any:
         return node._started._rpc.call(method, params, caller=caller)
@@ -35,7 +35,7 @@ def call(node: Node, method: str, *params: Any, caller: Caller = STRANGER) -> An
 
 @pytest.fixture
 def unknown_master(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The master calls from an address that nodes cannot know for its own, as behind NAT."""
+    """The master calls from an address that nodes do not know, as behind NAT."""
     monkeypatch.setattr(Caller, "is_here", False)
     monkeypatch.setattr(MasterClient, "addresses", ())
 
@@ -45,7 +45,7 @@ def test_a_master_that_calls_from_an_unexpected_address_is_obeyed_nevertheless(m
     log, lines = listening_log()
     inbox = Inbox()
     make_node("listener", log=log).subscribe("chat", String, inbox)
-    for name in ("one", "two"):  # the second notice comes while the first is still looked into
+    for name in ("one", "two"):  # the second notification arrives while the first is being verified
         make_node(name).advertise("chat", String, latch=True).publish(String(name))
     assert {message.data for message in inbox.wait(2)} == {"one", "two"}
     [warning] = [line for line in lines if "publisherUpdate" in line]
@@ -165,7 +165,7 @@ JUNK: tuple[Any, ...] = (
 
 @pytest.mark.parametrize("junk", JUNK, ids=map(str, JUNK))
 def test_invalid_responses_of_a_master_have_no_effect_and_are_retried(junk: Any) -> None:
-    """Once it answers as a master does, the node has what it asked for."""
+    """Once the master responds correctly, the node is registered."""
     lies = True
     calls: list[str] = []
 

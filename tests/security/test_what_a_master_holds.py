@@ -1,4 +1,4 @@
-"""Peers that register and set without end: the master's memory, its answers, and what others notice."""
+"""Peers that keep registering and setting: the master's memory and responses, and the effect on others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a bag says, on terminals: one line for each text, no escape sequences; and exports in their folder."""
+"""Strings of a bag on terminals: one line each, without escape sequences; exports stay in their folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What peers say and how they call themselves, on terminals and in logs: one line, no escape sequences."""
+"""Texts and names of peers on terminals and in logs: one line each, without escape sequences."""
 
 from __future__ import annotations
 

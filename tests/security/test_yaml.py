@@ -1,4 +1,4 @@
-"""YAML of strangers that would crash the process, or take its memory or time, is refused beforehand."""
+"""Untrusted YAML that would crash the process, or exhaust memory or time, is refused."""
 
 from __future__ import annotations
 

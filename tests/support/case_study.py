@@ -1,4 +1,4 @@
-"""Sections 4.1 to 4.5 of the case study, typed from an empty folder: the workspace of `examples/` arises.
+"""Sections 4.1 to 4.5 of the case study, typed in an empty folder: they create the workspace of `examples/`.
 
 What a person writes in an editor is taken from the example; what the document has them uncomment and add
 in generated files is done to those files, and must meet the lines that the document's figures show.

@@ -45,7 +45,7 @@ def make_tool_folder(folder: Path) -> Path:
 
 
 def pipros_environment(home: Path, master_uri: str, tools: Path) -> dict[str, str]:
-    """What `. .venv/bin/activate` and a ROS_PACKAGE_PATH give; nothing of a ROS installation in it."""
+    """Return the environment after `. .venv/bin/activate` with a ROS_PACKAGE_PATH, without ROS."""
     return {
         **_common(home, master_uri),
         "PATH": f"{VENV_BIN}{os.pathsep}{tools}",
@@ -55,7 +55,7 @@ def pipros_environment(home: Path, master_uri: str, tools: Path) -> dict[str, st
 
 
 def genuine_environment(home: Path, master_uri: str) -> dict[str, str]:
-    """What a shell on a machine with Debian's ROS packages has: nothing of pipros, nor of its interpreter."""
+    """Return the environment of a shell with Debian's ROS packages, without pipros and its interpreter."""
     return {
         **_common(home, master_uri),
         "PATH": "/usr/bin:/bin",

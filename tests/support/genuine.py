@@ -1,4 +1,4 @@
-"""Genuine ROS 1 from Debian's packages: is it there, and what to do when it is not."""
+"""Genuine ROS 1 from Debian's packages: whether it is installed, and what to do if it is not."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ def missing_packages() -> list[str]:
 
 
 def is_required() -> bool:
-    """True in continuous integration, where a missing peer is a failure, not a reason to leave tests out."""
+    """Return True in continuous integration, where a missing peer is a failure instead of a skip."""
     return os.environ.get("CI", "").lower() in ("1", "true")
 
 

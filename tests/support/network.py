@@ -111,7 +111,7 @@ class FarNetwork:
         _ip("-n", self._name, "address", "add", f"{self.far}/30", "dev", "far0")
 
     def give_second_address(self) -> str:
-        """An address by which the far side can be reached, too; what it sends itself comes from `far`."""
+        """Add an address at which the far side can be reached, too; its own packets come from `far`."""
         address = self.far.replace("10.213.", "10.214.")
         _ip("-n", self._name, "address", "add", f"{address}/32", "dev", "lo")
         _ip("route", "add", f"{address}/32", "via", self.far)

@@ -44,7 +44,7 @@ def make_once(folder: Path, make: Callable[[], object]) -> Path:
 
 
 def machine_folder(name: str, sources: Iterable[Path]) -> Path:
-    """A folder for what is made of these files and folders, kept for later runs; for `make_once`.
+    """Return a folder for outputs of these files and folders, kept for later runs; for `make_once`.
 
     Its name has a digest of them all. Those that no run has used for two weeks are removed.
     """

@@ -88,7 +88,7 @@ def _text(report: pytest.TestReport) -> str:
 
 
 class StartsRecorder:
-    """Notes in the reports which of process, socket and thread a test started.
+    """Record in the reports whether a test started a process, socket or thread.
 
     A test that uses a fixture of a module or session counts as if it had started what the fixture did.
     """

@@ -43,7 +43,7 @@ class Page:
         self.token = proof.removeprefix("token=")
 
     def get(self, path: str, **headers: str) -> http.client.HTTPResponse:
-        """The answer to a request; `Host` and others can be given."""
+        """Return the response to a request with the given headers, such as `Host`."""
         connection = http.client.HTTPConnection(self.host, timeout=30)
         connection.request("GET", path, headers=headers)
         return connection.getresponse()
@@ -73,7 +73,7 @@ class LivePage:
         self._numbers = itertools.count(1)
 
     def watch(self, view: str, **args: Any) -> Iterator[Any]:
-        """What the view sends, without end. Only one view may be read at a time."""
+        """Yield the updates of a view, endlessly. Only one view may be read at a time."""
         number = next(self._numbers)
         self.socket.send(json.dumps({"id": number, "view": view, "args": args}))
         while True:

@@ -1,4 +1,4 @@
-"""Reports the errors that pyright finds on macOS or Windows and not on Linux.
+"""Report the errors that pyright finds for macOS or Windows, but not for Linux.
 
 Neither system is at hand, so types show where a name is used that one of them lacks. Only files that import
 a module with such names are checked: on macOS and Windows at the same time, then, for comparison, the files

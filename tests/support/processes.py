@@ -1,4 +1,4 @@
-"""Processes started by a test: live output, Ctrl-C, and a check that none is left at the end."""
+"""Processes started by a test: live output, Ctrl-C, and a check that none is still running at the end."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ It is a KeyboardInterrupt too, and from 3.14 on Python ends by SIGINT for classe
 
 
 class Process:
-    """A running program in a session of its own. Its output is read all the time, so it never blocks on it.
+    """A running program in its own session. Its output is read continuously, so that it never blocks on it.
 
     Attributes:
         stdout, stderr: the lines so far, without their line ends.
@@ -223,7 +223,7 @@ class Processes:
         return found
 
     def assert_nothing_left(self, timeout_s: float = 3.0) -> None:
-        """Raises AssertionError, and kills them, when processes are left."""
+        """Kill remaining processes and raise AssertionError if there are any."""
         try:
             wait_until(lambda: not self._find_left(), timeout_s)
         except AssertionError:
@@ -236,7 +236,7 @@ class Processes:
                 raise AssertionError(f"left running:\n{listing}") from None
 
     def end_all(self) -> None:
-        """End the started programs, the latest first, and check that none is left."""
+        """End the started programs, the latest first, and check that none is still running."""
         for process in reversed(self._started):
             process.end()
         self.assert_nothing_left()

@@ -1,4 +1,4 @@
-"""pyright, the type checker inside many editors: where it is, and how to get it. It needs Node.js."""
+"""Find or install pyright, the type checker inside many editors. It needs Node.js."""
 
 from __future__ import annotations
 

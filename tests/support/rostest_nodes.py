@@ -1,4 +1,4 @@
-"""Rostest files around the test nodes of the package rostest, and what becomes of each.
+"""Rostest files for the test nodes of the package rostest, and the outcome of each.
 
 The one node around them is plain rospy, so pipros and genuine ROS run the same files.
 """
@@ -93,7 +93,7 @@ class LevelSystem:
         ros.wait_for_subscriber("/orders")
 
     def run(self, scene: Scene, name: str) -> tuple[Process, Cases]:
-        """Runs the test node of a scene under a name of its own, and reads its result file."""
+        """Run the test node of a scene under its own name, and read its result file."""
         for key, value in yaml.safe_load(scene.params).items():
             assert self._master.setParam("/a_test", f"/{name}/{key}", value)[0] == 1
         results = self._side.home / f"{name}.xml"

@@ -13,7 +13,7 @@ from pipros.net.rpc_server import RpcServer
 
 
 class FakeSlave:
-    """The slave API of a node; records the notices of the master.
+    """The slave API of a node; records the notifications of the master.
 
     Attributes:
         told: method and parameters of each notice, in order.

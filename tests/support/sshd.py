@@ -57,7 +57,7 @@ class SshServer:
         config = folder / "sshd_config"
         config.write_text(_SERVER.format(port=self.port, folder=folder))
         if os.geteuid() == 0:
-            Path("/run/sshd").mkdir(mode=0o755, exist_ok=True)  # where the server locks itself up
+            Path("/run/sshd").mkdir(mode=0o755, exist_ok=True)  # the chroot folder of the server
         self._process = subprocess.Popen([SSHD, "-D", "-f", config, "-E", self.log])
         wait_until(self._is_listening, what=lambda: f"sshd: {self.log.read_text()}")
 

@@ -1,4 +1,4 @@
-"""The programs that the running test started: the report of a failure shows what each of them printed."""
+"""The programs started by the running test; the report of a failure shows the output of each."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ class Started:
         self._programs.append(program)
 
     def elapsed(self) -> str:
-        """The time since the test began, as it stands before each line."""
+        """Return the time since the test began, as printed before each line."""
         return f"{time.monotonic() - self._began:7.2f}"
 
     def sections(self) -> list[tuple[str, str]]:
-        """Of each program what it is, and what it printed."""
+        """Return the command line and the output of each program."""
         return [
             (
                 f"{'running' if program.is_running else 'ended'}: {program}",

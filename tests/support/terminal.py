@@ -19,7 +19,7 @@ from pathlib import Path
 
 from tests.support.started import STARTED
 
-# The exit code of the last command stands in the prompt, so that the end of a command and its result are one.
+# The prompt contains the exit code of the last command, so that its end and its result arrive together.
 _PROMPT = re.compile(r"\[(\d+)\]> $")
 _PROMPT_SETTINGS = {"bash": "[$?]> ", "zsh": "[%?]> "}
 _ROWS, _COLUMNS = 50, 200

@@ -98,7 +98,7 @@ def test_rostest_passes_with_the_talker(ros: RosSystem) -> None:
     code, output = ros.pipros.open_terminal().run(ROSTEST)
 
     assert code == 0, output
-    # What nodes say on stderr is seen at once, wherever the report has got to.
+    # Output of nodes on stderr appears at once, between lines of the report.
     warning = re.search(r".+: SyntaxWarning: .+\n  pub = .+\n", output)
     assert warning
     report = output.replace(warning[0], "").partition("[ROSUNIT]")[2]

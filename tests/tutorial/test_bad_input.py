@@ -153,7 +153,7 @@ def test_roslaunch_starts_the_other_nodes_if_a_script_is_not_executable(
         "[composiv_talker.py] in package [composiv_tryouts]. Make sure file exists in package path and "
         "permission is set to executable (chmod +x)"
     )
-    launch.wait_for(re.escape(error))  # on another stream, so it may come later
+    launch.wait_for(re.escape(error))  # on another stream, so it may appear later
 
 
 @pytest.mark.parametrize(

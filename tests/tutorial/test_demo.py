@@ -87,7 +87,7 @@ def test_a_running_master_is_used_and_left_running(ros: RosSystem) -> None:
 def test_a_port_that_another_program_uses_is_named_with_a_way_out(ros: RosSystem, answer: bytes) -> None:
     with socket.create_server(("127.0.0.1", ros.port)) as other:
         demo = ros.pipros.start(DEMO)
-        for _ in range(2):  # one connection to see that the port is open, one to ask which program it is
+        for _ in range(2):  # one connection to check that the port is open, one to identify the program
             with other.accept()[0] as connection:
                 connection.sendall(answer)
         assert demo.wait() == 1

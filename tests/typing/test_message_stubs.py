@@ -1,4 +1,4 @@
-"""What a type checker says about messages: nothing where all is well, and where a field is wrong, that."""
+"""Type checkers accept correct uses of messages, and report wrong fields."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def stubs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def mypy_errors(file: Path, stubs: Path) -> dict[int, str]:
-    """What mypy complains about in a file, by line."""
+    """Return the errors of mypy in a file, by line."""
     settings = stubs / "mypy.ini"
     settings.write_text(
         f"[mypy]\nstrict = true\nmypy_path = {stubs}:{SOURCE_PATH}\ncache_dir = {stubs}/.cache\n"
@@ -46,7 +46,7 @@ def mypy_errors(file: Path, stubs: Path) -> dict[int, str]:
 
 
 def said_by_pyright(path: Path) -> dict[tuple[str, int], str]:
-    """What pyright complains about in a file or folder beside `typings`, by file name and line."""
+    """Return the errors of pyright in a file or folder beside `typings`, by file name and line."""
     program = find_pyright()
     if program is None:
         pytest.skip(f"pyright is not on this machine: {INSTALL}")

@@ -1,4 +1,4 @@
-"""The packages of pipros: imports point down only, and what no package may use."""
+"""The packages of pipros: imports point down only, and some functions are forbidden everywhere."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ LAYER = {package: layer for layer, steps in enumerate(LAYERS) for packages in st
 STEPS = [packages for steps in LAYERS for packages in steps]
 STEP = {package: step for step, packages in enumerate(STEPS) for package in packages}
 
-# Facades that stand on others, whose names are part of what they promise.
+# Facades that import others, because those names are part of their API.
 FACADES_BELOW: dict[str, set[str]] = {
     "actionlib": {"rospy"},
     "actionlib_tools": {"actionlib", "genpy", "roslib", "rospy", "rostopic"},
@@ -76,7 +76,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "tf": {"rospy", "roswtf", "tf2_ros"},  # its rules for roswtf
     "tf2_geometry_msgs": {"tf2_ros"},  # registers its types there
     "tf2_kdl": {"tf2_geometry_msgs", "tf2_ros"},  # registers its types there
-    "tf2_py": {"rospy"},  # gives rospy.Time
+    "tf2_py": {"rospy"},  # returns rospy.Time
     "tf2_ros": {"actionlib", "rosgraph", "rospy", "tf2_py"},
     "tf2_sensor_msgs": {"tf2_geometry_msgs", "tf2_ros"},
     "topic_tools": {"rosgraph", "rospy", "rostopic"},
@@ -87,7 +87,7 @@ FACADES_BELOW: dict[str, set[str]] = {
 # Runs the code that is made of message definitions; every name in it passed their grammar before.
 MAY_EXECUTE = "pipros/msg/compile/run.py"
 
-# Imports between files of one package that lie on a circle: (importing module, imported module).
+# Imports between files of one package that are part of a cycle: (importing module, imported module).
 KNOWN_CIRCLES: list[tuple[str, str]] = []
 
 UNSAFE_YAML_LOADERS = {"Loader", "CLoader", "FullLoader", "CFullLoader", "UnsafeLoader", "CUnsafeLoader"}
@@ -96,7 +96,7 @@ FILES = source_files()
 
 
 def parsed(file: Path) -> ast.Module:
-    """The syntax tree of a file, which many tests look at."""
+    """Return the syntax tree of a file, cached for many tests."""
     return _parse(file.read_text())
 
 
@@ -107,7 +107,7 @@ def _parse(text: str) -> ast.Module:
 
 @functools.cache
 def known_imports() -> dict[str, set[str]]:
-    """What all files import of each other."""
+    """Return the imports between all files."""
     return imported_files(FILES)
 
 
@@ -289,7 +289,7 @@ def imported_files(files: Iterable[Path]) -> dict[str, set[str]]:
 
 
 def in_circles(imports: Mapping[str, set[str]]) -> list[tuple[str, str]]:
-    """The imports that lie on a circle: the second module leads back to the first."""
+    """Return the imports that are part of a cycle: the second module imports the first indirectly."""
 
     def reached_from(start: str) -> set[str]:
         reached, new = set[str](), [start]
@@ -339,7 +339,7 @@ def test_a_circle_of_files_is_noticed(line: str, tmp_path: Path, monkeypatch: py
 
 
 def logic_taken_from_commands(file: Path) -> list[str]:
-    """What a facade takes from a command besides its `main`: a library cannot stand on its own tools."""
+    """Return the names besides `main` that a facade imports from commands, which are forbidden."""
     return [
         described(file, node.lineno, f"imports {alias.name} from {node.module}")
         for node in ast.walk(parsed(file))
@@ -422,7 +422,7 @@ def test_a_facade_that_is_not_listed_for_another_is_noticed(
 
 
 def _source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str) -> Path:
-    """A file of the package `master` in a source tree of its own."""
+    """A file of the package `master` in its own source tree."""
     (tmp_path / "rospy").mkdir()
     file = tmp_path / "pipros" / "master" / "bad.py"
     file.parent.mkdir(parents=True)

@@ -1,4 +1,4 @@
-"""What is installed: every import package of the source tree, every command, and the import hook."""
+"""The contents of an installation: every import package, every command, and the import hook."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_type_checkers_take_the_types_of_every_package(package: Path) -> None:
 
 
 def is_started_by_the_frame(main: object) -> bool:
-    """Whether `main` is what `pipros.cli.streams.command` makes of a function."""
+    """Return True if `main` was decorated with `pipros.cli.streams.command`."""
     return getattr(main, "__code__", None) is command(lambda: 0).__code__
 
 

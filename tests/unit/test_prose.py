@@ -40,7 +40,7 @@ AVOIDED: dict[str, str] = {
     r"\bpicture = SystemState\b": "state = SystemState",
 }
 
-# Texts that equal Noetic's, where it says so itself: (file below the repository, text).
+# Texts that must equal Noetic's: (file below the repository, text).
 ALLOWED: set[tuple[str, str]] = set()
 
 PLACES = (

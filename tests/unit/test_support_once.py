@@ -1,4 +1,4 @@
-"""What tests share is made once, and again when what it is made of changes."""
+"""Outputs shared by tests are built once, and again when their inputs change."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`--outcomes-to` and `--but-passed`: outcomes of tests, and what a step of CI leaves out."""
+"""`--outcomes-to` and `--but-passed`: outcomes of tests, and tests that a step of CI skips."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ from tests.golden.cli.transcript import Command, Outcome, mask_outcome, render, 
 
 @contextlib.contextmanager
 def genuine_master(home: Path) -> Iterator[dict[str, str]]:
-    """Runs a rosmaster of genuine ROS on a free port; gives the environment of its tools."""
+    """Run a rosmaster of genuine ROS on a free port; yield the environment of its tools."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
@@ -89,7 +89,7 @@ def run(command: Command, environment: dict[str, str], folder: Path) -> Outcome:
 
 
 def record(path: Path) -> None:
-    """Runs each command of the transcript on genuine ROS and writes down what it does."""
+    """Run each command of the transcript on genuine ROS, and record its outcome."""
     with tempfile.TemporaryDirectory() as temporary:
         home, folder = Path(temporary) / "home", Path(temporary) / "work"
         home.mkdir()

@@ -1,4 +1,4 @@
-"""The graph of a transcript: nodes that are only registrations, with slave APIs that give canned answers.
+"""The graph of a transcript: registrations without nodes, and slave APIs with canned responses.
 
 Uses nothing but the standard library, so that the same graph serves genuine ROS and pipros.
 """
@@ -67,7 +67,7 @@ class StubNode:
 
 
 class StubGraph:
-    """Three nodes that answer and one that is gone, as most transcripts want them.
+    """Register three nodes that respond and a dead one, as most transcripts need.
 
     `/talker` and `/ns/camera` publish, `/ns/listener` subscribes, `/gone` cannot be reached.
     """

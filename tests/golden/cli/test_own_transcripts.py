@@ -1,4 +1,4 @@
-"""Commands that genuine ROS lacks, or that print paths and builds: they print what their transcripts say.
+"""Commands that genuine ROS lacks, or that print paths and builds, print their transcripts.
 
 `RECORD_TRANSCRIPTS=1 script/test tests/golden/cli/test_own_transcripts.py` writes down what they print now.
 """
@@ -28,7 +28,7 @@ PROGRAMS = Path(sys.executable).parent
 
 
 def run(command: Command, folder: Path, environment: Mapping[str, str]) -> Outcome:
-    """Runs a command as a shell would, with nothing in its environment but what is given."""
+    """Run a command as a shell would, with only the given environment."""
     program, *arguments = command.argv
     argv = [str(PROGRAMS / program), *arguments]
     variables = {**environment, **command.environment}
@@ -37,7 +37,7 @@ def run(command: Command, folder: Path, environment: Mapping[str, str]) -> Outco
 
 
 def masks_for(folder: Path) -> dict[str, str]:
-    """What differs between machines and installations."""
+    """Replace output that differs between machines and installations."""
     places = {
         folder: "FOLDER",
         PROGRAMS: "BIN",

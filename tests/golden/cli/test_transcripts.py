@@ -1,4 +1,4 @@
-"""Every command does what its genuine counterpart did when the transcripts were recorded."""
+"""Every command behaves like its genuine counterpart when the transcripts were recorded."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def run(command: Command, folder: Path) -> Outcome:
 
 @contextlib.contextmanager
 def sources_for(transcript: str, master_uri: str) -> Iterator[None]:
-    """A node of pipros that publishes what transcripts about messages show, if this is one of them."""
+    """Start a node of pipros that publishes the messages of a transcript about messages."""
     if not needs_sources(transcript):
         yield
         return
@@ -88,7 +88,7 @@ def difference(recorded: str, now: str) -> str:
 
 
 def _as_recorded(block: str, command: Command, outcome: Outcome) -> str:
-    """The block for the outcome; where genuine ROS broke down, a single line that says why is as good."""
+    """Return the block for the outcome. In place of a traceback, one line with the reason is accepted."""
     breakdown = [line for line in block.splitlines() if line.startswith("!! ")]
     says_why = outcome.stderr.count("\n") == 1 and outcome.stderr.endswith("\n")
     return render(command, outcome, breakdown[0] if breakdown and says_why else None)

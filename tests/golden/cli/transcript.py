@@ -1,4 +1,4 @@
-"""Transcripts: what a command prints, on which stream, and how it ends.
+"""Transcripts: the output of a command on each stream, and its exit code.
 
 A transcript is a text file. A line that starts with `$ ` is a command; the lines below it are what it
 did: `| ` a line on standard output, `! ` a line on standard error, `|~`/`!~` a last line without a
@@ -43,7 +43,7 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a command did."""
+    """The outcome of a command."""
 
     stdout: str = ""
     stderr: str = ""

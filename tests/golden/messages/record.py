@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes types.json: what genuine genpy makes of every type that ships with pipros.
+"""Write types.json: the results of genuine genpy for every type included in pipros.
 
     python -m tests.golden.messages.record      # in the project's folder, with genuine ROS installed
 
@@ -41,7 +41,7 @@ def jobs() -> list[dict[str, Any]]:
 
 
 def recorded(answer: dict[str, Any]) -> dict[str, Any]:
-    """What is kept of an answer."""
+    """Return the recorded part of an answer."""
     return {key: shortened(value) for key, value in {**answer, "text": bare(answer["text"])}.items()}
 
 

@@ -1,4 +1,4 @@
-"""Prints where `hand` is in `map`, through tf2_ros and through tf, and what the frames' service says."""
+"""Print the pose of `hand` in `map` from tf2_ros and tf, and the response of the service of frames."""
 
 import yaml
 from geometry_msgs.msg import PointStamped

@@ -1,4 +1,4 @@
-"""Compresses images by Debian's OpenCV with pipros' own modules, and prints them with what they were."""
+"""Compress images with Debian's OpenCV and pipros' modules, and print both forms."""
 
 import base64
 import json

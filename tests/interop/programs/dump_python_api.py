@@ -88,7 +88,7 @@ def is_ours(thing):
 
 @functools.cache
 def class_definitions(module):
-    """The syntax trees of a module's classes, by their qualified names; none where there is no source."""
+    """Return the syntax trees of a module's classes by qualified name; empty without a source."""
     found = {}
 
     def add(node, prefix):
@@ -149,7 +149,7 @@ def described_class(cls):
 
 
 def described(value):
-    """What a name of a module stands for; None for what is no part of its API."""
+    """Describe the object of a name in a module; None if it is not part of the API."""
     if isinstance(value, types.ModuleType) or type(value).__name__ == "_Feature":
         return None
     if is_message(value):

@@ -1,4 +1,4 @@
-"""Prints as JSON what star imports bind: for each module of the given packages, its names.
+"""Print as JSON the names that star imports bind, for each module of the given packages.
 
 Each name comes with the origin of its value, `{name: [module, name there]}`. Each package is examined in its
 own process, the package itself first, because submodules that something else imported would be bound, too.
@@ -31,7 +31,7 @@ def modules_of(name):
 
 
 def origin(name, value):
-    """Where a value is from: `[module, name]` or, for a plain value, that value."""
+    """Return the origin of a value as `[module, name]`, or a plain value itself."""
     if isinstance(value, types.ModuleType):
         return [value.__name__, ""]
     if isinstance(value, type) or callable(value):

@@ -1,4 +1,4 @@
-"""What genuine rosgraph, by which rqt_graph draws, finds in a system, as JSON: the edges of its graph."""
+"""Print as JSON the edges that genuine rosgraph, the library behind rqt_graph, finds in a system."""
 
 import json
 import logging

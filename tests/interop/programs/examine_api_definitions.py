@@ -49,7 +49,7 @@ def call_each(module, names, arguments):
 
 
 def shape(spec):
-    """What a specification of a message says."""
+    """Return the contents of a message specification."""
     constants = [(one.type, one.name, one.val, one.val_text) for one in spec.constants]
     return [
         spec.types,

@@ -13,7 +13,7 @@ warnings.simplefilter("ignore")
 
 
 def printed(function):
-    """What a function returned and printed."""
+    """Return the result and the output of a function."""
     out = io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):
         result = function()

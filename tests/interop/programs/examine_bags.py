@@ -1,4 +1,4 @@
-"""Writes random bags, and tells all that rosbag says of bags. Runs under genuine Python and under pipros.
+"""Write random bags, and print everything that rosbag reports about bags; for both implementations.
 
 python examine_bags.py write FOLDER SEED COUNT     python examine_bags.py read FILE...
 """

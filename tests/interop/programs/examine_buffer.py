@@ -1,4 +1,4 @@
-"""What tf2_py answers to random frames and questions: JSON on standard output.
+"""Print as JSON the results of tf2_py for random frames and queries.
 
 Arguments: a seed and the number of buffers; each is asked 200 times. Runs under either implementation.
 """
@@ -130,7 +130,7 @@ class Questions:
 
 def main():
     draw = random.Random(int(sys.argv[1]))  # noqa: S311 # no secret
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # tf2 says there what it refuses
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # tf2 prints there what it refuses
     answers = []
     for _ in range(int(sys.argv[2])):
         questions = Questions(draw)

@@ -1,4 +1,4 @@
-"""Asks camera_calibration_parsers of either side to read files that are whole, odd or broken."""
+"""Read complete, unusual and broken files with camera_calibration_parsers of either side."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from image_geometry import PinholeCameraModel, StereoCameraModel
 
 warnings.simplefilter("ignore")
 rng = np.random.RandomState(int(sys.argv[1]))
-# Coefficients as real lenses have them, with each count that OpenCV knows.
+# Coefficients of real lenses, with each count that OpenCV supports.
 SCALES = [0.3, 0.1, 0.01, 0.01, 0.05, 0.3, 0.1, 0.05, 0.01, 0.01, 0.01, 0.01, 0.05, 0.05]
 GETTERS = (
     "fullResolution intrinsicMatrix distortionCoeffs rotationMatrix projectionMatrix fullIntrinsicMatrix "

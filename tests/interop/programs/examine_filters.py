@@ -1,4 +1,4 @@
-"""What message_filters answers to random sequences of messages: JSON on standard output.
+"""Print as JSON the results of message_filters for random sequences of messages.
 
 Arguments: a seed and the number of sequences. Runs under either implementation, without a master.
 """
@@ -15,7 +15,7 @@ import rospy
 
 
 class Stamped:
-    """A message with a header, and a name to know it by."""
+    """A message with a header and a name."""
 
     def __init__(self, name, stamp):
         self.name = name
@@ -23,7 +23,7 @@ class Stamped:
 
 
 def sequence(draw, kind):
-    """The sets that a synchronizer makes of one random sequence, and what is left in its queues."""
+    """Return the sets of a synchronizer for a random sequence, and the remaining queues."""
     count = draw.choice([1, 2, 2, 3, 3, 4])
     size = draw.choice([1, 2, 3, 5, 10])
     reset = draw.random() < 0.5
@@ -67,7 +67,7 @@ def sequence(draw, kind):
 
 
 def cached(draw):
-    """What a cache answers."""
+    """Return the results of a cache."""
     source = message_filters.SimpleFilter()
     cache = message_filters.Cache(source, draw.choice([1, 3, 10]), draw.random() < 0.5)
     passed = []

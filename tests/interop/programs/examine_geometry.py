@@ -1,4 +1,4 @@
-"""What tf, tf2_geometry_msgs and tf2_sensor_msgs make of random messages: JSON on standard output.
+"""Print as JSON the results of tf, tf2_geometry_msgs and tf2_sensor_msgs for random messages.
 
 Arguments: a seed and how often. Runs under either implementation, without a master.
 """

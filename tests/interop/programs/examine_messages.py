@@ -1,4 +1,4 @@
-"""Asks an implementation of genpy everything that a program could notice about a message type.
+"""Print everything that a program can observe about a message type of an implementation of genpy.
 
 Run by both sides of a comparison: imported by tests for pipros, and as a script by the Python of
 genuine ROS (jobs come as JSON on stdin, answers go to stdout). So it uses nothing but the public
@@ -78,7 +78,7 @@ def random_value(rng, kind, class_of, depth=0):
 
 
 def build(kind, value, class_of, genpy):
-    """The Python value that a JSON value of `random_value` stands for."""
+    """Return the Python value for a JSON value of `random_value`."""
     if isinstance(value, dict) and set(value) == {"python"}:
         return ast.literal_eval(value["python"])
     if kind.endswith("]"):
@@ -115,7 +115,7 @@ def written(message):
 
 
 def outcome(action):
-    """What an action gives, or the class and text of what it raises."""
+    """Return the result of an action, or the class and text of its exception."""
     try:
         return action()
     except Exception as error:
@@ -184,7 +184,7 @@ def class_finder(job, genpy):
 
 
 def random_values(job, class_of):
-    """The values that the seed of a job stands for, the same on both sides."""
+    """Return the values for the seed of a job, the same on both sides."""
     rng = random.Random(job["seed"])  # noqa: S311
     return [random_value(rng, job["type"], class_of) for _ in range(job["count"])]
 
@@ -205,7 +205,7 @@ def answers(jobs):
 
 
 def ask(command, jobs, environment):
-    """The answers that this file gives when `command`, a Python of one's choice, runs it."""
+    """Return the output of this file when run by the Python `command`."""
     result = subprocess.run(
         [*command, __file__],
         input=json.dumps(jobs),

@@ -1,4 +1,4 @@
-"""What every function of tf.transformations answers to random arguments: JSON on standard output.
+"""Print as JSON the results of every function of tf.transformations for random arguments.
 
 Arguments: a seed and how often each function is called. Runs under either implementation.
 """
@@ -43,14 +43,14 @@ def one_sign(vector):
 
 
 def pair_of_signs(angle_and_vector):
-    """An angle and what it is counted around: both may have the other sign."""
+    """Normalise an angle and its axis, both of which may have the opposite sign."""
     vector = angle_and_vector[1]
     sign = numpy.sign(vector[numpy.argmax(numpy.abs(vector))])
     return [angle_and_vector[0] * sign, vector * sign]
 
 
 def on_plane(point, normal):
-    """Where a plane is: what its points have in common."""
+    """Return the normal and offset of a plane, the same for all its points."""
     return numpy.dot(point[:3], normal) / point[3]
 
 

@@ -1,4 +1,4 @@
-"""Sends goals to both servers of serve_goals.py and prints what becomes of them."""
+"""Send goals to both servers of serve_goals.py, and print their outcomes."""
 
 import threading
 

@@ -1,4 +1,4 @@
-"""Serves interactive markers, does random things to them and prints what went over the topics."""
+"""Serve interactive markers, change them randomly, and print the messages on the topics."""
 
 import random
 
@@ -71,7 +71,7 @@ def feedback(name):
     message = Feedback(marker_name=name, event_type=kind, pose=pose())
     message.header.frame_id = "viewer"
     context = server.marker_contexts.get(name)
-    # Genuine calls what is not there, if no callback is set.
+    # The genuine one calls a missing callback.
     if context and (context.default_feedback_cb or kind in context.feedback_cbs):
         server.processFeedback(message)
 

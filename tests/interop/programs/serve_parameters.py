@@ -1,4 +1,4 @@
-"""A server of the configuration in a JSON file, which is the argument. Prints what it is called with."""
+"""Serve the configuration in the JSON file of the argument, and print the calls of the callback."""
 
 import json
 import sys

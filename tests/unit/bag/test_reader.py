@@ -69,7 +69,7 @@ def test_messages_are_read_in_time_order_for_any_order_of_writing(
 
     found = rows_of(read(bag_bytes(rows, chunk_bytes=chunk_bytes)))
 
-    # Those of one time come in the order of their connections, then as they were written.
+    # Messages with equal times are in the order of their connections, then of writing.
     assert found == sorted(values(rows), key=lambda row: (row[2], topics.index(row[0]), row[1]))
 
 
@@ -235,7 +235,7 @@ def test_a_bag_of_many_topics_is_described_with_one_look_at_each_chunk(
 
 
 def test_a_chunk_of_three_gigabytes_is_read_where_its_messages_are(tmp_path: Path) -> None:
-    """Offsets above 2^31 are in use; what lies between is a hole of the file."""
+    """Offsets above 2^31 are used; the bytes between are a hole in the file."""
     size, offset = 3_000_000_000, 2_999_999_000
     header = header_of(Int32(), "/a")
     connection = Connection(0, "/a", header)

@@ -1,4 +1,4 @@
-"""`import rosbag`. What both sides say of the same bags is compared in tests/interop."""
+"""`import rosbag`. tests/interop compares both implementations on the same bags."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def test_an_unindexed_bag_is_reindexed_in_its_file(tmp_path: Path) -> None:
 def test_bags_can_be_read_from_and_written_to_file_objects() -> None:
     file = io.BytesIO()
     closes = file.close
-    file.close = lambda: None  # type: ignore[method-assign] # to look at it afterwards
+    file.close = lambda: None  # type: ignore[method-assign] # to read it afterwards
     with rosbag.Bag(file, "w") as bag:
         bag.write("/a", Int32(1), rospy.Time(5))
         assert (bag.filename, bag.mode, bag.version) == (None, "w", 200)

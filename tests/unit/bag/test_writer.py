@@ -42,7 +42,7 @@ def test_messages_can_be_appended() -> None:
     before = BagReader(file)
     writer = BagWriter(file, layout=before.layout, compression="bz2")
 
-    with pytest.raises(NotIndexed):  # the old index is gone
+    with pytest.raises(NotIndexed):  # the old index was overwritten
         BagReader(io.BytesIO(file.getvalue()))
     connection = writer.add_connection("/new", header_of(String(), "/new"))
     for _, message, seconds, nanoseconds in rows[10:]:
@@ -113,7 +113,7 @@ def test_complete_chunks_survive_a_full_disk_and_writing_continues_when_there_is
 
 
 class _LittleFile(WholeWrites):
-    """Takes no byte beyond `room`, and a part of what does not fit."""
+    """Accepts at most `room` bytes; a write that does not fit is partial."""
 
     room = 1_000_000
 

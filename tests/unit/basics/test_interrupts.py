@@ -1,4 +1,4 @@
-"""A Ctrl-C that comes where Python ignores exceptions ends the program all the same."""
+"""Ctrl-C ends the program even if it arrives where Python ignores exceptions."""
 
 import subprocess
 import sys

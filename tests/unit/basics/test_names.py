@@ -1,4 +1,4 @@
-"""Command lines: what is a remapping, what is a parameter, and what is left for the program."""
+"""Command lines: remappings, parameters, and the remaining arguments."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ def test_the_overview_lists_only_installed_commands(monkeypatch: pytest.MonkeyPa
 
 @pytest.fixture
 def workspace(tmp_path: Path) -> Path:
-    """A workspace as catkin_make leaves it, without packages."""
+    """A workspace built by catkin_make, without packages."""
     devel = tmp_path / "my ws" / "devel"
     devel.mkdir(parents=True)
     (devel / MARKER).write_text(str(tmp_path / "my ws" / "src"))

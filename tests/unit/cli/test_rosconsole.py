@@ -1,4 +1,4 @@
-"""What `rosconsole echo` prints."""
+"""The output of `rosconsole echo`."""
 
 from __future__ import annotations
 

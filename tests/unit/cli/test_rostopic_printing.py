@@ -58,7 +58,7 @@ def test_arrays_and_texts_of_messages_can_be_left_out(no_arrays: bool, no_texts:
     heading = rows.heading(Part(scan, LaserScan._type))
     assert ("ranges0" in heading, "frame_id" in heading) == (not no_arrays, not no_texts)
     assert rows.row(Part(scan, LaserScan._type), 1).count(",") == heading.count(",")
-    assert rows.row(Part([1.0], "float32[]"), 1) == "1,1.0"  # what was asked for is shown
+    assert rows.row(Part([1.0], "float32[]"), 1) == "1,1.0"  # the requested field is shown
 
 
 def test_an_offset_is_taken_off_points_in_time() -> None:

@@ -1,4 +1,4 @@
-"""What people see on a terminal, and that a pipe gets none of it."""
+"""Output on a terminal, none of which is written to a pipe."""
 
 from __future__ import annotations
 

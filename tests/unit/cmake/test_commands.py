@@ -1,4 +1,4 @@
-"""The commands of CMake. `tests/golden/cmake` has the values of CMake 3.25; `tests/interop` asks it again."""
+"""The commands of CMake. `tests/golden/cmake` has the values of CMake 3.25; `tests/interop` runs it again."""
 
 from __future__ import annotations
 

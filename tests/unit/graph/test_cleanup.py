@@ -1,4 +1,4 @@
-"""Unregistering nodes that do not answer: who is asked, and what is removed."""
+"""Unregistering nodes that do not respond: the question to the user, and the removed registrations."""
 
 from __future__ import annotations
 

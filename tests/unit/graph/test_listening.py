@@ -67,7 +67,7 @@ def test_a_malformed_index_warns_and_selects_the_whole_message() -> None:
 
 
 class FakeNode:
-    """Keeps what it is given, so that a test can call it."""
+    """Keeps the callback, so that a test can call it."""
 
     def __init__(self) -> None:
         self.callbacks: dict[str, Callable[[Any], object]] = {}

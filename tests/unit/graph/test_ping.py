@@ -1,4 +1,4 @@
-"""Pinging nodes that are functions: what is printed, counted and waited for."""
+"""Pings of nodes that are functions: output, counts and waits."""
 
 from __future__ import annotations
 

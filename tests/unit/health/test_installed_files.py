@@ -37,7 +37,7 @@ def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_files_of_other_packages_are_no_finding(site: Path) -> None:
+def test_files_of_other_packages_are_ignored(site: Path) -> None:
     install(site, "bag-viewer", {"bag_viewer/__init__.py": "theirs\n"})
     assert changed_packages(OURS) == {}
 

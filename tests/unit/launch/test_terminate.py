@@ -16,7 +16,7 @@ from pipros.launch.terminate import end, report_end
 
 
 class FakeProcess:
-    """Ends on one of the signals. `leaves` is what stays of its group, until that signal."""
+    """Ends on one of the signals. With `leaves`, its group exists until that signal."""
 
     def __init__(self, name: str, ends_on: Signals | None = SIGINT, leaves: Signals | None = None) -> None:
         self.name = name
@@ -58,7 +58,7 @@ class Recorder:
 
 
 def end_all(*processes: FakeProcess) -> tuple[Recorder, list[float]]:
-    """Ends the processes; what was printed, and how long each step may have taken."""
+    """End the processes; return the output and the timeouts of the steps."""
     console, waits = Recorder(), []
 
     def await_ends(left: Sequence[Any], timeout_s: float) -> list[Any]:

@@ -1,4 +1,4 @@
-"""What a master holds in all: counted as it changes, and bounded."""
+"""The total size of a master's data: counted at each change, and limited."""
 
 from __future__ import annotations
 

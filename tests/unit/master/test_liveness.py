@@ -1,4 +1,4 @@
-"""Who counts as gone, who as unreachable, and whose address is still theirs."""
+"""Which nodes are dead, which unreachable, and which still own their address."""
 
 from __future__ import annotations
 

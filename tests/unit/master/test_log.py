@@ -1,4 +1,4 @@
-"""`master.log`: who registered what, who set which parameter."""
+"""`master.log`: registrations and parameter changes, with the node that made them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def api() -> MasterApi:
 
 
 class Opened:
-    """A log that is open for what happens between `open` and `lines`."""
+    """A log of the calls between `open` and `lines`."""
 
     def __init__(self, folder: Path) -> None:
         self.file = folder / "log" / "master.log"

@@ -54,7 +54,7 @@ class FakeNode:
 
 
 class Network:
-    """Fake nodes, and what they heard: when, at which API, which method, with what."""
+    """Fake nodes, and the calls they received: time, API, method and arguments."""
 
     def __init__(self) -> None:
         self.nodes: list[FakeNode] = []
@@ -75,7 +75,7 @@ class Network:
 
 
 class FakeRecipients:
-    """Nodes that are all current, unless listed in `moved`, and a record of what was reported."""
+    """Nodes that are all current, unless listed in `moved`, and a record of the reports."""
 
     def __init__(self) -> None:
         self.moved: set[str] = set()

@@ -1,4 +1,4 @@
-"""Which nodes the change of a parameter is announced to, and what each hears."""
+"""Which nodes are notified of a parameter change, and with which key and value."""
 
 from __future__ import annotations
 

@@ -125,7 +125,7 @@ def test_a_key_of_too_many_parts_is_refused_so_that_the_tree_fits_in_an_answer()
 def test_the_replaced_value_can_be_read_before() -> None:
     tree = ParamTree({"robot": {"speed": 5}})
     assert tree.former("/robot/speed") == 5
-    assert tree.former("/robot/speed/limit") == 5  # a value on the way
+    assert tree.former("/robot/speed/limit") == 5  # a value along the path
     assert tree.former("/robot") == {"speed": 5}
     assert tree.former("/nothing") is None
 

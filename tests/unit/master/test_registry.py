@@ -1,4 +1,4 @@
-"""What nodes register, and whom the master notifies of it."""
+"""The registrations of nodes, and the resulting notifications."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the master keeps on disk: all of it comes back, and a bad file is set aside."""
+"""The state of the master on disk: it is restored completely, and an unusable file is set aside."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every message can do, whichever its type."""
+"""The methods that every message class has."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What expressions may read of messages and times."""
+"""The attributes of messages and times that expressions may read."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from pipros.msg.importing.load import load_message_class, load_service_class
 
 
 class Packages:
-    """Packages in a folder, and what was looked for."""
+    """Packages in a folder, and a record of the searches."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

@@ -1,4 +1,4 @@
-"""Made-up definitions and values: what is written comes back, what is cut off is noticed."""
+"""Random definitions and values: they survive a round trip, and truncation is detected."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_failing_to_write_names_the_field_and_leaves_no_trace(seed: int) -> None
     message = made(seed)
     last = getattr(message, message.__slots__[-1]) if message.__slots__ else None
     if last is None or last == [] or (isinstance(last, Message) and not written(last)):
-        return  # nothing of it goes to the wire
+        return  # none of it is written
     setattr(message, message.__slots__[-1], object())
     buffers: list[bytes] = []
     with pytest.raises(genpy.SerializationError, match=f"field {message.__slots__[-1]} |non-ascii"):

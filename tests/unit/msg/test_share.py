@@ -1,4 +1,4 @@
-"""The packages that come with pipros are ROS packages in every respect."""
+"""The included packages are ROS packages in every respect."""
 
 from __future__ import annotations
 

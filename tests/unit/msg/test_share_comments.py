@@ -1,4 +1,4 @@
-"""The definitions that ship say what they mean, and say it so that every parser takes it for a comment."""
+"""The included definitions have documentation that every parser reads as comments."""
 
 from __future__ import annotations
 

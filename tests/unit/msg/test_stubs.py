@@ -1,4 +1,4 @@
-"""Type stubs: what an editor reads, for each kind of field and definition."""
+"""Type stubs for editors, for each kind of field and definition."""
 
 from __future__ import annotations
 

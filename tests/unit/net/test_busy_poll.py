@@ -105,7 +105,7 @@ def test_a_successful_poll_is_repeated(
     sleepy: SleepySocket, ends: tuple[socket.socket, socket.socket]
 ) -> None:
     one = PollingReceiver(ONE_LOOK)
-    for _ in range(5):  # looks, passes, looks, passes twice
+    for _ in range(5):  # polls, skips, polls, skips twice
         wait_on(one, sleepy)
     ends[1].sendall(b"here")
     assert one.receive(ends[0], 100) == b"here"

@@ -95,7 +95,7 @@ def test_a_lookup_without_an_answer_times_out(resolver: Resolver) -> None:
         lookups.find("silent", 1, deadline=time.monotonic() + 0.01)
     with pytest.raises(Interrupted):
         lookups.find("silent", 1, is_given_up=lambda: True)
-    assert resolver.asked == ["silent"]  # who asks again joins in
+    assert resolver.asked == ["silent"]  # a second caller joins the running look-up
 
 
 def test_concurrent_lookups_are_limited_and_the_next_follow(resolver: Resolver) -> None:

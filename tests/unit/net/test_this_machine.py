@@ -29,7 +29,7 @@ from pipros.net.this_machine import (
 from tests.support.network import LoneNetwork, needs_network
 from tests.support.users import STRANGER, needs_other_users
 
-# What a server sees of connections from each of its own addresses.
+# The callers that a server sees for connections from its own addresses.
 LOOK = """
 import socket, sys
 from pipros.net.this_machine import Caller, has_address
@@ -101,7 +101,7 @@ def test_a_closed_connection_has_no_caller() -> None:
 
 def test_a_connection_closed_by_the_caller_has_no_owner() -> None:
     with connected() as (caller, client):
-        client.close()  # Linux shows what is left of it as root's
+        client.close()  # Linux attributes the closed connection to root
         assert caller.user_id() is None
 
 

@@ -90,7 +90,7 @@ def test_a_cancelled_attempt_lets_the_next_one_start() -> None:
         )
         await turns()
         busy.cancel()
-        await turns(1)  # the turn is given to the second, which has not run yet
+        await turns(1)  # the second may start, but has not run yet
         waiting.cancel()
         await turns()
         assert peers.begun[-1] == "c"

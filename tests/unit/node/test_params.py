@@ -155,7 +155,7 @@ def test_a_notification_during_a_refresh_repeats_it() -> None:
         params.update("/speed", 2)
 
     master.before_answer = overtake
-    assert params.get_cached("/speed") == 1  # what the master answered
+    assert params.get_cached("/speed") == 1  # the master's response
     assert params.get_cached("/speed") == 2
     assert master.asked == ["/speed", "/speed"]
 

@@ -14,7 +14,7 @@ QT = ("python_qt_binding.QtWidgets", "qt_gui.plugin", "rqt_gui.main", "rqt_gui_p
 
 
 def failed_import(module: str, folder: Path) -> str:
-    """The last line of what a program says that imports a module which only `folder` may have."""
+    """Return the last line of the output of a program that imports a module found only in `folder`."""
     hide_em = "import sys; sys.path = [p for p in sys.path if not p.endswith('-packages')]; "
     ended = subprocess.run(
         [sys.executable, "-c", f"{hide_em}import {module}"],

@@ -43,7 +43,7 @@ def test_without_rospkg_there_is_no_module(tmp_path: Path) -> None:
 
 
 def run(code: str, *options: str) -> str:
-    """What a program with setuptools of Noetic's time prints; its warning about pkg_resources is expected."""
+    """Return the output of a program with an old setuptools; its warning about pkg_resources is expected."""
     ended = subprocess.run(
         [sys.executable, "-W", "ignore", *options, "-c", code],
         capture_output=True,

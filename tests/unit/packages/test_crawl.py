@@ -1,4 +1,4 @@
-"""What a crawl finds and remembers. `tests/unit/workspace/test_index.py` has how it serves the index."""
+"""The results of a crawl and their cache. `tests/unit/workspace/test_index.py` tests their use."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the messages of a dynamic_reconfigure server say, and what asks for changes."""
+"""The messages of a dynamic_reconfigure server, and requests for changes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What rostest does with a launch file's tests, on a stage without processes."""
+"""How rostest runs the tests of a launch file, on a stage without processes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FAILED = Suite("s", (Case("c", "test_it", 0.0, Outcome.FAILURE, "AssertionError"
 
 @dataclass
 class FakeStage:
-    """Writes given results where a test program would, and records the calls."""
+    """Write the given results to the files of the test programs, and record the calls."""
 
     leaves: Callable[[], Suite | None] = lambda: PASSED
     failing_nodes: Sequence[str] = ()

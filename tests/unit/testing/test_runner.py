@@ -1,4 +1,4 @@
-"""The runner of test cases: its lines on the console, and when it leaves a result file."""
+"""The runner of test cases: its console output and its result files."""
 
 # ruff: noqa: PT009 - the cases that are run are those of unittest
 

@@ -1,4 +1,4 @@
-"""Where requests to the page may come from."""
+"""Allowed hosts and origins of requests to the page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the tabs make of messages: numbers for curves, pixels, frames, components."""
+"""The data of the tabs: numbers for curves, pixels, frames, components."""
 
 from __future__ import annotations
 

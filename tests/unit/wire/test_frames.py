@@ -1,4 +1,4 @@
-"""Frames come out whole and in order, however they arrived, and a claimed length costs nothing."""
+"""Frames are complete and in order for any split of the stream, and a claimed length allocates nothing."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def framed(*bodies: bytes) -> bytes:
 
 
 def pieces(stream: bytes, sizes: list[int]) -> Iterator[bytes]:
-    """The stream, cut at the given sizes by turns."""
+    """Yield pieces of the stream with the given sizes, in rotation."""
     at = 0
     for size in itertools.cycle(sizes):
         if at >= len(stream):

@@ -1,4 +1,4 @@
-"""What two ends tell each other, and when one refuses."""
+"""The headers that two peers exchange, and the reasons for a refusal."""
 
 from __future__ import annotations
 

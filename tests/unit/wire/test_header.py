@@ -1,4 +1,4 @@
-"""Connection headers, to the byte, and what becomes of malformed ones."""
+"""Connection headers, byte for byte, and malformed ones."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ def request(*headers: str, body: bytes = b"", start: str = "POST /RPC2 HTTP/1.1"
 
 
 def read(stream: bytes, reader: RequestReader | None = None) -> list[Request]:
-    """Feeds a stream and takes all requests that it completes."""
+    """Feed a stream, and return all requests that it completes."""
     reader = reader or RequestReader()
     reader.feed(stream)
     return list(iter(reader.next_request, None))

@@ -1,4 +1,4 @@
-"""The HTTP reader and h11, a complete implementation, read generated messages alike.
+"""The HTTP reader and h11, a complete implementation, read the same generated messages.
 
 The reader supports less than HTTP has, and refuses the rest by a status of its own; h11 accepts that. What
 is not HTTP at all, both must refuse. `LENIENT` lists where the reader accepts more than h11.
@@ -228,7 +228,9 @@ def check(stream: bytes, mine: list[Read], status: int, theirs: list[Read] | Non
         read.start[0] in ("POST", "200", "500") for read in refused
     )
     if is_supported and not any(re.search(pattern, stream) for pattern in STRICT):
-        assert len(mine) == len(theirs)  # the reader may refuse what follows before h11 has a whole head
+        assert len(mine) == len(
+            theirs
+        )  # the reader may refuse the following bytes before h11 has a complete head
 
 
 @given(st.lists(requests, min_size=1, max_size=3).map(b"".join), st.data())

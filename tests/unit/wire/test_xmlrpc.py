@@ -1,4 +1,4 @@
-"""XML-RPC documents: what goes in comes out, in the form that genuine peers read and write."""
+"""XML-RPC documents: values survive a round trip, in the form that genuine peers use."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The quick and the thorough XML-RPC reader never disagree: the quick one is right, or gives up."""
+"""The quick XML-RPC reader agrees with the complete one, or gives up."""
 
 from __future__ import annotations
 

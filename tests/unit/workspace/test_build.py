@@ -1,4 +1,4 @@
-"""Workspaces built without CMake: what is made, what is refused, and what is left alone."""
+"""Workspaces built without CMake: created, refused and untouched files."""
 
 from __future__ import annotations
 

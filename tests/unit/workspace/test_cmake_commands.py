@@ -1,4 +1,4 @@
-"""What packages ask for by commands of CMake and catkin: custom commands, installation, hooks, tests."""
+"""Commands of CMake and catkin in packages: custom commands, installation, hooks, tests."""
 
 from __future__ import annotations
 

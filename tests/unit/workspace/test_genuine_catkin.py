@@ -1,4 +1,4 @@
-"""Which packages genuine catkin gets besides those of the workspace itself."""
+"""The packages that are passed to genuine catkin besides those of the workspace."""
 
 from __future__ import annotations
 
@@ -190,7 +190,7 @@ def test_only_the_genuine_package_provides_cmake_commands(tmp_path: Path, name: 
     ("prefix", "distribution"), [("/usr", "Debian"), ("/opt/ros/noetic", "noetic"), ("/opt/ros/one", "one")]
 )
 def test_genuine_catkin_gets_the_environment_of_its_own_distribution(prefix: str, distribution: str) -> None:
-    """A hook of Debian's packages complains about another one, and what it prints ends the build."""
+    """A hook of Debian's packages complains about another one, and its output would end the build."""
     sourced = {
         "ROS_DISTRO": "noetic",
         "ROS_ROOT": "/p/ros",

@@ -8,7 +8,7 @@ from pipros.workspace.pkg_config import NoFlags, flags
 
 
 def pkg_config(folder: Path, monkeypatch: pytest.MonkeyPatch, answer: str, code: int = 0) -> None:
-    """A program of that name that gives this answer, the only one in PATH."""
+    """A program of that name with this output, the only one in PATH."""
     folder.mkdir()
     stream = ">&2" if code else ""
     (folder / "pkg-config").write_text(f"#!/bin/sh\nprintf '%s\\n' '{answer}' {stream}\nexit {code}\n")

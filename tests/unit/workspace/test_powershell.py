@@ -33,7 +33,7 @@ def texts(root: Node, kind: str) -> list[str]:
 
 
 def value_of(literal: str) -> str:
-    """What PowerShell makes of a string in single quotes: a pair of quotes, of any kind, is one of them."""
+    """Parse a single-quoted string like PowerShell: a doubled quote, of any kind, is one quote."""
     return re.sub(r"(['‘’‚‛])['‘’‚‛]", r"\1", literal[1:-1])  # noqa: RUF001
 
 

@@ -1,4 +1,4 @@
-"""`roslib.packages`: what old scripts find packages and their files with."""
+"""`roslib.packages`, with which old scripts find packages and their files."""
 
 from __future__ import annotations
 

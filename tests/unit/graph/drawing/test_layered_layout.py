@@ -1,4 +1,4 @@
-"""Layouts: nothing overlaps, arrows lead to the right, groups have rectangles of their own."""
+"""Layouts: nothing overlaps, arrows point to the right, groups have their own rectangles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What of a running system is drawn: modes, filters, what is hidden."""
+"""The contents of a drawing of a running system: modes, filters, hidden elements."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ EVENTS = st.lists(st.tuples(st.sampled_from([*Event, "cancel"]), st.booleans(), 
 
 @given(EVENTS)
 def test_client_and_server_agree_after_any_events(events: list[tuple[Event | str, bool, bool]]) -> None:
-    """The server's goal goes any way; the client sees some of its statuses, and the result at last."""
+    """The server's goal takes any path; the client sees some of its statuses, and finally the result."""
     status, client, way = Status.PENDING, ClientGoal(), []
     for event, is_status_seen, is_listed in events:
         if event == "cancel":

@@ -1,4 +1,4 @@
-"""What the aggregator makes of the statuses that come, and of wrong parameters."""
+"""The aggregator's reports on statuses, and on invalid parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What tasks of diagnostics count and report."""
+"""The counts and reports of diagnostic tasks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the monitors of a machine report of readings, and the packets of SNTP."""
+"""The reports of machine monitors, and the packets of SNTP."""
 
 from __future__ import annotations
 
@@ -179,7 +179,7 @@ def test_clocks() -> None:
 
 
 def answer_to(asked: bytes, ahead_s: float, **changed: int) -> bytes:
-    """What a server whose clock is ahead sends, and what takes a tenth of a second each way."""
+    """Return the response of a server whose clock is ahead; packets take a tenth of a second each way."""
     words = list(struct.unpack(">11I", asked[4:]))
     words[5:7] = struct.unpack(">II", asked[40:48])
     for place, after in ((7, 0.1), (9, 0.2)):

@@ -1,4 +1,4 @@
-"""Regular expressions of unknown origin: what matches, and what may not take for ever."""
+"""Untrusted regular expressions: their matches, and their time limit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the programs of topic_tools decide, without a graph."""
+"""The decisions of the programs of topic_tools, without a graph."""
 
 from __future__ import annotations
 

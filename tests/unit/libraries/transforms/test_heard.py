@@ -1,4 +1,4 @@
-"""Transforms that were heard: what contradicts each other is named once, and nothing else."""
+"""Received transforms: every contradiction is reported once, and nothing else."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Matrices, quaternions, projections and the arcball: what each promises, as geometry."""
+"""Geometric properties of matrices, quaternions, projections and the arcball."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When tf_change_notifier tells of a frame."""
+"""The conditions under which tf_change_notifier reports a frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the programs of tf and tf2_ros read and print."""
+"""The arguments and the output of the programs of tf and tf2_ros."""
 
 from __future__ import annotations
 

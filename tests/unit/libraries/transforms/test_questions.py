@@ -1,4 +1,4 @@
-"""What the buffer answers besides look-ups: possible transforms, common times, chains, parents."""
+"""Queries of the buffer besides look-ups: possible transforms, common times, chains, parents."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def at(x: float, yaw: float = 0.0) -> Pose:
 
 @pytest.fixture
 def buffer() -> FrameBuffer:
-    """map → odom → base → (left → camera, right), which move, map → dock, which does not, and an island."""
+    """Moving map → odom → base → (left → camera, right), a static map → dock, and an unconnected frame."""
     made = FrameBuffer()
     chain = [("map", "odom"), ("odom", "base"), ("base", "left"), ("base", "right"), ("left", "camera")]
     for parent, child in chain:

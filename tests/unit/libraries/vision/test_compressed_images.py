@@ -1,4 +1,4 @@
-"""Compressed images: what their formats say, JPEG and PNG, depths."""
+"""Compressed images: format strings, JPEG and PNG, depths."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from cv_bridge import CvBridge, CvBridgeError, cvtColor2, cvtColorForDisplay, ge
 BRIDGE = CvBridge()
 COLORED = np.array([[[10, 20, 30], [255, 0, 0]], [[0, 255, 0], [0, 0, 255]]], np.uint8)
 
-# What genuine cv_bridge makes of COLORED with OpenCV 4.6.
+# The results of genuine cv_bridge for COLORED with OpenCV 4.6.
 GRAY_OF_RGB = [[18, 76], [150, 29]]
 GRAY_OF_BGR = [[22, 29], [150, 76]]
 

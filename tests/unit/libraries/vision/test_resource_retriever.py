@@ -1,4 +1,4 @@
-"""resource_retriever: what URLs name, and what they may not."""
+"""resource_retriever: supported and refused URLs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Arrays of numbers: as their own memory where that has the wire format, converted where it has not."""
+"""Arrays of numbers: used without a copy if their memory has the wire format, else converted."""
 
 from __future__ import annotations
 

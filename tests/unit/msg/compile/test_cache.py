@@ -1,4 +1,4 @@
-"""Compiled types on disk: used when good, left alone when not, never in the way."""
+"""Compiled types on disk: used if valid, ignored if not, never a cause of errors."""
 
 from __future__ import annotations
 

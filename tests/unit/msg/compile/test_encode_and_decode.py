@@ -1,4 +1,4 @@
-"""The bodies of `serialize` and `deserialize`: what one call of `struct` does, and what is refused."""
+"""The bodies of `serialize` and `deserialize`: fields that share a call of `struct`, and errors."""
 
 from __future__ import annotations
 

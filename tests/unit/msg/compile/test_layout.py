@@ -1,4 +1,4 @@
-"""What the compiler knows of a type before it writes code for it."""
+"""The properties of a type that the compiler determines before it generates code."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Arrays of strings: short and long ones, those that come again, and those that are cut short."""
+"""Arrays of strings: short, long, repeated and truncated ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Types by name: from the cache where it is valid, compiled where it is not; and the modules made of them."""
+"""Types by name: from the cache if it is valid, else compiled; and the modules created from them."""
 
 from __future__ import annotations
 

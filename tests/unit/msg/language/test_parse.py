@@ -1,4 +1,4 @@
-"""The language of definition files, checked against what genmsg makes of the same lines."""
+"""The language of definition files, compared with genmsg on the same lines."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ DATA = random.Random(1).randbytes(5000)  # noqa: S311
 
 
 def passed(stream: FaultyStream, chunks: Iterable[bytes]) -> tuple[bytes, list[Piece], bool]:
-    """What a peer gets, the pieces, and whether the connection was cut."""
+    """Return the bytes that a peer gets, the pieces, and whether the connection was cut."""
     pieces = []
     for step in itertools.chain.from_iterable(map(stream.feed, chunks)):
         if isinstance(step, Cut):

@@ -1,4 +1,4 @@
-"""What `hztest` thinks of arrivals."""
+"""The verdicts of `hztest` on arrival times."""
 
 from __future__ import annotations
 

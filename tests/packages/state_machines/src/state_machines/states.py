@@ -1,4 +1,4 @@
-"""A state, and the data that it gets and leaves."""
+"""A state, with its input and output data."""
 
 import threading
 
@@ -31,7 +31,7 @@ class UserData:
 
 
 class Remapped:
-    """What one state may see of its container's data, by its own names."""
+    """A state's view of its container's data, under its own names."""
 
     def __init__(self, data, inputs, outputs, names):
         self.__dict__.update(_data=data, _inputs=inputs, _outputs=outputs, _names=names)
