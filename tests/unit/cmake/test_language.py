@@ -76,7 +76,8 @@ def test_any_text_is_parsed_or_refused(text: str) -> None:
     except CMakeError:
         return
     for command in commands:
-        expand(command.arguments, {}, {}, 1_000)
+        assert 1 <= command.line <= text.count("\n") + 1
+        assert all(isinstance(argument, str) for argument in expand(command.arguments, {}, {}, 1_000))
 
 
 @pytest.mark.parametrize(
