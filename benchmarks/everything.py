@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""All benchmarks, one after the other, and one table of what they found, as Markdown.
+"""Run all benchmarks one after the other, and print one Markdown table of the results.
 
     benchmarks/everything.py [--quick] [--rounds 3] [--seconds 2] [--only client,codec] [--update FILE]
 
-Genuine rospy takes turns with pipros in each of them. The ratio says how many times better pipros is, then
-come the least and the largest ratio of a round. Above some 5 % of foreign load the figures mean little; they
-are told for each benchmark. `--quick` measures a choice of rows once, in less than two minutes.
+Genuine rospy and pipros alternate in each of them. The ratio is the factor by which pipros is better,
+followed by the range of the ratios of single rounds. Above some 5 % of foreign load, which is printed for
+each benchmark, the figures mean little. `--quick` measures some of the rows once, in less than two minutes.
 """
 
 import argparse
@@ -41,7 +41,7 @@ BENCHMARKS = {
 }
 NEEDS_GENUINE = ("codec", "bags")  # they run in the Python of genuine ROS
 
-# What bounds a row, by the beginning of its label; the first that fits.
+# The bottleneck of a row, by the beginning of its label; the first match counts.
 BOUNDS = (
     ("flow PointCloud2", "copies of 4 MB: one into the socket, one out of it, one into the message"),
     ("Image 1 MB", "copies: one into the socket, one out of it, one into the message"),
@@ -82,14 +82,14 @@ BOUNDS = (
 
 
 def bound(row):
-    """What bounds a row; most rows of commands are bound by the start of an interpreter."""
+    """Return the bottleneck of a row; for most commands it is the start of an interpreter."""
     return next(
         (text for start, text in BOUNDS if row.label.startswith(start)), "the start of Python, imports"
     )
 
 
 def run(name, options, folder):
-    """The rows of one benchmark; its own output goes to stderr. None when it failed."""
+    """Return the rows of one benchmark, or None if it failed. Its own output is written to stderr."""
     path = os.path.join(folder, name + ".json")
     argv = [sys.executable, os.path.join(HERE, name + ".py"), *options.split(), "--json", path]
     print(f"== {name} {options}", file=sys.stderr, flush=True)
@@ -104,7 +104,7 @@ def machine():
 
 
 def report(rows, loads, failed, words, seconds):
-    """The table and what must be known to read it, as Markdown."""
+    """Return the table as Markdown, with the conditions of the run."""
     shown = ", ".join(f"{name} {load:.0f} %" for name, load in loads.items())
     lines = [
         f"`script/bench{words}` on {machine()}, {time.strftime('%Y-%m-%d')}, {seconds / 60:.0f} minutes.",
@@ -116,7 +116,7 @@ def report(rows, loads, failed, words, seconds):
 
 
 def replace(path, text):
-    """Puts the table between the two marks of a document."""
+    """Put the table between the two marks of a document."""
     with open(path) as file:
         before, begin, rest = file.read().partition(BEGIN)
     _, end, after = rest.partition(END)

@@ -253,7 +253,7 @@ class _Browser:
     def __init__(
         self, connection: ServerConnection, services: Services, logged: set[tuple[str, type[BaseException]]]
     ) -> None:
-        """`logged`: errors of all browsers that are already in the log, by view or action and type."""
+        """Keep the arguments. `logged` has the logged errors of all browsers, by view or action and type."""
         self._connection = connection
         self._services = services
         self._logged = logged
