@@ -5,7 +5,7 @@
 
 Both implementations alternate, each with its own master, and the median counts. Without genuine ROS 1 only
 pipros is measured. Other load affects the figures more than the ratio.
---python measures the pipros of another environment: with an ordinary install, for example, as users have it.
+--python measures the pipros of another environment, for example that of an ordinary installation.
 Development tools may add .pth files to an environment, which take time at every start of Python.
 """
 

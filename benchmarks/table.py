@@ -35,7 +35,7 @@ class Row:
         self.goal, self.best = goal, best
 
     def figure(self, world):
-        """The value that counts."""
+        """The representative value of all rounds."""
         if self.best:
             return (max if self.more_is_better else min)(self.values[world])
         return statistics.median(self.values[world])

@@ -31,7 +31,7 @@ def chromium() -> Iterator[Browser]:
 
 @pytest.fixture
 def open_tab(chromium: Browser) -> Iterator[OpenTab]:
-    """Opens a page at a tab: `open_tab(page, "graph")`. An error in its console fails the test."""
+    """Open a page at a tab: `open_tab(page, "graph")`. An error in its console fails the test."""
     errors: list[str] = []
 
     def note(message: ConsoleMessage) -> None:

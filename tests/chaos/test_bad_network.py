@@ -63,13 +63,13 @@ class Relay:
         wait_until(lambda: self.there.connection_count and self.back.connection_count, LIMIT_S)
 
     def say(self, size: int = 0) -> int:
-        """Sends the next message, of so many characters; returns its number."""
+        """Send the next message, with this number of characters; return its number."""
         text = self.history.next_text("near", size)
         self.there.publish(String(text))
         return int(text.split()[1])
 
     def wait(self, number: int) -> None:
-        """Waits until that message has arrived, and the answer to it."""
+        """Wait until that message and the reply to it have arrived."""
 
         def answered() -> bool:
             came, answer = self.history.last("near", "behind"), self.history.last("behind", "near")
@@ -78,7 +78,7 @@ class Relay:
         wait_until(answered, LIMIT_S, lambda: f"no {number}; {self.counted()}")
 
     def say_until_one_comes(self) -> None:
-        """Goes on until a message was answered: links may be made again meanwhile."""
+        """Send messages until one is replied to: links may be reopened meanwhile."""
         before = self.history.last("behind", "near")
 
         def comes() -> bool:

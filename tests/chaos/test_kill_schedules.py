@@ -127,12 +127,12 @@ class Scene:
         return self._processes.start(str(VENV_BIN / "rosbag"), *words, environment=self._environment)
 
     def has_recorded(self) -> bool:
-        """The recorder has written some chunks."""
+        """Return True if the recorder has written some chunks."""
         active = self.bags[-1].with_name(f"{self.bags[-1].stem}.bag.active")
         return active.exists() and active.stat().st_size > 50_000
 
     def kill(self, kill: Kill) -> None:
-        """Kills a victim after some messages, starts it again, and waits until all is heard and recorded."""
+        """Kill a victim after some messages, restart it, and wait until all messages are recorded."""
         self.hear_more(kill.after)
         self.kills += 1
         victim = self._running[kill.victim]

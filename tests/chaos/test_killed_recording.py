@@ -43,7 +43,7 @@ while True:
 
 
 def killed_after(acknowledged: int, folder: Path, compression: str) -> int:
-    """Kills a writer after a number of its reports about the file; returns the last number that it
+    """Kill a writer after a number of its reports about the file; return the last number that it
     reported."""
     argv = [sys.executable, "-c", WRITER, compression]
     with subprocess.Popen(argv, cwd=folder, stdout=subprocess.PIPE, text=True) as writer:

@@ -50,7 +50,7 @@ class RunningMaster:
 
     @contextmanager
     def answering_meanwhile(self) -> Iterator[None]:
-        """Asks all the time until the block ends; fails if an answer was late."""
+        """Call the master continuously until the block ends; fail if a response was late."""
         end = threading.Event()
         failures: list[Exception] = []
         asked = threading.Semaphore(0)
@@ -96,7 +96,7 @@ def read_to_end(peer: socket.socket) -> bytes:
 
 
 def send_until_refused(peer: socket.socket, piece: bytes, count: int) -> int:
-    """How many pieces were taken before the master closed the connection."""
+    """Return the number of pieces sent before the master closed the connection."""
     for sent in range(count):
         try:
             peer.sendall(piece)
@@ -271,7 +271,7 @@ def test_a_peer_that_asks_for_much_and_never_reads(master: RunningMaster) -> Non
 
 
 def told_after(master: RunningMaster, disturb: Callable[[], None]) -> None:
-    """A subscriber is notified of a new publisher although the master is disturbed."""
+    """Check that a subscriber is notified of a new publisher during the attack."""
     slave = FakeSlave()
     try:
         subscriber = MasterClient(f"http://127.0.0.1:{master.port}/", "/s", timeout_s=ANSWER_S)

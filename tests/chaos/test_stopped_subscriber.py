@@ -52,7 +52,7 @@ def test_five_subscribers_miss_nothing_while_a_sixth_is_stopped_and_later_catche
 
         for number in range(COUNT):
             publisher.publish(numbered(number))
-            for inbox in inboxes:  # at its own pace, however fast that is
+            for inbox in inboxes:  # at its own speed
                 inbox.wait(number + 1)
         for inbox in inboxes:
             assert [number_of(message) for message in inbox.messages] == list(range(COUNT))

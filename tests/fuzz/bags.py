@@ -1,4 +1,4 @@
-"""A bag from a stranger: its messages, or a BagError; nothing else, in bounded memory.
+"""Any bytes of a bag are messages or raise BagError, in bounded memory.
 
 python -m tests.fuzz.bags --seconds 60
 """

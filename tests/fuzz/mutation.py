@@ -30,7 +30,7 @@ class TooSlow(Exception):
 
 
 def corpus(name: str) -> list[bytes]:
-    """The inputs that were kept for a target, in a fixed order."""
+    """Return the stored inputs of a target, in a fixed order."""
     return [file.read_bytes() for file in sorted((CORPUS / name).iterdir())]
 
 
@@ -41,7 +41,7 @@ def mutations(
 
     Args:
         words: pieces that the target knows.
-        longer: how often a piece may be repeated, besides up to 50 times.
+        longer: further numbers of repetitions of a piece, besides up to 50.
     """
     rng = random.Random(seed)  # noqa: S311
     while True:
@@ -94,7 +94,7 @@ def bounded() -> Iterator[None]:
 
 
 def main(target: Target, name: str, words: Sequence[bytes] = (), longer: Sequence[int] = ()) -> int:
-    """Runs a target on its corpus and on mutations of it until the time is up or it fails."""
+    """Run a target on its corpus and on mutations of it until the time is up or it fails."""
     parser = argparse.ArgumentParser(description=f"Fuzzes {name}.")
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--seed", type=int, default=time.time_ns() % 2**32)

@@ -96,7 +96,7 @@ def target(stream: bytes) -> None:
 
 
 def read_requests(pieces: list[bytes]) -> tuple[list[Request], int]:
-    """The requests, and the status of the refusal that ended them (0 for none)."""
+    """Return the requests, and the status of the refusal that ended them (0 for none)."""
     reader = RequestReader(head_limit=500, body_limit=2000)
     found: list[Request] = []
     try:

@@ -32,7 +32,7 @@ pytestmark = [
 
 
 def trusting() -> ssl.SSLContext:
-    """Trusts the test's certificate, and checks names."""
+    """Trust the test's certificate, and check names."""
     return ssl.create_default_context(cafile=str(CERTIFICATES / "cert.pem"))
 
 

@@ -51,7 +51,7 @@ def recorded(path: Path) -> list[tuple[str, Any]]:
 
 
 def message_count(active: Path) -> int:
-    """The messages in a file that is being written."""
+    """Return the messages in a file that is being written."""
     with BagReader(active, rebuild_index=True) as bag:
         return bag.message_count
 
@@ -144,7 +144,7 @@ def test_snapshots_are_written_on_request(ros: RosSystem, master: Master, talker
     found: list[list[tuple[str, Any]]] = []
 
     def ask_until(newest: int) -> None:
-        """Takes snapshots until this number is in one."""
+        """Take snapshots until this number is in one."""
         number.publish(Int32(newest))
         while not any(("/number", newest) in rows for rows in found):
             answer = take.call(Trigger._request_class(), timeout_s=30)

@@ -103,19 +103,6 @@ def test_a_wait_interrupted_by_a_signal_raises_noetics_exception(
     assert error in node.output
 
 
-def test_ctrl_c_ends_a_node_that_waits_for_a_master(processes: Processes, tmp_path: Path) -> None:
-    uri = "http://127.0.0.1:1"
-    node = start(processes, tmp_path, uri, HEAD + SPIN)
-    node.wait_for(
-        rf"Unable to register with master node \[{uri}\]: master may not be running yet. Will keep trying."
-    )
-    node.send_signal(signal.SIGINT)
-    assert node.wait(5) == INTERRUPTED
-    assert (
-        "ROSInitException" in node.output or "init_node interrupted before it could complete" in node.output
-    )
-
-
 def test_shutdown_does_not_join_a_thread_that_was_not_started(
     processes: Processes, tmp_path: Path, master: Master
 ) -> None:

@@ -89,7 +89,7 @@ def test_a_master_that_is_lost_during_the_examination_is_a_finding(
 
 @pytest.fixture
 def system(ros: RosSystem) -> Iterator[tuple[Master, Node]]:
-    """A master at the port of `ros`, in this process, and a node of it."""
+    """A master on the port of `ros`, in this process, and a node."""
     with Master(port=ros.port) as master:
         node = Node("source", environment=Environment(master_uri=master.uri))
         node.start()

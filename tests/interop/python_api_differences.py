@@ -264,7 +264,7 @@ DIFFERENCES = [
 
 
 def as_markdown() -> str:
-    """The table of the documentation."""
+    """Return the table of the documentation."""
     rows = ["| names | what | why |", "| --- | --- | --- |"]
     for difference in DIFFERENCES:
         names = ", ".join(f"`{name}`" for name in difference.names)

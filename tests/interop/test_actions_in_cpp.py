@@ -157,7 +157,7 @@ def test_an_action_with_other_than_three_parts_is_refused(tmp_path: Path, text: 
 
 
 def expand(folder: Path, text: str) -> subprocess.CompletedProcess[str]:
-    """Calls the function behind `add_action_files` alone."""
+    """Call the function behind `add_action_files` alone."""
     (folder / "Do.action").write_bytes(text.encode())
     (folder / "genmsgConfig.cmake").touch()
     script = folder / "expand.cmake"

@@ -71,7 +71,7 @@ class Scene:
         wait_until(comes, LIMIT_S, lambda: self.relay.output)
 
     def say_and_wait(self, count: int, size: int = 0) -> None:
-        """Sends so many messages, few at a time (topic_tools' relay has queues of ten); waits for all."""
+        """Send this number of messages, few at a time (topic_tools' relay has queues of 10); wait for all."""
         for _ in range(count):
             wait_until(lambda: self.history.sent("near") - self.history.last("near") < 8, LIMIT_S)
             self.say(size)

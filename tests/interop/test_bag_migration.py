@@ -26,7 +26,7 @@ def sides(tmp_path: Path, bare_tools: Path) -> Any:
 
 
 def fill(message: Any, count: list[int]) -> None:
-    """Gives each field another value."""
+    """Give each field another value."""
     classes = message_classes_from_text(message._type, message._full_text)
     for name, kind in zip(message.__slots__, message._slot_types, strict=True):
         base, _, length = kind.partition("[")

@@ -75,7 +75,7 @@ def sides(claimed_port: ClaimedPort, tmp_path: Path, bare_tools: Path) -> Iterat
 
 
 def received(system: RosSystem) -> dict[str, int]:
-    """How many messages the subscriber of /number, a node of roscpp, has read of each of its topics."""
+    """Return the number of messages that the roscpp subscriber of /number has read from each topic."""
     master: Any = ServerProxy(system.master_uri)
     (node,) = system.subscribers("/number")
     api: Any = ServerProxy(master.lookupNode("/a_test", node)[2])

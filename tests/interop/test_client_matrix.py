@@ -46,7 +46,7 @@ With two marks, every peer must find it: what the second relayed, what the secon
 
 
 def cells() -> list[tuple[str, str, str, str]]:
-    """All combinations of master, aspect and two peers in which pipros takes part."""
+    """Return all combinations of master, aspect and two peers in which pipros takes part."""
     return [
         (master, aspect, first, second)
         for master in ("genuine", "pipros")

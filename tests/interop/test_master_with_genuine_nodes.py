@@ -89,11 +89,11 @@ class Scene:
         return self._answers(lambda: self.master.lookup_node(node))
 
     def has_met(self, count: int) -> bool:
-        """True when so many nodes have answered the master, which then notices their end."""
+        """Return True if this number of nodes has responded to the master, which then detects their end."""
         return bool(self.master.call("pipros.getStatistics")["nodes_met"] == count)
 
     def has_kept_all(self) -> bool:
-        """True when the store has all that is registered, and the talker's parameter."""
+        """Return True if the store has all registrations and the talker's parameter."""
         state = self.master.get_system_state()
         expected = {
             (table, key, node) for table, rows in enumerate(state) for key, nodes in rows for node in nodes

@@ -51,7 +51,7 @@ def test_made_up_types_look_the_same_to_a_program(first: int) -> None:
 
 
 def is_own_accident(answer: Any) -> bool:
-    """True when genuine genpy stumbled over code that it generated itself, which happens."""
+    """Return True if genuine genpy failed in its own generated code, as it sometimes does."""
     return isinstance(answer, list) and answer[1] in ("SyntaxError", "AttributeError", "NameError")
 
 

@@ -89,7 +89,7 @@ def build(workspace: Path, command: str) -> Build:
 
 
 def source(side: Side, setup: Path) -> None:
-    """Gives programs of pipros the environment of a terminal that sourced a setup file."""
+    """Give programs of pipros the environment of a terminal that sourced a setup file."""
     side.environment.pop("ROS_PACKAGE_PATH", None)
     listing = side.run("bash", "-c", f". '{setup}' && env -0").stdout[0]
     side.environment.update(entry.split("=", 1) for entry in listing.split("\0") if "=" in entry)

@@ -136,7 +136,7 @@ def installed(base: Path) -> dict[str, tuple[str, bytes]]:
 
 
 def results(base: Path) -> set[str]:
-    """The names of the result files."""
+    """Return the names of the result files."""
     return {path.name for path in (base / "build/test_results").rglob("*.xml")}
 
 

@@ -37,7 +37,7 @@ def genuine_edges(ros: RosSystem) -> dict[str, Any]:
 
 
 def observe(ros: RosSystem, nodes: int) -> Observation:
-    """Looks until all nodes have answered or failed, as the page does: 60 nodes at most each time."""
+    """Poll until all nodes have responded or failed, as the page does: at most 60 nodes each time."""
     observer = SystemObserver(MasterClient(ros.master_uri, "/page", timeout_s=30))
     observation = observer.look()
     for _ in range(nodes // 50):

@@ -123,7 +123,7 @@ def dump(python: str, environment: dict[str, str]) -> Described:
 
 @cache
 def listed(name: str) -> Difference | None:
-    """The entry of the table that covers a name, if one does."""
+    """Return the entry of the table that covers a name, if one does."""
     for difference in DIFFERENCES:
         if any(fnmatch.fnmatchcase(name, pattern) for pattern in difference.names):
             return difference

@@ -27,7 +27,7 @@ def sides(claimed_port: ClaimedPort, tmp_path: Path, bare_tools: Path) -> Iterat
 
 
 def options(side: Side, *argv: str) -> dict[str, tuple[frozenset[str], bool]]:
-    """The options of a help text by each name: all their names, and whether a value follows."""
+    """Return the options of a help text by each name: all their names, and whether a value follows."""
     done = side.run(*argv, "--help")
     assert done.returncode == 0, done.output
     found = {}

@@ -114,7 +114,7 @@ def refusals(uri: str) -> list[str]:
 
 
 def called(uri: str) -> tuple[dict[str, str], str]:
-    """The header of a service's answer, and the words about a handler that returned nonsense."""
+    """Return the header of a service response, and the error about a handler that returned garbage."""
     with connect(uri) as connection:
         connection.sendall(encode_header({**SERVICE, "service": "/ask"}))
         stream = connection.makefile("rb")

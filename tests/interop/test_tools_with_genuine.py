@@ -81,7 +81,7 @@ def start_talker(ros: RosSystem, kind: str) -> Process:
 
 
 def both(ros: RosSystem, *argv: str) -> tuple[Process, Process]:
-    """The same command of both implementations, at the same time."""
+    """Run the same command of both implementations concurrently."""
     genuine, pipros = ros.genuine.start(*argv), ros.pipros.start(*argv)
     for process in (genuine, pipros):
         process.wait()

@@ -29,7 +29,7 @@ OPEN = (
     (r"(?m)^master listens on .*\n", ""),
     (r"\^C", ""),
     (r"/\S+/catkin_ws/src/", "WORKSPACE/"),
-    # Genuine roslaunch says so from one thread for each node, and lines run into each other.
+    # Genuine roslaunch prints this from one thread for each node, and lines are mixed.
     (r"killing on exit(?=\[)", "killing on exit\n"),
     (r"(?m)(?<=killing on exit\n)\n", ""),
     # Genuine nodes race for the link to the newest log folder, and log who lost.
@@ -59,7 +59,7 @@ def screen(
 
 
 def screens(side: Side, commands: Sequence[str]) -> list[tuple[int, list[str]]]:
-    """As `screen`, of commands that end by themselves, one after the other."""
+    """Like `screen`, for several commands that exit."""
     terminal = side.open_terminal()
     found = []
     for command in commands:

@@ -16,7 +16,7 @@ PAIRS = [("pipros", "genuine"), ("genuine", "pipros"), ("pipros", "pipros")]
 
 
 def program(side: str, package: str, name: str) -> list[str]:
-    """How a program is started.
+    """The command line of a program.
 
     Debian's package of tf has no package.xml, so that its rosrun does not find it.
     """

@@ -133,7 +133,7 @@ def write_package(base: Path, name: str, depends: str, cmake: str, files: dict[s
 
 
 def built(side: Side, base: Path) -> tuple[list[str], list[str], str]:
-    """The lines of `message()`, the installed definitions, and the output of a program with imports."""
+    """Return the output of `message()`, the installed definitions, and the output of a program."""
     for name, (depends, cmake, contents) in PACKAGES.items():
         write_package(base, name, depends, cmake, contents)
     side.environment.pop("ROS_PACKAGE_PATH", None)

@@ -14,7 +14,7 @@ from tests.support.waiting import wait_until
 
 
 def cached(node: Any, name: str) -> Any:
-    """The cached value; None when it is not set."""
+    """Return the cached value; None when it is not set."""
     try:
         return node.params.get_cached(name)
     except NotFound:

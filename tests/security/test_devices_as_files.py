@@ -17,7 +17,7 @@ KINDS = ["pipe", "device", "link to a device"]
 
 
 def plant(path: Path, kind: str) -> str:
-    """Puts a pipe or a device there; returns the path that leads to it."""
+    """Put a pipe or a device at the path, and return the path."""
     if kind == "device":
         return "/dev/zero"
     if kind == "pipe":

@@ -18,7 +18,7 @@ MIB = 1 << 20
 
 
 def read(data: bytes, limits: Limits | None = None) -> list[int]:
-    """The times of all messages in ns."""
+    """Return the times of all messages in ns."""
     reader = McapReader(io.BytesIO(data), limits=limits or Limits())
     return [seconds * 10**9 + nanoseconds for _, seconds, nanoseconds, *_ in reader.raw_messages()]
 

@@ -113,7 +113,7 @@ class TestCompiling:
         assert peak < 20_000_000
 
     def test_the_fields_of_the_message_itself_are_counted(self) -> None:
-        """As many as a connection header has room for; each of them was once compiled, in 16 seconds."""
+        """As many as fit into a connection header; compiling all of them once took 16 seconds."""
         words = refusal("\n".join(f"string f{i}" for i in range(60_000)))
 
         assert (

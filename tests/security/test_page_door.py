@@ -106,7 +106,7 @@ def unread_bytes(peer: socket.socket) -> int:
 
 
 def has_ended(peer: socket.socket) -> bool:
-    """Whether the other side has closed the connection. Waits for that up to a time limit."""
+    """Return whether the other side closes the connection within a time limit."""
     try:
         return not peer.recv(1)
     except ConnectionResetError:
@@ -114,7 +114,7 @@ def has_ended(peer: socket.socket) -> bool:
 
 
 def close_code(socket: ClientConnection) -> int:
-    """How the server closed a WebSocket."""
+    """Return the code with which the server closed a WebSocket."""
     with pytest.raises(ConnectionClosed) as closed:
         socket.recv(timeout=30)
     assert closed.value.rcvd is not None
@@ -313,7 +313,7 @@ def test_no_cookie_is_set_and_none_opens_anything(ros: RosSystem) -> None:
 
 @pytest.fixture
 def serve(caplog: pytest.LogCaptureFixture) -> Iterator[Callable[[Services], Access]]:
-    """Serves views and actions of a test; returns the access to them."""
+    """Serve views and actions of a test, and return an access to them."""
     with ExitStack() as stack:
 
         def start(services: Services) -> Access:
@@ -369,7 +369,7 @@ def test_a_failing_view_reports_the_error_and_continues(
     with browser_of(serve(Services({"view": view}, {"fail": action}))) as browser:
         values = browser.watch("view")
         assert kind in next(values)["error"]
-        assert next(values) == 3  # nothing of the second failure, which was the same
+        assert next(values) == 3  # not the second failure, which was the same
         for _ in range(3):
             assert kind in browser.act("fail")["error"]
     assert [record.getMessage().split()[0] for record in caplog.records] == ["view", "fail"]

@@ -166,7 +166,7 @@ def test_a_link_of_the_user_to_ros_home_is_followed(cache: CacheFolder, shared_h
 
 @needs_other_users
 def test_nothing_is_left_in_the_home_of_another_user(shared_home: Path) -> None:
-    """As after `sudo -E`: the owner could not use a cache of root's, nor replace it."""
+    """As after `sudo -E`: the owner could neither use nor replace a cache created by root."""
     give_away(shared_home)
 
     CacheFolder(str(shared_home / "pipros" / "things")).write("thing", b"mine")

@@ -1,4 +1,4 @@
-"""A subscriber has nothing to say on a topic link."""
+"""Subscribers that send data on a topic link."""
 
 from __future__ import annotations
 

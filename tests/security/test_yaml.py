@@ -39,7 +39,7 @@ def test_roslaunch_refuses_a_file_that_is_nested_too_deep(ros: RosSystem, tmp_pa
 
     run = ros.pipros.run("roslaunch", "--dump-params", launch)
 
-    assert run.returncode == 0  # as of genuine roslaunch, which prints the error and no parameter
+    assert run.returncode == 0  # like genuine roslaunch, which prints only the error
     assert "nested more than 100 deep" in run.output
 
 

@@ -10,7 +10,7 @@ INSTALL = f"apt-get install --no-install-recommends {' '.join(PACKAGES)} && .ven
 
 
 def find_chromium() -> str | None:
-    """The program."""
+    """Return the path of Chromium, or None."""
     return shutil.which("chromium")
 
 

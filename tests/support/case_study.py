@@ -111,7 +111,7 @@ def write_nodes_test_and_launch_file(terminal: Terminal, package: Path) -> None:
 
 
 def edit(file: Path, changes: list[tuple[str, str]], figure: dict[int, str]) -> None:
-    """Makes changes to a generated file, each in its one place; afterwards it must look as in the figure."""
+    """Apply changes to a generated file, each at a unique place; the result must equal the figure."""
     text = file.read_text()
     for before, after in changes:
         assert text.count(before) == 1, f"{before!r} stands {text.count(before)} times in {file}:\n{text}"

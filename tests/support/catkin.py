@@ -39,7 +39,7 @@ class CatkinWorkspace:
 
 
 def build_once() -> CatkinWorkspace:
-    """The example and the C++ nodes, copied and built by genuine catkin_make.
+    """Return the example and the C++ nodes, copied and built by genuine catkin_make.
 
     The workspace is kept for later runs, as long as neither these packages nor roscpp change.
 

@@ -20,7 +20,7 @@ class Case:
 
 
 def read_cases(topic: str) -> list[Case]:
-    """The cases of a file in `FOLDER`: each is a script, then the lines of its result behind `#=`."""
+    """Return the cases of a file in `FOLDER`: each is a script, then the lines of its result behind `#=`."""
     cases: list[Case] = []
     script: list[str] = []
     result: list[str] = []
@@ -107,5 +107,5 @@ MISTAKES = [
 
 
 def line_of_mistake(text: str) -> int:
-    """The line of a mistake: the last one, or the first of a block."""
+    """Return the line of a mistake: the last one, or the first of a block."""
     return text.count("\n") + 1 if text.startswith(("set(", "function(f")) else 1

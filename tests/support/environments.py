@@ -26,12 +26,12 @@ _SHELL_TOOLS = (
 
 
 def source_files() -> list[Path]:
-    """Every Python file of the library and the facades, the shipped packages included."""
+    """Return every Python file of the library and the facades, the shipped packages included."""
     return sorted(file for folder in (SRC, *FACADES) for file in folder.rglob("*.py"))
 
 
 def import_path(file: Path) -> Path:
-    """The path of a source file relative to the folder that is on `sys.path`."""
+    """Return the path of a source file relative to the folder that is on `sys.path`."""
     return file.relative_to(next(folder for folder in (SRC, *FACADES) if file.is_relative_to(folder)))
 
 

@@ -9,5 +9,5 @@ PART = 3
 
 
 def examples(count: int) -> int:
-    """How many of `count` examples to try here."""
+    """Return the number of examples to try in place of `count`."""
     return count if is_required() else max(1, count // PART)

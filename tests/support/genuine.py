@@ -142,7 +142,7 @@ OTHER_PROGRAMS = "fish git iproute2 openssh-client openssh-server zsh"
 
 
 def missing_packages() -> list[str]:
-    """The Debian packages that interop tests need and this machine lacks; empty when all is there."""
+    """Return the Debian packages that interop tests need and this machine lacks."""
     modules = Path("/usr/lib/python3/dist-packages")
     files = {package for path, package in _FILES.items() if not Path(path).exists()}
     return sorted(files | {package for name, package in _MODULES.items() if not (modules / name).is_dir()})

@@ -57,7 +57,7 @@ def messages_record(times: Iterable[int], channel: int = 1) -> bytes:
 
 
 def chunk_record(content: bytes, *, size: int | None = None, compression: str = "zstd") -> bytes:
-    """The record of a chunk; it may claim another size."""
+    """Return the record of a chunk; it may claim another size."""
     builder: Any = RecordBuilder()
     Chunk(
         compression=compression,

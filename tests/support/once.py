@@ -31,7 +31,7 @@ def alone(lock: Path) -> Iterator[None]:
 
 
 def make_once(folder: Path, make: Callable[[], object]) -> Path:
-    """Calls `make`, which fills the folder, unless that has been done; returns the folder."""
+    """Call `make` to fill the folder, unless it is filled; return the folder."""
     made = folder / ".made"
     folder.parent.mkdir(parents=True, exist_ok=True)
     with alone(folder.with_name(f"{folder.name}.lock")):

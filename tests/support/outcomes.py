@@ -45,7 +45,7 @@ class Outcome:
 
 
 def read_outcomes(file: Path) -> list[Outcome]:
-    """The outcomes in `file`, oldest first; a last line that was not written completely is ignored."""
+    """Return the outcomes in `file`, oldest first; an incomplete last line is ignored."""
     lines = file.read_text(encoding="utf-8").split("\n")[:-1] if file.exists() else []
     return [Outcome(**{**fields, "starts": tuple(fields["starts"])}) for fields in map(json.loads, lines)]
 

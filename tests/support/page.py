@@ -49,7 +49,7 @@ class Page:
         return connection.getresponse()
 
     def url_of(self, place: str) -> str:
-        """The address that opens another tab of the page."""
+        """Return the address that opens another tab of the page."""
         return f"http://{self.host}/#token={self.token}/{place}"
 
     @contextlib.contextmanager
@@ -80,7 +80,7 @@ class LivePage:
             yield self._answer(number)
 
     def act(self, action: str, **args: Any) -> Any:
-        """The answer to an action; an error is `{"error": text}`."""
+        """Return the answer to an action; an error is `{"error": text}`."""
         number = next(self._numbers)
         self.socket.send(json.dumps({"id": number, "action": action, "args": args}))
         return self._answer(number)

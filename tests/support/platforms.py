@@ -46,12 +46,12 @@ class Complaint:
 
 
 def files_with_differences(folder: Path) -> list[Path]:
-    """The Python files that import a module whose names differ between systems."""
+    """Return the Python files that import a module whose names differ between systems."""
     return [file for file in sorted(folder.rglob("*.py")) if _IMPORT.search(file.read_text())]
 
 
 def errors_on(platform: str, files: Collection[Path], extra_paths: Iterable[Path] = ()) -> set[Complaint]:
-    """The errors of pyright's basic mode for a platform: Linux, Darwin or Windows."""
+    """Return the errors of pyright's basic mode for a platform: Linux, Darwin or Windows."""
     program = find_pyright()
     if program is None:
         raise SystemExit(f"pyright is not on this machine: {INSTALL}")
@@ -90,7 +90,7 @@ def errors_on(platform: str, files: Collection[Path], extra_paths: Iterable[Path
 def additional_errors(
     files: Collection[Path], extra_paths: Iterable[Path] = ()
 ) -> dict[str, list[Complaint]]:
-    """The errors on each other platform that Linux does not have."""
+    """Return the errors on each other platform that Linux does not have."""
     platforms = ("Darwin", "Windows")
     with ThreadPoolExecutor(len(platforms)) as pool:
         found = list(pool.map(partial(errors_on, files=files, extra_paths=extra_paths), platforms))

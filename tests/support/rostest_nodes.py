@@ -54,7 +54,7 @@ class Scene:
         return all(passed for _, _, passed in self.cases)
 
     def write(self, folder: Path) -> None:
-        """Makes the package `around` in the folder, with this scene as `scene.test`."""
+        """Create the package `around` in the folder, with this scene as `scene.test`."""
         package = folder / "around"
         package.mkdir(parents=True)
         (package / "package.xml").write_text(MANIFEST)

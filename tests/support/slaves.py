@@ -54,7 +54,7 @@ class FakeSlave:
         return [1, "", 0]
 
     def publishers(self) -> list[list[str]]:
-        """The received publisher lists, in order."""
+        """Return the received publisher lists, in order."""
         return [notice[3] for notice in self.told if notice[0] == "publisherUpdate"]
 
     def stop(self) -> None:

@@ -28,7 +28,7 @@ class Started:
         self._began = time.monotonic()
 
     def begin_test(self) -> None:
-        """Forgets the programs of the test before; those that still run serve the next one, too."""
+        """Forget the programs of the previous test, except those that still run."""
         self._programs = [program for program in self._programs if program.is_running]
         self._began = time.monotonic()
 

@@ -97,7 +97,7 @@ class Terminal:
         return _ESCAPES.sub("", self.output)
 
     def press(self, keys: str) -> None:
-        """Presses keys, as soon as the prompt is there; `\t` is TAB, and `\n` Enter."""
+        """Press keys once the prompt appears; `\t` is TAB, and `\n` Enter."""
         self.wait_for_prompt()
         self._typed_at = len(self._screen)
         os.write(self._keyboard, keys.encode())

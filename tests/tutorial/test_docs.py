@@ -35,7 +35,7 @@ OTHERS = {
     ("testing.md", "python"): "tests/graph/test_pytest_plugin.py",
     ("testing.md", "xml"): "tests/graph/test_pytest_plugin.py",
 }
-# Installing, settings for a network of several computers, options of rosbag: other tests do the like.
+# Other tests cover installation, settings for several computers, and options of rosbag.
 NOT_RUN = {("start.md", "sh"), ("robot.md", "sh"), ("bags.md", "sh")}
 OUTPUT = {"text"}
 

@@ -112,7 +112,7 @@ def known_imports() -> dict[str, set[str]]:
 
 
 def parts_of(file: Path) -> tuple[str, ...]:
-    """The parts of its module name: `pipros`, `master`, `params`, or `rospy`, `core`."""
+    """Return the parts of its module name: `pipros`, `master`, `params`, or `rospy`, `core`."""
     root = next(folder for folder in ROOTS if file.is_relative_to(folder))
     return file.relative_to(root).with_suffix("").parts
 
@@ -124,7 +124,7 @@ def package_of(file: Path) -> str:
 
 
 def package_of_module(name: str) -> str:
-    """The package of a module of `pipros`; each of the libraries counts as one."""
+    """Return the package of a module of `pipros`; each of the libraries counts as one."""
     _, package, library, *_ = [*name.split("."), "", ""]
     return library if package == "libraries" and library else package
 
@@ -144,7 +144,7 @@ def imported_modules(tree: ast.AST, file: Path) -> Iterator[tuple[int, str]]:
 
 
 def named_modules(tree: ast.AST) -> Iterator[tuple[int, str]]:
-    """Modules that strings name: `import_module("x")`, `"-m", "x"`, `"x:function"` and all of `pipros`."""
+    """Yield modules named in strings: `import_module("x")`, `"-m", "x"`, `"x:function"`, and `pipros…`."""
     for node in ast.walk(tree):
         match node:
             case ast.Call(
@@ -169,13 +169,13 @@ def described(file: Path, line: int, what: str) -> str:
 
 @functools.cache
 def facade_names(roots: Sequence[Path]) -> frozenset[str]:
-    """The packages with Noetic's names below the folders."""
+    """Return the packages with Noetic's names below the folders."""
     folders = (folder for root in roots for folder in root.iterdir() if folder.is_dir())
     return frozenset(folder.name for folder in folders) - {"pipros"}
 
 
 def wrong_imports(file: Path) -> list[str]:
-    """The imports that point up, or to a facade that is not listed for this one."""
+    """Return the imports that point up, or to a facade that is not listed for this one."""
     top_package, package = parts_of(file)[0], package_of(file)
     step = STEP.get(package, len(STEPS))  # facades and the package itself are on top
     facades = facade_names(ROOTS)
@@ -196,14 +196,14 @@ def wrong_imports(file: Path) -> list[str]:
 
 
 def packages_on_disk() -> set[str]:
-    """The packages and modules of `pipros`."""
+    """Return the packages and modules of `pipros`."""
     paths = [*(SRC / "pipros").iterdir(), *(SRC / "pipros" / "libraries").iterdir()]
     packages = {path.stem for path in paths if path.suffix == ".py" or (path / "__init__.py").exists()}
     return packages - {"__init__", "libraries"}
 
 
 def packages_in_the_document() -> dict[str, int]:
-    """The layer of each package by the table of docs/architecture.md."""
+    """Return the layer of each package by the table of docs/architecture.md."""
     text, _, _ = (REPOSITORY / "docs" / "architecture.md").read_text().partition("### Packages to come")
     rows = re.findall(r"(?m)^\| `(?:libraries/)?(\w+)(?:\.py|/)` \| (\d) \|", text)
     return {package: int(layer) for package, layer in rows}
@@ -270,7 +270,7 @@ def module_name(file: Path) -> str:
 
 
 def imported_files(files: Iterable[Path]) -> dict[str, set[str]]:
-    """The modules of `files`, each with those of them that it imports: lazily, for types only, or at once."""
+    """Return the modules of `files`, each with those that it imports, also lazily or for types."""
     modules = {module_name(file): file for file in files}
     found: dict[str, set[str]] = {name: set() for name in modules}
     for name, file in modules.items():
@@ -437,7 +437,7 @@ MAY_KEEP_THE_PROCESS = {"actionlib/simple_action_server": 1}
 
 
 def threads_that_keep_the_process(tree: ast.AST) -> int:
-    """How many threads are made without `daemon=True`."""
+    """Return the number of threads created without `daemon=True`."""
     made = [
         node
         for node in ast.walk(tree)

@@ -30,7 +30,7 @@ def test_the_list_is_the_one_in_the_documents() -> None:
 
 
 def referenced(page: str) -> set[str]:
-    """The objects whose docstrings a page shows."""
+    """Return the objects whose docstrings a page shows."""
     text = (REPOSITORY / "docs" / page).read_text()
     return {line.rpartition(".")[2] for line in re.findall(r"^::: (\S+)$", text, re.MULTILINE)}
 

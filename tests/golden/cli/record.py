@@ -61,7 +61,7 @@ def genuine_master(home: Path) -> Iterator[dict[str, str]]:
 
 @contextlib.contextmanager
 def genuine_sources(environment: dict[str, str]) -> Iterator[None]:
-    """Runs the node that publishes, until all its topics are there."""
+    """Run the publishing node, and wait until all its topics exist."""
     node = subprocess.Popen(
         ["/usr/bin/python3", HERE / "sources.py"], env=environment, stdout=subprocess.DEVNULL
     )

@@ -33,5 +33,5 @@ def graph_for(transcript: str, master_uri: str) -> Iterator[None]:
 
 
 def needs_sources(transcript: str) -> bool:
-    """True for `graph: sources`: a real node that publishes the messages of `sources.py`."""
+    """Return True for `graph: sources`: a real node that publishes the messages of `sources.py`."""
     return transcript.startswith("graph: sources\n")

@@ -26,7 +26,7 @@ HERE = Path(__file__).parent
 
 
 def run(command: Command, folder: Path) -> Outcome:
-    """Runs a command of pipros inside this process."""
+    """Run a command of pipros inside this process."""
     program, *arguments = command.argv
     if program == "cat":
         return Outcome((folder / arguments[0]).read_text())
@@ -83,7 +83,7 @@ def test_commands_behave_like_the_recorded_genuine_ones(
 
 
 def difference(recorded: str, now: str) -> str:
-    """The lines that differ, with some around them; pytest's own report of long texts stops too early."""
+    """Return the lines that differ, with context; pytest truncates long texts too early."""
     return "\n".join(unified_diff(recorded.splitlines(), now.splitlines(), "genuine", "pipros", lineterm=""))
 
 

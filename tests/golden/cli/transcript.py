@@ -54,7 +54,7 @@ Mask = Callable[[str], str]
 
 
 def mask_outcome(outcome: Outcome, masks: Mapping[str, str]) -> Outcome:
-    """The outcome with everything that differs from run to run replaced by a name for it."""
+    """Return the outcome with placeholders for everything that varies between runs."""
 
     def masked(text: str) -> str:
         for pattern, name in masks.items():
@@ -74,17 +74,17 @@ _TRACEBACK = "Traceback (most recent call last):\n"
 
 
 def is_breakdown(outcome: Outcome) -> bool:
-    """True when the command ended with a traceback."""
+    """Return True if the command ended with a traceback."""
     return _TRACEBACK in outcome.stderr
 
 
 def _breakdown(traceback: str) -> str:
-    """The first line of the exception that ended it."""
+    """Return the first line of the exception that ended it."""
     return next(line for line in traceback.rpartition(_TRACEBACK)[2].splitlines() if line[:1].strip())
 
 
 def render(command: Command, outcome: Outcome, stderr: str | None = None) -> str:
-    """The block of a transcript for one command; `stderr` replaces the lines for its standard error."""
+    """Return the block of a transcript for one command; `stderr` replaces its standard error."""
     lines = [f"$ {command.line}", *_render_stream("|", outcome.stdout)]
     if stderr is not None:
         lines.append(stderr)

@@ -28,7 +28,7 @@ said = set()
 
 
 def report(aspect, peer, outcome):
-    """Prints a finding, once."""
+    """Print a finding, once."""
     line = f"@ {aspect} {peer} {outcome}"
     with turn:
         if line not in said:
@@ -184,7 +184,7 @@ def follow_parameter(peer):
 
 
 def simulate_time(clock, seen):
-    """Runs the clock from 100 to 200, 200 to 300 or 300 to 400, after the peer whose turn is earlier."""
+    """Run the clock from 100 to 200, 200 to 300 or 300 to 400, after the peer whose turn is earlier."""
     wait_for_peers(clock)
     number = PEERS.index(ME)
     while len(seen[number - 1]) < len(PEERS):  # the last entry: all are ready

@@ -75,12 +75,12 @@ def described_parameters(function):
 
 
 def is_message(thing):
-    """Whether it is the class of a message or service, which is made of a definition."""
+    """Return whether it is the class of a message or service, generated from a definition."""
     return isinstance(thing, type) and hasattr(thing, "_md5sum") and hasattr(thing, "_type")
 
 
 def is_ours(thing):
-    """Whether a class or function was made in a package of ROS, or in pipros on its behalf, by hand."""
+    """Return whether a class or function was written by hand in a package of ROS, or in pipros for it."""
     return not is_message(thing) and str(getattr(thing, "__module__", "")).partition(".")[0] in ROS | {
         "pipros"
     }
@@ -178,7 +178,7 @@ def is_public(module):
 
 
 def dumped(package):
-    """Every public module of the package that was written by hand, with its public names."""
+    """Return every public module of the package that was written by hand, with its public names."""
     modules, failed = {}, {}
     root = importlib.import_module(package)
     names = [package]

@@ -20,7 +20,7 @@ def stamp_of(ns):
 
 
 def numbers(message):
-    """All that a transform says."""
+    """Return all fields of a transform."""
     t, q = message.transform.translation, message.transform.rotation
     header = message.header
     values = [t.x, t.y, t.z, q.x, q.y, q.z, q.w, header.seq, header.stamp.secs, header.stamp.nsecs]
@@ -70,7 +70,7 @@ class Questions:
         self.stamps = [0]
 
     def tell(self):
-        """Gives the buffer some transforms."""
+        """Set some transforms of the buffer."""
         draw = self.draw
         for _ in range(draw.randint(1, 30)):
             child = draw.choice(list(self.parents))
@@ -109,7 +109,7 @@ class Questions:
         return self.draw.choice(self.frames if self.draw.random() < 0.97 else ["", "/f0", "nowhere"])
 
     def ask(self):
-        """One question and its answer."""
+        """Return one query and its result."""
         buffer, kind = self.buffer, self.draw.random()
         if kind < 0.45:
             return outcome(buffer.lookup_transform_core, self.frame(), self.frame(), self.when())

@@ -169,7 +169,7 @@ def examine(job, class_of, genpy):
 
 
 def class_finder(job, genpy):
-    """Finds classes in the text of the job, or among those that are installed."""
+    """Find classes in the text of the job, or among the installed ones."""
     if "text" in job:
         import genpy.dynamic
 
@@ -197,7 +197,7 @@ def answer(job, genpy):
 
 
 def answers(jobs):
-    """Examines jobs with the genpy that is installed here."""
+    """Examine jobs with the installed genpy."""
     import genpy
     import genpy.message
 

@@ -30,7 +30,7 @@ def flat(value):
 
 
 def outcome(function, *arguments, **more):
-    """The result, or the name of the exception."""
+    """Return the result, or the name of the exception."""
     try:
         return flat(function(*arguments, **more))
     except Exception as error:
@@ -55,7 +55,7 @@ def on_plane(point, normal):
 
 
 def examine(draw):
-    """Yields (name, result) of calls with arguments that `draw` makes."""
+    """Yield (name, result) of calls with arguments that `draw` makes."""
     v = lambda size=3: draw.uniform(-2, 2, size)
     unit = lambda: tf.unit_vector(draw.normal(size=3))
     quaternion = lambda: tf.unit_vector(draw.normal(size=4))

@@ -213,7 +213,7 @@ def test_an_unfinished_recording_can_be_read(bag: Path) -> None:
 
 
 def contents_of_active(path: Path) -> list[str]:
-    """The texts in a file that another program may still write."""
+    """Return the texts in a file that another program may still write."""
     with open("copy.mcap", "w+b") as file:
         recover(path, file, process_limits(), lambda _: None)
     return [row[1] for row in contents("copy.mcap")]

@@ -20,7 +20,7 @@ pwd = pytest.importorskip("pwd")
 
 @pytest.fixture
 def homeless(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """No HOME and no account; returns the folder for temporary files."""
+    """Run without HOME and account; return the folder for temporary files."""
 
     def unknown(_number: int) -> None:
         raise KeyError("uid not found")

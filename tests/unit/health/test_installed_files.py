@@ -14,7 +14,7 @@ OURS = "pipros-of-test"
 
 
 def install(folder: Path, name: str, modules: dict[str, str]) -> None:
-    """Writes modules and a record of them, as pip does."""
+    """Write modules and a record of them, as pip does."""
     rows = [f"../../bin/{name},,", "RECORD,,"]
     for module, text in modules.items():
         path = folder / module

@@ -73,7 +73,7 @@ def test_the_response_names_the_limit_that_a_parameter_exceeds() -> None:
 
 
 def held(books: Registry) -> int:
-    """The weight of the registry, counted again."""
+    """Return the weight of the registry, counted again."""
     registrations = sum(
         256 + len(entry.name) + len(entry.api) + len(key)
         for entry in books.nodes.values()

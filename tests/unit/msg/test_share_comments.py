@@ -22,7 +22,7 @@ LONGEST_LINE = 110
 
 
 def parts(file: Path, definitions: Definitions) -> list[MessageSpec]:
-    """The message of a file, or the parts of its service or action."""
+    """Return the message of a file, or the parts of its service or action."""
     type_name = f"{file.parts[-3]}/{file.stem}"
     if file.suffix == ".msg":
         return [definitions.message(type_name)]

@@ -39,7 +39,7 @@ def packages(tmp_path: Path) -> Path:
 
 
 def stubs(packages: Path, *names: str, suffix: str = "") -> dict[str, str]:
-    """The stubs of those packages, by their paths."""
+    """Return the stubs of those packages, by their paths."""
 
     def find(name: str) -> str | None:
         return str(packages / name) if (packages / name).is_dir() else None

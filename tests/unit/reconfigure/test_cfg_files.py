@@ -252,7 +252,7 @@ def test_a_file_that_is_a_pipe_is_an_error(cfg: Path) -> None:
 
 
 def is_alive(pid: int) -> bool:
-    """Whether the process runs; not when its end only waits to be noticed."""
+    """Return whether the process runs; a zombie does not."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
     except (FileNotFoundError, ProcessLookupError):
@@ -260,7 +260,7 @@ def is_alive(pid: int) -> bool:
 
 
 def counting(cfg: Path, tmp_path: Path) -> Path:
-    """Makes the file count its runs by the length of the file that is returned."""
+    """Make the `.cfg` file count its runs; return the file whose length is the count."""
     runs = tmp_path / "runs"
     cfg.write_text(f"open({str(runs)!r}, 'a').write('.')\nimport sys\n" + cfg.read_text())
     return runs

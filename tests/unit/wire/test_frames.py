@@ -33,7 +33,7 @@ def fed(buffer: FrameBuffer, data: bytes) -> list[bytes]:
 
 
 def receive(buffer: FrameBuffer, data: bytes) -> list[bytes]:
-    """As a socket does it: into the room that there is."""
+    """Write into the buffer's free space, like a socket."""
     frames, view = [], memoryview(data)
     while view:
         space = buffer.space()

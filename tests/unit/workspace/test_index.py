@@ -19,7 +19,7 @@ def add_package(folder: Path, name: str | None = None) -> Path:
 
 
 def age(folder: Path) -> None:
-    """Makes everything below `folder` old enough for its times to be trusted."""
+    """Make everything below `folder` old enough for its times to be trusted."""
     for path in (folder, *folder.rglob("*")):
         os.utime(path, (1_000_000_000, 1_000_000_000))
 

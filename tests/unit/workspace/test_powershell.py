@@ -16,7 +16,7 @@ from pipros.workspace.setup_files import write_setup_files
 
 
 def read(code: str) -> Node:
-    """The root of the syntax tree; it has no error."""
+    """Return the root of the syntax tree; it has no error."""
     root = Parser(Language(tree_sitter_powershell.language())).parse(code.encode()).root_node
     assert not root.has_error, f"{root}\n{code}"
     return root

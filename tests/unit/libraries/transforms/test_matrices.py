@@ -58,7 +58,7 @@ DRAW = np.random.default_rng(11)
 
 
 def moved(matrix: Array, point: Array) -> Array:
-    """The point after the transform, divided by its last homogeneous coordinate."""
+    """Return the point after the transform, divided by its last homogeneous coordinate."""
     homogeneous = matrix @ (*point, 1.0)
     return np.asarray(homogeneous[:3] / homogeneous[3])
 

@@ -43,7 +43,7 @@ def test_yaml_is_read_as_it_was_written() -> None:
 
     assert parse_yaml(format_yaml(LEFT)) == LEFT
     assert parse_yaml(format_yaml(odd)) == odd
-    assert "data: [1e-20" not in format_yaml(odd)  # all 17 digits, as genuine writes them
+    assert "data: [1e-20" not in format_yaml(odd)  # all 17 digits, like the genuine writer
     assert math.isnan(parse_yaml(format_yaml(replace(LEFT, k=(math.nan, *LEFT.k[1:])))).k[0])
 
 

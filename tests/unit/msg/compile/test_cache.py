@@ -95,7 +95,7 @@ def test_a_change_of_any_file_that_makes_or_serves_compiled_types_is_noticed() -
 
 
 def imported_from(name: str) -> set[str]:
-    """The file of that name in `pipros.msg`, and those there that it imports when it is imported itself."""
+    """Return the file of that name in `pipros.msg`, and the files there that it imports eagerly."""
     found: set[str] = set()
     new = {name}
     while new:
