@@ -36,7 +36,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     outcomes.configure(config)
-    # In a background job of a script SIGINT is ignored, and all that a test starts would inherit that.
+    # SIGINT is ignored in a script's background jobs, and programs started by tests would inherit that.
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if is_required() and (missing := missing_packages()):
@@ -109,7 +109,7 @@ def bare_tools(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(autouse=True)
 def isolated_ros_variables(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
-    """No test sees the ROS settings of the person who runs it, nor a master or ~/.ros of theirs."""
+    """Hide the ROS settings, the master and the ~/.ros of the user from all tests."""
     for name in [name for name in os.environ if name.startswith(("ROS_", "ROSCONSOLE_"))]:
         monkeypatch.delenv(name)
     monkeypatch.setenv("ROS_HOME", str(tmp_path_factory.getbasetemp() / "ros_home"))
@@ -127,7 +127,7 @@ def claimed_port() -> Iterator[ClaimedPort]:
 @pytest.fixture
 def processes(tmp_path: Path) -> Iterator[Processes]:
     """Start programs in the environment of this process; end them, and fail if one is still running."""
-    # Programs are started as people start them: with compiled modules kept for the next start.
+    # Programs are started as usual: with compiled modules cached for the next start.
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     started = Processes(environment, tmp_path)
     yield started
@@ -136,7 +136,7 @@ def processes(tmp_path: Path) -> Iterator[Processes]:
 
 @pytest.fixture
 def ros(claimed_port: ClaimedPort, tmp_path: Path, bare_tools: Path) -> Iterator[RosSystem]:
-    """A ROS system of the test's own: free master port, empty home, pipros and genuine programs."""
+    """A private ROS system: free master port, empty home, pipros and genuine programs."""
     system = RosSystem(claimed_port.number, tmp_path, bare_tools)
     yield system
     system.close()

@@ -1,4 +1,4 @@
-"""A page in a real browser. `PIPROS_SCREENSHOTS=FOLDER` keeps a picture of each tab, light and dark."""
+"""The page in a real browser. `PIPROS_SCREENSHOTS=FOLDER` saves pictures of each tab, light and dark."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ _KEPT_DESCRIPTORS = 4
 class Holdings:
     """Threads, open descriptors and resident bytes of this process.
 
-    Of the threads that serve, those that are kept for the next calls do not count.
+    Idle service threads that are kept for later calls are not counted.
     """
 
     threads: int
@@ -43,7 +43,7 @@ def wait_until_back(before: Holdings) -> None:
     """Wait until the process has no more resources than before.
 
     Raises:
-        AssertionError: it keeps something.
+        AssertionError: it keeps more resources.
     """
 
     def is_back() -> bool:

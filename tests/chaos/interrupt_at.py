@@ -1,7 +1,7 @@
 """Runs a tool or a node many times, each time with one SIGINT at another byte code of its main thread.
 
 `python -m tests.chaos.interrupt_at {command,node} MOMENT...` prints a line for each run that did not end, and
-`done` at last. Only the byte codes of `threading` and of pipros's waits count: those between which Python
+finally `done`. Only the byte codes of `threading` and of pipros's waits count, between which Python
 may run a signal handler while a lock is held. The runs are forked children, so that imports are done once.
 """
 

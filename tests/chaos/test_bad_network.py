@@ -1,4 +1,4 @@
-"""Nodes on both sides of a proxy that delays, splits, stalls, corrupts and cuts: which messages arrive."""
+"""Messages between nodes through a proxy that delays, splits, stalls, corrupts and cuts connections."""
 
 from __future__ import annotations
 
@@ -182,7 +182,7 @@ def test_a_link_that_ends_counts_its_queued_frames(relay: Relay, proxy: FaultPro
 
     assert (
         relay.there.statistics()["dropped"] > 10
-    )  # of what was published, the system and the proxy held the rest
+    )  # the system and the proxy held the other published messages
     assert relay.problems() == []
 
 

@@ -132,4 +132,4 @@ def test_a_publisher_behind_a_cut_cable_is_dropped_and_reconnected(
     wait_until(lambda: subscriber.connection_count == 0)
     network.mend()
 
-    assert inbox.wait(2)[1].data == "hello"  # latched, by the new link
+    assert inbox.wait(2)[1].data == "hello"  # latched, over the new link

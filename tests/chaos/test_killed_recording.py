@@ -75,10 +75,12 @@ def test_a_killed_writer_loses_only_the_current_chunk(tmp_path: Path) -> None:
                 found += numbers(path)  # complete, with its index
                 continue
             if not path.stat().st_size:
-                continue  # killed when the file was new
+                continue  # killed just after the file was created
             rebuilt = numbers(path, is_rebuilt=True)
             try:
-                assert numbers(path) == rebuilt  # killed between its index and its name
+                assert (
+                    numbers(path) == rebuilt
+                )  # killed after the index was written, before the file was renamed
             except NotIndexed:
                 assert main(["reindex", "-q", str(path)]) == 0
                 assert numbers(path) == rebuilt

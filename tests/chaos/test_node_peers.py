@@ -41,7 +41,7 @@ def test_silent_peers_beyond_the_handshake_limit_do_not_lock_others_out(
     silent = [socket.create_connection(("127.0.0.1", node.endpoints.port), 10) for _ in range(30)]
     assert_serves(node, make_node)
     for peer in silent[:20]:
-        assert peer.recv(1) == b""  # the link that waited longest was closed
+        assert peer.recv(1) == b""  # the link that had waited longest was closed
     for peer in silent:
         peer.close()
 

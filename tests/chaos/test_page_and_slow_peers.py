@@ -1,4 +1,4 @@
-"""The page while services, or the master, do not answer."""
+"""The page while services or the master do not respond."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.support.waiting import wait_until
 
 @pytest.fixture
 def hung(ros: RosSystem) -> Iterator[HungService]:
-    """A master, and `/hung/get_loggers`, which never answers."""
+    """A master, and `/hung/get_loggers`, which never responds."""
     ros.serve_master()
     service = HungService(ros.master_uri, "/hung/get_loggers", GetLoggers._type, GetLoggers._md5sum)
     yield service

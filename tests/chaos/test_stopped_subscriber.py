@@ -35,7 +35,7 @@ def number_of(message: Any) -> int:
 def test_five_subscribers_miss_nothing_while_a_sixth_is_stopped_and_later_catches_up(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, queue_size: int | None
 ) -> None:
-    # One that does not read is alive all the same, and must not be taken for one that vanished.
+    # A subscriber that does not read is still alive, and must not be dropped like one that vanished.
     monkeypatch.setattr(outgoing, "CHECK_PEER_INTERVAL_S", 0.01)
     monkeypatch.setattr(sockets, "KEEPALIVE_LIMIT_S", 0.01)
     talker, listeners = (

@@ -1,6 +1,6 @@
-"""Inputs for fuzz targets: a corpus, and endless mutations of it that a seed makes repeatable.
+"""Inputs for fuzz targets: a corpus, and endless mutations of it, reproducible by a seed.
 
-A target fails by any exception, by taking more than `MEMORY_BYTES`, and by taking more than `SECONDS_FOR_ONE`
+A target fails if it raises, uses more than `MEMORY_BYTES`, or takes more than `SECONDS_FOR_ONE`
 of processor time for an input. The current input is in a file, which is still there after a crash.
 """
 

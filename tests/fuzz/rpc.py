@@ -127,7 +127,7 @@ def agree(quick: Any, thorough: Any, body: bytes) -> None:
 
 
 def _has_objects(value: Any) -> bool:
-    """Binary and dates show their address in their `repr`; a carriage return ends as a newline."""
+    """Normalise Binary and dates, whose `repr` has an address, and carriage returns."""
     return " at 0x" in repr(value) or "\\r" in repr(value)
 
 

@@ -1,4 +1,4 @@
-"""The fuzz target of XML-RPC over HTTP on its corpus and on some mutations of it, the same in every run."""
+"""The fuzz target of XML-RPC over HTTP, on its corpus and on mutations that are the same in every run."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
-"""The fuzz targets on their corpus and on some mutations of it, the same in every run; `rpc` has a file of
-its own."""
+"""The fuzz targets, on their corpus and on mutations that are the same in every run.
+
+`rpc` has its own file."""
 
 from __future__ import annotations
 
@@ -84,7 +85,7 @@ def test_former_findings_stay_fixed(name: str, target: Target) -> None:
             target(data)
 
 
-@pytest.mark.filterwarnings("ignore::SyntaxWarning")  # of Python's parser, on `1if x`
+@pytest.mark.filterwarnings("ignore::SyntaxWarning")  # a warning of Python's parser about `1if x`
 def test_mutations_raise_only_documented_errors(name: str, target: Target) -> None:
     subject = SUBJECTS[name]
     for data in itertools.islice(mutations(corpus(name), seed=1, words=subject.words), subject.count):

@@ -1,4 +1,4 @@
-"""YAML from a stranger: a value within limits, or a YamlError; nothing else.
+"""Any YAML text has a value within limits, or raises YamlError.
 
 python -m tests.fuzz.yaml_texts --seconds 60
 """

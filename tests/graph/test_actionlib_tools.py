@@ -40,11 +40,13 @@ def test_a_script_sends_a_goal_that_a_script_answers(ros: RosSystem) -> None:
     ran = ros.pipros.start("bash", "-m", ros.home / "run.sh")
     ran.wait_for("ended 2")
     ran.wait_for("refused 2")
-    # Standard error is read by another thread than standard output.
+    # Standard error and standard output are read by different threads.
     wait_until(lambda: ran.output.count("not a valid actionlib_tutorials/FibonacciGoal") == 2)
     ran.press_ctrl_c()
 
-    assert ran.output.index("  order: 3") < ran.output.index("SUCCEEDED")  # lines of two programs may mix
+    assert ran.output.index("  order: 3") < ran.output.index(
+        "SUCCEEDED"
+    )  # lines of two programs may be mixed
     assert "  sequence: [1, 1, 2]" in ran.stdout
     assert "ended 0" in ran.stdout
 

@@ -1,4 +1,4 @@
-"""Commands that a script starts with `&`: shells set SIGINT to ignored, and nodes end on it nevertheless."""
+"""Commands that a script starts with `&` end on SIGINT, although the shell made them ignore it."""
 
 from __future__ import annotations
 

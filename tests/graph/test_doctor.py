@@ -1,4 +1,4 @@
-"""`pipros doctor` on running systems: no finding in a healthy one, and each planted fault in others."""
+"""`pipros doctor` on running systems: it finds each planted fault, and nothing in a healthy system."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def no_other_ros(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class FakeNode:
-    """The slave API of a node, by a table of answers."""
+    """The slave API of a node, from a table of responses."""
 
     def __init__(self, **values: Any) -> None:
         self._loop = BackgroundLoop("fake node")
@@ -75,7 +75,7 @@ def talker_and_listener(master: Master, make_node: MakeNode) -> None:
 
 @pytest.fixture
 def sick_system(master: Master, make_node: MakeNode, talker_and_listener: None) -> Iterator[None]:
-    """A talker and a listener that are well, and a dozen faults around them."""
+    """A healthy talker and listener, and a dozen faults around them."""
     sick = make_node("sick")
 
     def publish(node: str, topic: str, type_name: str, api: str) -> None:

@@ -1,4 +1,4 @@
-"""Nodes on other machines. The ssh client of these tests runs the command here, not on the far side."""
+"""Nodes on other machines. The ssh client of these tests runs the command on this machine."""
 
 from __future__ import annotations
 

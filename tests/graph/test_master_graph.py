@@ -174,7 +174,7 @@ def test_a_duplicate_name_shuts_down_the_former_node(master: Master) -> None:
 def test_a_node_that_registers_while_it_is_shut_down_does_not_end_its_successor(
     master: Master,
 ) -> None:
-    """As roscpp nodes do: they subscribe to a parameter when they log that they are to end."""
+    """Like a roscpp node, which subscribes to a parameter when it logs the shutdown request."""
 
     def subscribe() -> list[object]:
         client(master, "/n").subscribe_param(former.api, "/rosout_disable_topics_generation")

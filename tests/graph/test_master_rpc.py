@@ -55,7 +55,7 @@ class Serving:
         return "waited"
 
     def hold(self) -> bool:
-        """Block the event loop, so that it receives all requests of the meantime at once."""
+        """Block the event loop, so that it afterwards receives all requests at once."""
         self.is_held.set()
         return self.may_go_on.wait(10)
 

@@ -282,7 +282,7 @@ def test_a_link_opened_during_interpreter_shutdown_is_dropped_silently(
 def test_a_publisher_announced_during_the_registration_of_a_subscriber_is_received(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The master announces it before its own answer, without it, is read."""
+    """The master announces the publisher before its response, which lacks it, is read."""
     asked, may_answer = threading.Event(), threading.Event()
 
     async def request_topic(*_: Any) -> list[Any]:

@@ -26,7 +26,7 @@ HOST = "127.0.0.2"
 
 pytestmark = [
     pytest.mark.skipif(sys.platform != "linux", reason="127.0.0.2 is an address on Linux only"),
-    # Python 3.10 warns of a transport that was aborted, which is how a refused handshake ends.
+    # Python 3.10 warns about an aborted transport, with which a refused handshake ends.
     pytest.mark.filterwarnings("ignore:unclosed transport <asyncio.sslproto:ResourceWarning"),
 ]
 
@@ -80,7 +80,7 @@ def test_a_certificate_makes_everything_https(ros: RosSystem, tmp_path: Path, is
         asyncio.run(about(url.netloc, token, "http"))
     assert refused.value.response.status_code == 403
     del refused
-    gc.collect()  # that transport, while its warning is ignored
+    gc.collect()  # collect that transport while its warning is ignored
 
     plain = http.client.HTTPConnection(url.netloc, timeout=30)
     plain.request("GET", "/")

@@ -190,7 +190,7 @@ def test_each_command_opens_its_tab(ros: RosSystem, command: tuple[str, ...], pl
 
 @pytest.mark.parametrize("package", ["rqt_reconfigure", "rqt_graph", "rqt_gui"])
 def test_tools_are_found_in_their_packages(ros: RosSystem, package: str) -> None:
-    """As documents start them, with the arguments that roslaunch adds to a node."""
+    """Started as in documents, with the arguments that roslaunch adds to a node."""
     tool = ros.pipros.start("rosrun", package, package, "--no-browser", "__name:=tool", "__log:=/tmp/x.log")
     address = tool.wait_for(r"http\S+")[0]
     assert address.endswith({"rqt_reconfigure": "/reconfigure"}.get(package, "/graph"))

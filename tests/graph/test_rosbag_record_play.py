@@ -356,7 +356,7 @@ def test_launch_files_and_rosrun_know_record_and_play(
 
 
 class _Keys:
-    """A keyboard on which keys are pressed by the test, and a display that counts."""
+    """A keyboard whose keys the test presses, and a display that counts lines."""
 
     def __init__(self) -> None:
         self.pressed: list[str] = []
@@ -411,7 +411,7 @@ def test_a_topic_pauses_the_playback(make_node: MakeNode, tmp_path: Path) -> Non
 def test_latched_topics_exist_long_enough_for_a_search_every_second(
     make_node: MakeNode, tmp_path: Path
 ) -> None:
-    """Genuine `record -a` does, so a bag that was played within less had a chance of being missed."""
+    """Genuine `record -a` searches every second, and might miss a bag that plays for less."""
     with (tmp_path / "in.bag").open("w+b") as file:
         writer = BagWriter(file)
         for topic, latching in (("/number", "0"), ("/fixed", "1")):

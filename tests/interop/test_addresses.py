@@ -1,6 +1,6 @@
 """The case study on machines with several addresses and names, with pipros and genuine nodes.
 
-Each machine is a network of its own with an /etc/hosts of its own.
+Each machine is a separate network with its own /etc/hosts.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Genuine nodes and pipros on both sides of the fault proxy."""
+"""Genuine nodes and pipros nodes that communicate through the fault proxy."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def test_cut_links_are_reopened(scene: Scene, proxy: FaultProxy, monkeypatch: py
 def test_a_cut_link_to_a_rospy_publisher_is_reopened(
     plain_ros: RosSystem, proxy: FaultProxy, monkeypatch: pytest.MonkeyPatch, reset: bool
 ) -> None:
-    """A subscriber of rospy got no message for 8 s after this, in one trial."""
+    """In one trial, a subscriber of rospy got no message for 8 s after this."""
     monkeypatch.setattr(publisher_connector, "RETRY_LONGEST_S", 0.2)
     plain_ros.genuine.start("/usr/bin/python3", "-c", TALKER, ROS_MASTER_URI=proxy.uri)
     history = History()

@@ -49,7 +49,7 @@ def fill(message: Any, count: list[int]) -> None:
 
 
 def old_message(rule: Rule) -> Any:
-    """A message of the old definition of a rule."""
+    """Return a message of the old definition of a rule."""
     message: Any = message_classes_from_text(rule.old[0], rule.old_text)[rule.old[0]]()
     fill(message, [0])
     if "depth" in message.__slots__:
@@ -83,7 +83,7 @@ RULES = parse_rules(FILE.read_text(), str(FILE)) if FILE.exists() else []
 
 
 def test_rules_of_packages_have_the_effect_of_genuine_rosbag(sides: RosSystem) -> None:
-    """All in one bag: a start of genuine rosbag takes longer than all migrations."""
+    """All in one bag, because starting genuine rosbag takes longer than all migrations."""
     assert len(RULES) > 10
     (sides.home / "old.bag").write_bytes(old_bag(RULES))
     found: list[dict[str, Any]] = []

@@ -1,4 +1,4 @@
-"""Bags of either side are read by both, and both say the same of them."""
+"""Bags of either side are read by both, with the same results."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ def test_images_of_either_side_are_detected_on_either_side(plain_ros: RosSystem)
     points = [found[0].point for found in spots.values()]
     for found in spots.values():
         assert found[0].header.frame_id == "camera_optical"
-    expected = points[-1]  # genuine's, of genuine's camera
+    expected = points[-1]  # the genuine result for the genuine camera
     assert 0.1 < expected.x < 0.3
     for point in points:
         assert (point.x, point.y, point.z) == pytest.approx((expected.x, expected.y, expected.z), abs=1e-9)

@@ -1,4 +1,4 @@
-"""The case study's nodes with genuine ROS on the other side, with genuine master and with ours."""
+"""The case study's nodes with genuine peers, and with either master."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_talker_and_listener_connect_in_either_order_and_again_after_a_restart(
 ) -> None:
     heard = listener(side(ros, listening))
     ros.wait_for_subscriber("/battery_topic")
-    for how in (signal.SIGINT, signal.SIGKILL):  # of a talker that ends, and of one that is killed
+    for how in (signal.SIGINT, signal.SIGKILL):  # one talker ends, the other is killed
         said = talker(side(ros, talking))
         hears(heard)
         said.send_signal(how)

@@ -78,7 +78,7 @@ def findings_with(
                 home.mkdir()
                 try:
                     found = run(master, home, bare_tools, catkin_workspace)
-                except AssertionError as error:  # for all tests, not to be tried again by each
+                except AssertionError as error:  # once for all tests
                     found = {"error": [str(error)]}
                 kept.write_text(json.dumps(found))
         result: Findings = json.loads(kept.read_text())
@@ -89,7 +89,7 @@ def findings_with(
 
 
 def run(master: str, home: Path, tools: Path, workspace: CatkinWorkspace) -> Findings:
-    """Run the peers under a master until they have found everything, or the time is up."""
+    """Run the peers with a master until they have reported all findings, or time out."""
     port = ClaimedPort()
     ros = RosSystem(port.number, home, tools)
     ros.genuine.environment.update(workspace.variables)

@@ -1,4 +1,4 @@
-"""image_transport compared with genuine's, and pictures of OpenCV with those of Pillow."""
+"""image_transport compared with the genuine one, and images of OpenCV with those of Pillow."""
 
 from __future__ import annotations
 

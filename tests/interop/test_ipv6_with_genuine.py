@@ -97,7 +97,7 @@ def test_topics_and_services(network: LoneNetwork, ros: RosSystem, master: str, 
     for listener in listeners:
         for kind in KINDS:
             listener.wait_for(rf"heard %\d+ from /{kind}_talker")
-    # Genuine tools call genuine services wherever their addresses are right, which the links have shown.
+    # Genuine tools reach genuine services if their addresses are right, which the links have shown.
     for side, kinds in ((ros.pipros, KINDS), (ros.genuine, ("pipros",))):
         for kind in kinds:
             assert "level:" in scene.run(side, "rosservice", "call", f"/{kind}_talker/get_loggers")

@@ -1,4 +1,4 @@
-"""The Python API of roslaunch behaves as genuine roslaunch's: one program, run with both, prints the same."""
+"""The Python API of roslaunch behaves like the genuine one: a program prints the same with both."""
 
 from __future__ import annotations
 

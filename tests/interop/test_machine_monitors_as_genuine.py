@@ -1,4 +1,4 @@
-"""The monitors of diagnostic_common_diagnostics report under the same names as genuine's."""
+"""The monitors of diagnostic_common_diagnostics report under the names of the genuine ones."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_faulty_transforms_are_reported_as_by_genuine(plain_ros: RosSystem) -> N
 
 
 def faults_told(ros: RosSystem, side: str) -> dict[str, tuple[int, str, frozenset[str]]]:
-    """Level, message and texts of each status of tf_monitor.py, once it has heard all nodes."""
+    """Return level, message and texts of each status of tf_monitor.py, once it has data of all nodes."""
     came: dict[str, tuple[int, str, frozenset[str]]] = {}
 
     def keep(array: Any) -> None:

@@ -1,4 +1,4 @@
-"""The same calls to genuine rosmaster and to ours: the same codes, texts, values and notices."""
+"""The same calls to genuine rosmaster and to ours: the same codes, texts, values and notifications."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ def test_random_calls_are_answered_as_by_genuine_rosmaster(ros: RosSystem, seed:
     with genuine(ros) as theirs, Master(port=0) as master:
         ours = Side(master.uri)
         try:
-            # Before the first service there is, genuine rosmaster has other words for one that is not.
+            # Until the first service exists, genuine rosmaster has another text for unknown services.
             first = ("registerService", ("/z", "/z", "rosrpc://z:1", "http://127.0.0.1:99/"))
             for method, params in [first, *random_calls(1500, seed)]:
                 expected, got = theirs.call(method, params), ours.call(method, params)

@@ -1,6 +1,6 @@
-"""Genuine rospy and roscpp nodes live with our master: names, kills, restarts.
+"""Genuine rospy and roscpp nodes with our master: names, kills, restarts.
 
-Each test has a talker of one kind and a listener of the other, and is done both ways round.
+Each test has a talker of one kind and a listener of the other, in both combinations.
 """
 
 from __future__ import annotations
@@ -211,6 +211,6 @@ def test_without_resume_a_restarted_master_knows_nothing_of_them_but_serves_new_
     scene.start_master()
 
     assert scene.master.get_system_state() == [[], [], []]
-    hears(staying)  # they live on
+    hears(staying)  # they continue to run
     scene.start_talker(talker, "late_talker")
     hears(scene.start_listener(listener, "late"), "/late_talker")

@@ -80,6 +80,6 @@ def test_values_that_do_not_fit_a_field_are_refused_with_genpys_text() -> None:
             ):
                 assert mine == theirs, where
                 compared += 1
-            else:  # genuine leaks an AttributeError, or a text about its own internals
+            else:  # genuine ROS raises AttributeError, or prints a text about its internals
                 assert mine[:2] == ["raised", "SerializationError"], where
     assert compared > 1500

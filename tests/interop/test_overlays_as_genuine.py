@@ -68,7 +68,7 @@ def base(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Path:
 
 @pytest.fixture(scope="session")
 def sides(base: Path, bare_tools: Path) -> dict[str, Processes]:
-    """Programs of pipros and genuine ROS without a workspace set up; each has the three, built once."""
+    """Programs of pipros and genuine ROS before a setup file is sourced; both have three workspaces."""
     uri = "http://127.0.0.1:1"
     kept = machine_folder("overlays", (Path(__file__), CATKIN))
     made = {}

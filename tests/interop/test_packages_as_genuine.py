@@ -1,7 +1,7 @@
 """A package with all features that need no compiler, built by genuine catkin and by pipros.
 
-The install spaces hold the same files with the same modes and contents, the tests leave results of the same
-names, and the setup files carry out the same hooks.
+The install spaces contain the same files with the same modes and contents, the tests write results of the
+same names, and the setup files run the same hooks.
 """
 
 from __future__ import annotations

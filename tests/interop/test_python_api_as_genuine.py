@@ -171,7 +171,7 @@ def takes(here: list[Parameter] | None, there: list[Parameter] | None) -> bool:
     if here is None:
         return False
     if here[:1] and here[0][0] == "self" and (not there or there[0][0] != "self"):
-        here = here[1:]  # a method that was made by a decorator there
+        here = here[1:]  # a method that genuine ROS creates with a decorator
     for place, (name, kind, has_default, default) in enumerate(there):
         if kind.startswith("VAR_"):
             if not any(parameter[1] == kind for parameter in here):
@@ -273,7 +273,7 @@ def outcomes_of(script: str, python: str, environment: dict[str, str]) -> list[s
     )
     assert ran.returncode == 0, ran.stderr
     lines = (line for line in ran.stdout.splitlines() if line.startswith("@@"))
-    # Errors in definitions name file, line and column here.
+    # Errors in definitions name file, line and column in pipros.
     plain = (re.sub(r'\["InvalidMsgSpec", .*', "InvalidMsgSpec", line) for line in lines)
     return [re.sub(r"0x[0-9a-f]+", "…", line) for line in plain]
 
@@ -313,7 +313,7 @@ USED_WITHOUT_IMPORT = (
 
 
 def test_scripts_use_what_import_rospy_brought_along(tmp_path: Path) -> None:
-    """As in gazebo_ros, whose scripts write `import xml` and then use `xml.etree.ElementTree`."""
+    """Like gazebo_ros, whose scripts use `xml.etree.ElementTree` after `import xml`."""
     program = (
         "import functools, importlib, rospy\n"
         f"for name in {USED_WITHOUT_IMPORT}:\n"

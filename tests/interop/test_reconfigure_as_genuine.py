@@ -1,4 +1,4 @@
-"""dynamic_reconfigure between pipros and genuine ROS, in either direction: the same traffic and answers."""
+"""dynamic_reconfigure between pipros and genuine ROS in either direction: the same traffic and responses."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_parameters_change_alike(plain_ros: RosSystem, tmp_path: Path) -> None:
     expected = seen["genuine", "genuine"]
     assert len(expected[0]) == 12
     for pair, found in seen.items():
-        # The words of the two errors are our own.
+        # The texts of the two errors are our own.
         differing = [
             (a, b) for a, b in zip(found[0], expected[0], strict=True) if a != b and "param" not in a
         ]

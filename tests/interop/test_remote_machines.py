@@ -1,4 +1,4 @@
-"""Nodes on another machine, by genuine roslaunch and by ours, over a real ssh to this one."""
+"""Nodes on another machine, started by genuine roslaunch and ours over a real ssh connection."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def test_the_child_of_a_genuine_parent_ends_with_a_required_node(
     running = launch_on_genuine(ros, sshd, programs, "ends", 'required="true"')
     running.wait_for(r"\[0-0\]: =+REQUIRED process \[other-2\] has died!")
     running.wait_for(r"\[0-0\]: \[g/there-1\] killing on exit")
-    running.wait_for(r"\[0-0\] process has died")  # a genuine parent stays, as it does with a genuine child
+    running.wait_for(r"\[0-0\] process has died")  # a genuine parent keeps running, as with a genuine child
     ros.pipros.processes.assert_nothing_left()
 
 
@@ -147,7 +147,7 @@ def test_nothing_of_the_child_outlives_a_genuine_parent_that_is_killed(
     running.wait_for("done launching nodes")
     running.kill()
     ros.pipros.processes.assert_nothing_left(timeout_s=15.0)
-    for line in ros.genuine.processes.left():  # genuine ROS leaves a master behind
+    for line in ros.genuine.processes.left():  # genuine ROS leaves a master running
         with suppress(ProcessLookupError):
             os.kill(int(line.partition(":")[0]), signal.SIGKILL)
 

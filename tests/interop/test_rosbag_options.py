@@ -1,4 +1,4 @@
-"""Every option of genuine rosbag is one of ours, with the same letters and the same need of a value."""
+"""Our rosbag has every option of the genuine one, with the same letters and the same values."""
 
 from __future__ import annotations
 

@@ -139,5 +139,5 @@ def comparable(words: list[str], code: int, out: list[str], err: list[str]) -> t
     complaint = "\n".join(itertools.dropwhile(lambda line: not line.startswith("[rospack]"), err))
     answer = sorted(out) if words and words[0] in UNSORTED else out
     if code and answer == [""]:
-        answer = []  # an empty line in spite of the mistake
+        answer = []  # an empty line despite the error
     return code, answer, re.sub(r".*(pkg-config --\S+ \S+)'.*", r"\1", complaint)

@@ -1,4 +1,4 @@
-"""The test nodes of rostest have the parameters, cases and exit codes of the genuine ones."""
+"""The test nodes of rostest have the same parameters, cases and exit codes as the genuine ones."""
 
 from __future__ import annotations
 

@@ -148,7 +148,7 @@ def test_both_find_the_same_faults_in_a_broken_system(
 def test_both_find_the_same_in_contradicting_transforms(ros: RosSystem, environment: dict[str, str]) -> None:
     rules = ros.home / "rules" / "tf_rules"  # Debian has the plugin, and no package that exports it
     rules.mkdir(parents=True)
-    (rules / "manifest.xml").write_text(  # of a package.xml it would ask rosdep's database
+    (rules / "manifest.xml").write_text(  # for a package.xml it would query rosdep's database
         "<package><description>d</description><author>m</author><license>x</license>"
         "<depend package='roswtf'/><export><roswtf plugin='tf.tfwtf'/></export></package>"
     )

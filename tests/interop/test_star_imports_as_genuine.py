@@ -1,4 +1,4 @@
-"""`from package import *` binds the names here that it binds with genuine ROS, imported modules included."""
+"""`from package import *` binds the same names as in genuine ROS, including imported modules."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def both(tmp_path_factory: pytest.TempPathFactory) -> tuple[Bound, Bound]:
     genuine = bound("/usr/bin/python3", genuine_environment(home, uri))
     ours = bound("python3", pipros_environment(home, uri, make_tool_folder(home / "tools")))
     assert not {name: names for name, names in ours.items() if isinstance(names, str)}
-    # An error is a text. Some modules cannot be imported there, either.
+    # Errors are texts. Some modules cannot be imported in genuine ROS, either.
     return {name: names for name, names in genuine.items() if not isinstance(names, str)}, ours
 
 

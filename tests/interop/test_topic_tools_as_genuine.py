@@ -136,7 +136,7 @@ def test_in_stealth_mode_the_monitored_topic_decides(graph: Graph, side: str) ->
     graph.ros.wait_for_publisher("/out")
     wait_until(lambda: not graph.ros.subscribers("/in"), 30, "no subscriber of /in")
 
-    if side == "genuine":  # which does not subscribe again, whoever watches
+    if side == "genuine":  # which does not subscribe again
         return
     graph.publisher("/watched")
     graph.listen("/out")

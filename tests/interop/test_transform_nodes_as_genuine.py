@@ -1,4 +1,4 @@
-"""The programs of tf and tf2_ros, and servers and clients of buffers, with those of the other side."""
+"""The programs of tf and tf2_ros, and buffer servers and clients, together with genuine ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Transforms of both sides: the same answers to the same questions, and on one graph."""
+"""Transforms of both sides: the same results for the same queries, and on one graph."""
 
 from __future__ import annotations
 

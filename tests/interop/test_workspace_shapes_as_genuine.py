@@ -1,4 +1,4 @@
-"""Packages of the shapes that public repositories have, built by genuine catkin and by pipros.
+"""Packages like those in public repositories, built by genuine catkin and by pipros.
 
 The same packages build, `message()` prints the same, the same interfaces are installed, and the Python
 modules of the devel space can be imported.

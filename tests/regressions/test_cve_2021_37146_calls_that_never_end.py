@@ -1,4 +1,4 @@
-"""CVE-2021-37146: one crafted call kept ROS' C++ XML-RPC server busy for ever."""
+"""CVE-2021-37146: one crafted call kept ROS' C++ XML-RPC server busy forever."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ros_comm#152, #149, roslibpy#27, rosbridge_suite#905: calls waited for ever, or failed without a reason."""
+"""ros_comm#152, #149, roslibpy#27, rosbridge_suite#905: calls waited forever, or failed without a reason."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ def test_a_change_during_the_first_fetch_is_not_missed(
     def subscribe_slowly(api: str, key: str) -> Any:
         value = subscribe(api, key)
         writer.params.set("/speed", 2)
-        wait_until(lambda: notices)  # the notice has overtaken the answer
+        wait_until(lambda: notices)  # the notification has overtaken the response
         return value
 
     monkeypatch.setattr(

@@ -1,4 +1,4 @@
-"""rosbridge_suite#86, morse#770: a subscriber out of wifi range stopped the publisher for everybody."""
+"""rosbridge_suite#86, morse#770: a subscriber out of wifi range blocked the publisher for all others."""
 
 from __future__ import annotations
 

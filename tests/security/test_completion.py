@@ -1,4 +1,4 @@
-"""TAB and Enter in real shells, while peers and files have names that a shell would run."""
+"""TAB and Enter in real shells, with names of peers and files that contain shell syntax."""
 
 from __future__ import annotations
 

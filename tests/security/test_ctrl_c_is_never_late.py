@@ -1,4 +1,4 @@
-"""Ctrl-C ends a node at once, whatever it waits for: silent peers, and unknown host names."""
+"""Ctrl-C ends a node at once, whatever it waits for: silent peers, unknown host names."""
 
 from __future__ import annotations
 

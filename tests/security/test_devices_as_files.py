@@ -1,4 +1,4 @@
-"""Pipes and devices in the place of files from strangers: none is waited for, or read into memory."""
+"""Pipes and devices in place of untrusted files never block, and are not read into memory."""
 
 from __future__ import annotations
 

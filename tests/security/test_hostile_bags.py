@@ -23,7 +23,7 @@ MIB = 1 << 20
 
 
 def changed(data: bytes, change: Callable[[Layout], None], more: bytes = b"") -> bytes:
-    """A bag with `more` behind its chunks, and the index of the changed layout."""
+    """Return a bag with `more` after its chunks, and the index of the changed layout."""
     file = io.BytesIO(data)
     layout = BagReader(file).layout
     file.seek(layout.end)
@@ -117,7 +117,7 @@ def test_a_chunk_beyond_the_decompression_limit_is_refused() -> None:
     rebuilt = BagReader(io.BytesIO(data), rebuild_index=True, limits=limits)
     assert rebuilt.message_count == 1
     assert "bag_expanded_bytes in PIPROS_LIMITS" in rebuilt.damage[0]
-    assert sum(1 for _ in BagReader(io.BytesIO(data)).raw_messages()) == 2  # blank images are as small
+    assert sum(1 for _ in BagReader(io.BytesIO(data)).raw_messages()) == 2  # blank images are just as small
 
 
 def test_a_bag_that_expands_to_too_many_messages_is_not_indexed() -> None:

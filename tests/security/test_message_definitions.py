@@ -30,7 +30,7 @@ def refusal(text: str, limits: Limits | None = None) -> str:
 
 
 class TestReading:
-    """A handful of bytes never makes more than a handful of objects."""
+    """A few bytes create only a few objects."""
 
     FIXED_IN_ELEMENTS = text_of("E[] es", E="C[50000] cs", C="")
     ONE_BYTE_FOR_MANY = text_of("E[] es", E="uint8 x\nC[50000] cs", C="")
@@ -53,7 +53,7 @@ class TestReading:
         assert_refused_without_memory(cls, data)
 
     def test_arrays_of_empty_messages_are_counted_together(self) -> None:
-        """Twenty of 60,000 each, every one of which would be allowed alone."""
+        """Twenty arrays of 60,000, each of which would be allowed alone."""
         cls = made(text_of("E[] es", E="C[] cs", C=""))
 
         assert_refused_without_memory(cls, (20).to_bytes(4, "little") + (60_000).to_bytes(4, "little") * 20)
@@ -103,7 +103,7 @@ class TestCompiling:
     def test_a_message_that_holds_too_much_without_bytes_is_refused_before_one_is_made(
         self, text: str
     ) -> None:
-        """A class of the second would build 3.9 million objects for each message of no bytes at all."""
+        """A class of the second type would create 3.9 million objects for each empty message."""
         tracemalloc.start()
         try:
             assert "values more than its bytes pay for" in refusal(text)

@@ -1,4 +1,4 @@
-"""A container that is started with a user number and nothing more: no HOME, no account."""
+"""A container that is started with only a user number: no HOME, no account."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ FEW = Limits(tcpros_connections=40, handshakes=8)
 
 
 class Attacker:
-    """Opens connections to a node, and closes them with the test."""
+    """Opens connections to a node, and closes them after the test."""
 
     def __init__(self) -> None:
         self.peers = ExitStack()
@@ -164,7 +164,7 @@ def test_a_persistent_client_may_be_idle_for_longer_than_a_request_may_take(
     node.serve("set", SetBool, answer)
     patient = attacker.connect(node, {**SERVICE, "persistent": "1"})
     hasty = attacker.connect(node, SERVICE)
-    assert hasty.recv(1) == b""  # its time is up
+    assert hasty.recv(1) == b""  # it times out
     for _ in range(2):
         patient.sendall(REQUEST)
         assert patient.recv(14, socket.MSG_WAITALL).endswith(b"done")
@@ -324,7 +324,7 @@ def is_refused(port: int) -> bool:
 def test_a_forked_child_does_not_keep_the_ports_of_a_node_open(make_node: MakeNode) -> None:
     node = make_node("node")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # there are threads: that is the point
+        warnings.simplefilter("ignore", DeprecationWarning)  # threads are available: this is what is tested
         child = os.fork()
     if not child:
         while True:

@@ -127,5 +127,5 @@ def test_another_user_cannot_have_a_roslaunch_child_start_programs(ros: RosSyste
         return ran.stdout
 
     assert order(STRANGER).startswith("refused ")
-    assert launch(parent, ("ours", "sleeper"))[0] == 1  # so the other one was not the first
+    assert launch(parent, ("ours", "sleeper"))[0] == 1  # so the first one was the other
     assert "has already launched its nodes" in order(0)

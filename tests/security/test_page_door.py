@@ -284,7 +284,7 @@ def test_bytes_before_the_token_are_limited(ros: RosSystem) -> None:
         page.connect(first=json.dumps({"padding": "x" * 100_000, "token": page.token})) as browser,
     ):
         browser.socket.recv(timeout=30)
-    with page.connect() as browser:  # and is not afterwards
+    with page.connect() as browser:  # and not afterwards
         assert "there is no action" in browser.act("nothing")["error"]
         assert "there is no action" in browser.act("x" * 100_000)["error"]
 

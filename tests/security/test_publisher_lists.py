@@ -1,4 +1,4 @@
-"""Lists of publishers that a peer or a master makes up: the good ones among them are heard."""
+"""Forged lists of publishers from a peer or master: the real publishers in them are connected."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ String: Any = load_message_class("std_msgs/String")
 
 
 class SilentHost:
-    """Accepts connections, counts those that are open at a time, and never says anything."""
+    """Accepts connections, counts concurrent ones, and never sends anything."""
 
     def __init__(self) -> None:
         self.listener = socket.create_server(("127.0.0.1", 0), backlog=1000)

@@ -1,4 +1,4 @@
-"""Any peer may set `/run_id`, which names the folder of log files: paths and texts of lines are not taken."""
+"""Any peer may set `/run_id`, which names the folder of log files: paths and line breaks are refused."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no
 
 @pytest.fixture
 def shared_home(tmp_path: Path) -> Path:
-    """A ROS_HOME in which everybody may make and rename files."""
+    """A ROS_HOME in which every user can create and rename files."""
     home = tmp_path / "shared"
     home.mkdir()
     home.chmod(0o777)

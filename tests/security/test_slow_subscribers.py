@@ -42,7 +42,7 @@ def test_a_subscriber_that_reads_slowly_costs_a_single_wait(
             published = in_thread(publisher.publish, LARGE)
             wait_until(lambda thread=published: not thread.is_alive(), what="the end of publish()")  # type: ignore[misc]
             inbox.wait(number)
-        # One wait of a second; to wait for each message would take 8 s, and to wait for all of it 200 s.
+        # One wait of a second; waiting for each message would take 8 s, and for all data 200 s.
         assert time.monotonic() - began < 6
 
 

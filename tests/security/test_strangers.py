@@ -200,6 +200,6 @@ def test_invalid_responses_of_a_master_have_no_effect_and_are_retried(junk: Any)
             wait_until(lambda: "lookupNode" in calls)
             lies = False
             publisher.settimeout(20)
-            publisher.accept()[0].close()  # the node has learnt who publishes
+            publisher.accept()[0].close()  # the node has received the list of publishers
         loop.run(server.stop())
         loop.stop()

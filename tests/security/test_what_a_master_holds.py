@@ -27,7 +27,7 @@ def test_removed_names_leave_no_memory_behind(ros: RosSystem) -> None:
     with RpcClient(ros.master_uri) as client:
         before = 0.0
         for number in range(3000):
-            if number == 1000:  # buffers have the size by now that names of 16 kB need
+            if number == 1000:  # by now, buffers have the size for names of 16 kB
                 before = resident_mb(core.pid)
             topic = f"/{number:05}" + "x" * 16_000
             assert client.call("registerPublisher", "/hoarder", topic, "std_msgs/String", API)[0] == 1
@@ -68,7 +68,7 @@ def test_all_accepted_parameters_can_be_read(ros: RosSystem) -> None:
 def test_parameters_have_a_total_limit_and_deletions_make_room() -> None:
     with Master(port=0, limits=Limits(parameter_bytes=1_000_000)) as master:
         client = MasterClient(master.uri, "/n")
-        client.set_param("/list", list(range(20_000)))  # 640,000 bytes, weighed in a thread
+        client.set_param("/list", list(range(20_000)))  # 640,000 bytes, measured in a thread
         with pytest.raises(Refused, match=r"/other would bring the parameters to .* the limit is 1000000"):
             client.set_param("/other", list(range(20_000)))
         assert client.get_param_names() == ["/list"]

@@ -24,7 +24,7 @@ WRITTEN_OUT = r"\x1b]0;OWNED\x07\nforged: line\u202e"
 
 @pytest.fixture
 def bag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A bag with control characters in every text."""
+    """A bag with control characters in every string."""
     monkeypatch.chdir(tmp_path)
     file = io.BytesIO()
     writer = BagWriter(file)

@@ -59,7 +59,7 @@ def values(rows: Iterable[Row]) -> list[tuple[str, Any, int, int]]:
 
 
 def old_bag_bytes(rows: Iterable[Row], *, is_indexed: bool = True) -> bytes:
-    """A bag of format 1.2, as ROS wrote them until 2010."""
+    """Return a bag of format 1.2, which ROS wrote until 2010."""
     from pipros.bag.records import TIME, U32, U64, record_bytes
 
     out = [b"#ROSBAG V1.2\n", b""]

@@ -1,4 +1,4 @@
-"""Small scripts of CMake with their results, and mistakes. Unit tests and `tests/interop` share them."""
+"""Small CMake scripts with their results or errors, shared by unit tests and `tests/interop`."""
 
 from __future__ import annotations
 

@@ -75,6 +75,6 @@ def _common(home: Path, master_uri: str) -> dict[str, str]:
         "ROS_MASTER_URI": master_uri,
         "LANG": "C.UTF-8",
         "TERM": "xterm",
-        # A pipe would make Python keep its lines back until the end; a person's terminal does not.
+        # Python would buffer output to a pipe until the end, unlike output to a terminal.
         "PYTHONUNBUFFERED": "1",
     }

@@ -1,4 +1,4 @@
-"""How many random examples a test tries: all in continuous integration, a part on a developer's machine."""
+"""The number of random examples of a test: all in continuous integration, fewer on other machines."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ import pytest
 
 
 def is_available() -> bool:
-    """Return whether namespaces can be made: on Linux, as root, with the `ip` command."""
+    """Return whether namespaces can be created: on Linux, as root, with the `ip` command."""
     if sys.platform != "linux" or os.geteuid() != 0 or shutil.which("ip") is None:
         return False
     name = f"pipros-try-{os.getpid()}"
@@ -36,8 +36,8 @@ class LoneNetwork:
 
         Args:
             hosts: the content of `/etc/hosts` there.
-            nameserver: is asked in vain: nothing gets out.
-            addresses: what it has beside loopback, as `10.98.0.1/24`.
+            nameserver: an address that cannot be reached.
+            addresses: those besides loopback, such as `10.98.0.1/24`.
             hostname: its own name; by default that of this machine.
         """
         self._prefix: list[str] = []

@@ -1,4 +1,4 @@
-"""Folders made once for many tests: for all workers of pytest-xdist, or for all runs on this machine."""
+"""Folders created once for many tests: for all workers of pytest-xdist, or for all runs on this machine."""
 
 from __future__ import annotations
 

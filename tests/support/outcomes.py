@@ -104,7 +104,7 @@ class StartsRecorder:
             self._seen.add(_EVENTS[event])
 
     def _noting(self, start: Callable[[threading.Thread], None]) -> Callable[[threading.Thread], None]:
-        """Return `start` that is noted, because Python 3.11 has no audit event for threads."""
+        """Wrap `start` to record it, because Python 3.11 has no audit event for threads."""
 
         def noted(thread: threading.Thread) -> None:
             self._seen.add("thread")
@@ -134,7 +134,7 @@ class StartsRecorder:
 
 
 def configure(config: pytest.Config) -> None:
-    """Start to record if the command line asks for it."""
+    """Start recording if the option is given."""
     file = config.getoption("--outcomes-to")
     if file is None:
         return

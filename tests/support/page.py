@@ -34,7 +34,7 @@ class Page:
         prefix: Sequence[str] = (),
         **variables: str,
     ) -> None:
-        """`prefix`: a program that starts the command; `variables`: of its environment."""
+        """Start the command, with the program `prefix` and the environment `variables`."""
         self.process: Process = ros.pipros.start(*prefix, command, "--no-browser", *options, **variables)
         self.url = self.process.wait_for(r"http\S+")[0]
         parts = urlsplit(self.url)
@@ -54,7 +54,7 @@ class Page:
 
     @contextlib.contextmanager
     def connect(self, origin: str | None = None, first: str | None = None) -> Iterator[LivePage]:
-        """A connection as the page in a browser has it; `first` replaces the message with the token."""
+        """A connection like that of the page; `first` replaces the message with the token."""
         with connect(
             f"ws://{self.host}/live",
             origin=Origin(f"http://{self.host}" if origin is None else origin),

@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 
 # Below the range that Linux and macOS use for port 0, so that no node's own socket gets a port
-# between the moment it is chosen here and the moment a master binds it.
+# between its choice here and a master's bind.
 _PORTS = range(20_000, 30_000)
 _CLAIMS = Path(tempfile.gettempdir()) / "pipros-test-ports"
 

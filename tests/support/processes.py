@@ -93,7 +93,7 @@ class Process:
 
     @property
     def transcript(self) -> list[str]:
-        """The output so far, with the second of the test for each line, and the exit code."""
+        """The output so far, with the time of each line, and the exit code."""
         lines = [f"{at} {line}" for at, line in zip(self._printed_at, self.lines, strict=False)]
         return lines if self.is_running else [*lines, f"(exit code {self.returncode})"]
 
@@ -105,7 +105,7 @@ class Process:
         """Wait for a line in which the regular expression `pattern` is found.
 
         Raises:
-            AssertionError: with the whole output, when the program ends or the time is up without it.
+            AssertionError: the program ended, or the time is over, without it; with the whole output.
         """
         looked_for = re.compile(pattern)
         deadline = time.monotonic() + timeout_s
@@ -137,7 +137,7 @@ class Process:
         """Wait until the program has exited and its output is read; return the exit code.
 
         Raises:
-            AssertionError: with the whole output, when it is still running after `timeout_s`.
+            AssertionError: it is still running after `timeout_s`; with the whole output.
         """
         try:
             code = self._popen.wait(timeout_s)
@@ -170,7 +170,7 @@ class Process:
 
 
 class Processes:
-    """Starts programs in one environment; a token in it lets it find all of their descendants."""
+    """Starts programs in one environment, and finds all their descendants by a token in it."""
 
     def __init__(self, environment: Mapping[str, str], cwd: Path | None = None) -> None:
         self._token = f"{_VARIABLE}={uuid.uuid4()}"
@@ -209,7 +209,7 @@ class Processes:
         return process
 
     def left(self) -> list[str]:
-        """`pid: command line` of every process that still runs with the token, an orphan too."""
+        """Return `pid: command line` of every running process with the token, including orphans."""
         return [f"{pid}: {command}" for pid, command in self._find_left()]
 
     def _find_left(self) -> list[tuple[int, str]]:

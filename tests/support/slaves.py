@@ -64,7 +64,7 @@ class FakeSlave:
 
 
 class SilentSlave:
-    """A server that accepts connections and never answers, like a node that hangs."""
+    """A server that accepts connections and never responds, like a hung node."""
 
     def __init__(self) -> None:
         self._listener = socket.create_server(("127.0.0.1", 0), backlog=100)
@@ -83,7 +83,7 @@ class SilentSlave:
 
     def stop(self) -> None:
         self._listener.shutdown(socket.SHUT_RDWR)
-        self._accepting.join(30)  # it may be about to note a connection
+        self._accepting.join(30)  # it may be about to record a connection
         self._listener.close()
         for connection in self.connections:
             connection.close()

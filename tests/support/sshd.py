@@ -39,7 +39,7 @@ class SshServer:
 
     Attributes:
         port: where it listens.
-        folder: a home folder whose `.ssh` has the key that is let in, and the server's in `known_hosts`.
+        folder: a home folder whose `.ssh` has the accepted key, and the server's in `known_hosts`.
         log: what the server wrote.
     """
 
@@ -62,7 +62,7 @@ class SshServer:
         wait_until(self._is_listening, what=lambda: f"sshd: {self.log.read_text()}")
 
     def client(self, folder: Path, alias: str) -> None:
-        """Put an `ssh` into a folder that finds this server under a host name that exists only there."""
+        """Put an `ssh` into a folder that resolves an otherwise unknown host name to this server."""
         config = self.folder / "ssh_config"
         config.write_text(_CLIENT.format(alias=alias, port=self.port, folder=self.folder))
         ssh = folder / "ssh"

@@ -40,7 +40,7 @@ EDITING_SHELLS = {
 
 
 class Terminal:
-    """An interactive shell on a pseudo-terminal. One person types one line at a time into it."""
+    """An interactive shell on a pseudo-terminal, into which lines are typed one at a time."""
 
     def __init__(self, environment: Mapping[str, str], cwd: Path, shell: Sequence[str] = BASH) -> None:
         self._keyboard, tty = os.openpty()
@@ -69,7 +69,7 @@ class Terminal:
         self.wait_for_prompt()
 
     def _read(self) -> None:
-        # A pseudo-terminal whose last program ended says so with an error, not with an empty read.
+        # A pseudo-terminal whose last program ended returns an error, not an empty read.
         decode = codecs.getincrementaldecoder("utf-8")("replace").decode
         with contextlib.suppress(OSError):
             while chunk := os.read(self._keyboard, 65536):

@@ -1,7 +1,7 @@
-"""Run every command and Python block of docs/: most pages here, the others in the tests in OTHERS.
+"""Run every command and Python block of docs/: most pages in this file, the others in those of OTHERS.
 
-A `console` block is a terminal. The lines below a command must appear in its output in that order; `...`
-matches any text, or any lines if it is a whole line. A last command that does not end runs until the end of
+A `console` block is a terminal. The lines after a command must appear in its output in that order; `...`
+matches any text, or any lines if it is a whole line. A last command that does not exit runs until the end of
 the page. A block with a title is a file.
 """
 

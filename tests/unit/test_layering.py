@@ -68,12 +68,12 @@ FACADES_BELOW: dict[str, set[str]] = {
     "rosbag": {"rospy"},  # timestamps are rospy.Time
     "rosdiagnostic": {"rospy"},
     "rosmaster": {"rosgraph"},  # ROSMasterHandler is a handler of rosgraph.xmlrpc; its log is rosgraph's
-    "rosmsg": {"genpy"},  # generate_dynamic is a name of both
+    "rosmsg": {"genpy"},  # both have generate_dynamic
     "rosparam": {"rosgraph"},  # get_param_server returns a rosgraph.Master
     "rospy": {"rosgraph"},  # rospy.names has functions of rosgraph.names
-    "rosunit": {"roslaunch"},  # its monitor of processes is roslaunch's
+    "rosunit": {"roslaunch"},  # it uses roslaunch's process monitor
     "rostest": {"rosgraph", "roslaunch", "rospy", "rosunit"},  # ROSTestLaunchParent is a launch; logs
-    "tf": {"rospy", "roswtf", "tf2_ros"},  # its rules for roswtf
+    "tf": {"rospy", "roswtf", "tf2_ros"},  # it has rules for roswtf
     "tf2_geometry_msgs": {"tf2_ros"},  # registers its types there
     "tf2_kdl": {"tf2_geometry_msgs", "tf2_ros"},  # registers its types there
     "tf2_py": {"rospy"},  # returns rospy.Time
@@ -81,10 +81,10 @@ FACADES_BELOW: dict[str, set[str]] = {
     "tf2_sensor_msgs": {"tf2_geometry_msgs", "tf2_ros"},
     "topic_tools": {"rosgraph", "rospy", "rostopic"},
     "roswtf": {"rospy"},  # the node of plugins
-    "rostopic": {"rosgraph", "rosparam", "rospy"},  # its classes go by rospy's node; messages of parameters
+    "rostopic": {"rosgraph", "rosparam", "rospy"},  # its classes use rospy's node; messages of parameters
 }
 
-# Runs the code that is made of message definitions; every name in it passed their grammar before.
+# Executes code generated from message definitions; every name in it has passed the grammar.
 MAY_EXECUTE = "pipros/msg/compile/run.py"
 
 # Imports between files of one package that are part of a cycle: (importing module, imported module).
@@ -186,7 +186,7 @@ def wrong_imports(file: Path) -> list[str]:
         target = package_of_module(module)
         if (
             top in facades - {top_package, *FACADES_BELOW.get(top_package, ())} and package != "share"
-        ):  # its programs may
+        ):  # its programs may do so
             wrong.append(described(file, line, f"{top_package}.{package} imports the facade {top}"))
         elif top != "pipros" or target == package:
             continue

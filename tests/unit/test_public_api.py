@@ -1,4 +1,4 @@
-"""`pipros` itself offers a short list of names, at no cost until they are used."""
+"""`pipros` itself has a short list of names, which are loaded when they are used."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ def test_fails_now_and_then():
 
 @pytest.fixture
 def flaky(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Tests outside of the tree, which see its options; returns the start of their node ids."""
+    """Create tests outside of the tree that have its options; return the start of their node ids."""
     (tmp_path / "conftest.py").write_text(
         "from tests.conftest import pytest_addoption, pytest_collection_modifyitems\n"
         "from tests.support.outcomes import configure as pytest_configure\n"

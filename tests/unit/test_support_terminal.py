@@ -1,4 +1,4 @@
-"""The tests' own terminal: it behaves like the window that a person types into."""
+"""`tests.support.terminal` behaves like a terminal window."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A node that publishes a little of all that the page shows, with pipros or with genuine rospy."""
+"""A node that publishes data for every tab of the page, with pipros or with genuine rospy."""
 
 import contextlib
 import math

@@ -1,4 +1,4 @@
-"""Records the transcripts again on genuine ROS 1: python3 tests/golden/cli/record.py [NAME…]
+"""Record the transcripts again on genuine ROS 1: python3 tests/golden/cli/record.py [NAME…]
 
 Needs genuine ROS 1 in /usr (see the architecture document). Every transcript gets a master, a folder
 and a graph of its own.

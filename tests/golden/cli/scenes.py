@@ -13,7 +13,7 @@ MASKS = {
     r"(127\.0\.0\.1|localhost):(?!1\b)\d+": r"\1:PORT",
     r"time=[\d.]+ms": "time=N ms",
     r"average: [\d.]+ms": "average: N ms",
-    r"seq: +\d+": "seq: N",  # genuine ROS counts a latched message again for each subscriber
+    r"seq: +\d+": "seq: N",  # genuine ROS counts a latched message once for each subscriber
     r"\b1[78]\d{17}\b": "NOW",
     r"(?m)^(NOW|1000000000005|0),\d+,(?=1000000000005|0,)": r"\1,N,",
 }

@@ -1,6 +1,6 @@
-"""The messages that the transcripts of `rostopic echo` show, one latched topic each, and a few services.
+"""The messages in the transcripts of `rostopic echo`, each on a latched topic, and a few services.
 
-Run as a program, it is a node that publishes them, on genuine ROS and on pipros alike.
+Run as a program, it is a node that publishes them, on genuine ROS and on pipros.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ class _Handler(SimpleXMLRPCRequestHandler):
 
 
 class StubNode:
-    """A node that is registered and answers the slave API, and has no topics behind it."""
+    """A registered node that implements the slave API, without real topics."""
 
     def __init__(self, name: str, master_uri: str, bus_info: Sequence[Sequence[Any]] = ()) -> None:
         self.name = name

@@ -26,7 +26,7 @@ _STRING_CONSTANT = re.compile(r"\s*string [^#]*=")
 
 
 def jobs() -> list[dict[str, Any]]:
-    """A job for each message and each half of a service that ships, with made-up values."""
+    """Return a job with random values for each message and each half of each service included."""
     files = installed_library().files
     found: list[dict[str, Any]] = []
     for package in sorted(folder.name for folder in SHARE.iterdir()):

@@ -37,7 +37,7 @@ def report(aspect, peer, outcome):
 
 
 def pause(seconds=0.02):
-    """In wall time, since the peers simulate another; ends the thread at shutdown."""
+    """Wait in wall time, because the peers use simulated time; end the thread at shutdown."""
     if rospy.is_shutdown():
         sys.exit()
     rospy.rostime.wallsleep(seconds)

@@ -27,6 +27,6 @@ for encoding, shape, dtype in (
         assert (name, back.shape, back.dtype) == (encoding, image.shape, image.dtype), kind
         if settings.kind == "png" and encoding != "bgra8":
             assert np.array_equal(back, image), kind
-        if encoding != "rgb16":  # Pillow has no colours of 16 bits
+        if encoding != "rgb16":  # Pillow does not support 16-bit colours
             found[f"{kind} {encoding}"] = [kind, base64.b64encode(data).decode(), back.tolist()]
 print(json.dumps(found))

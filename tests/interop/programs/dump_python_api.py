@@ -1,6 +1,6 @@
-"""Prints the public names of Python packages as JSON: modules, functions with parameters, classes, constants.
+"""Print the public names of Python packages as JSON: modules, functions with parameters, classes, constants.
 
-Runs under genuine ROS's Python and under pipros' alike, so it needs nothing but the standard library.
+Runs under genuine ROS's Python and under pipros', so it needs only the standard library.
 Usage: dump_python_api.py PACKAGE…
 """
 

@@ -5,7 +5,7 @@ import logging
 
 from rosgraph.impl.graph import Graph
 
-logging.disable()  # of dead nodes, whose tracebacks say nothing
+logging.disable()  # of dead nodes, with irrelevant tracebacks
 graph = Graph()
 graph.update()
 

@@ -18,7 +18,7 @@ def examine(label, function):
 
 
 def begin(part):
-    """The labels from here on belong to this part."""
+    """Start a part, to which the following labels belong."""
     print("@@" + json.dumps({"label": f"-- {part}"}), flush=True)
 
 

@@ -180,7 +180,7 @@ def examine_slave_checks(masterslave):
 
 
 class Answering:
-    """In place of a proxy of the master."""
+    """Replaces a proxy of the master."""
 
     def __init__(self, code):
         self.code = code

@@ -1,6 +1,6 @@
 """Print as JSON the results of tf2_py for random frames and queries.
 
-Arguments: a seed and the number of buffers; each is asked 200 times. Runs under either implementation.
+Arguments: a seed and the number of buffers; each is queried 200 times. Runs under either implementation.
 """
 
 import json
@@ -38,7 +38,7 @@ def outcome(function, *arguments):
 
 
 def turned(draw):
-    """A quaternion: mostly of length one, sometimes not quite, sometimes of no use."""
+    """Return a quaternion: usually normalised, sometimes not quite, sometimes invalid."""
     kind = draw.random()
     if kind < 0.15:
         return (0.0, 0.0, 0.0, 1.0)
@@ -60,7 +60,7 @@ class Questions:
         for number, child in list(enumerate(self.frames))[1:]:
             self.parents[child] = draw.choice(self.frames[:number])
         if draw.random() < 0.1:
-            self.parents[self.frames[0]] = self.frames[-1]  # a circle
+            self.parents[self.frames[0]] = self.frames[-1]  # a loop
         for child in list(self.parents)[1:]:
             if draw.random() < 0.1:
                 del self.parents[child]  # two trees

@@ -1,4 +1,4 @@
-"""Asks image_geometry of either side about random cameras and points."""
+"""Print the results of image_geometry of either side for random cameras and points."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def plain(value):
 def asked(function, *arguments):
     try:
         return plain(function(*arguments))
-    except Exception as error:  # OpenCV has an exception of its own
+    except Exception as error:  # OpenCV has its own exception
         return "refused" if type(error).__name__ in ("error", "ValueError") else repr(error)
 
 

@@ -1,6 +1,6 @@
-"""Asks `sensor_msgs.point_cloud2` about random clouds, for comparing implementations.
+"""Print the results of `sensor_msgs.point_cloud2` for random clouds, to compare implementations.
 
-Run as a script by either Python; answers go to stdout as a JSON list.
+Run as a script by either Python; prints a JSON list.
 """
 
 import json

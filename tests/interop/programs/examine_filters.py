@@ -54,13 +54,13 @@ def sequence(draw, kind):
         name = "%d.%d" % (which, number)
         stamp = now + draw.randint(-4, 4) * step + (draw.randint(-2, 2) * 1000000 if kind != "exact" else 0)
         if simulated and kind != "exact" and draw.random() < 0.1:
-            message = String(name)  # one without header
+            message = String(name)  # a message without a header
         else:
             message = Stamped(name, rospy.Time(*divmod(max(stamp, 0), 10**9)))
         if draw.random() < 0.95:
             inputs[which].signalMessage(message)
         else:
-            made.add(message, made.queues[which])  # as old callers do, without the number
+            made.add(message, made.queues[which])  # without the number, as old callers do
         sets.append(len(sets))
     left = [[name_of(message) for message in queue.values()] for queue in made.queues]
     return [sets, left]

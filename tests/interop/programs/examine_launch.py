@@ -224,7 +224,7 @@ def examine_configurations():
 
 
 class Recorder:
-    """Stands in for a configuration."""
+    """Replaces a configuration."""
 
     def __init__(self):
         self.calls = []
@@ -449,7 +449,7 @@ def examine_parents(run_id):
 
 
 class Mine(roslaunch.pmon.Process):
-    """A process of a script's own making."""
+    """A process class written in a script."""
 
     is_up = False
 

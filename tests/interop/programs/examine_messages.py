@@ -54,7 +54,7 @@ STRINGS += ["key: value", "\U0001f600"]
 
 
 def random_value(rng, kind, class_of, depth=0):
-    """A value for a field of a type, in a form that JSON can carry."""
+    """Return a value for a field of a type, in JSON form."""
     if kind.endswith("]"):
         base, _, length = kind[:-1].partition("[")
         count = int(length) if length else rng.choice([0, 1, 2, 3, 7] if depth < 2 else [0, 1])
@@ -98,7 +98,7 @@ def build(kind, value, class_of, genpy):
 
 
 def describe(value):
-    """A value with the Python types of all its parts."""
+    """Return a value with the Python types of all its parts."""
     if hasattr(value, "_slot_types") and hasattr(value, "_md5sum"):
         return [value._type, {slot: describe(getattr(value, slot)) for slot in value.__slots__}]
     if hasattr(value, "nsecs"):
@@ -123,7 +123,7 @@ def outcome(action):
 
 
 def examine(job, class_of, genpy):
-    """Everything that can be noticed about the type `job["type"]` with the values of the job."""
+    """Return everything observable about the type `job["type"]` with the values of the job."""
     cls = class_of(job["type"])
     answer = {
         "md5": cls._md5sum,

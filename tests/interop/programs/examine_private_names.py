@@ -1,4 +1,4 @@
-"""Private names that published packages use, called and set as they do it."""
+"""Private names that published packages use, called and set as in those packages."""
 
 import os
 import tempfile

@@ -19,7 +19,7 @@ AXES = [
 
 
 def flat(value):
-    """Numbers, texts and lists of a result, whatever sequence types it has."""
+    """Return numbers, strings and lists for a result with any sequence types."""
     if value is None or isinstance(value, (bool, str)):
         return value
     if isinstance(value, (list, tuple, numpy.ndarray)):
@@ -38,7 +38,7 @@ def outcome(function, *arguments, **more):
 
 
 def one_sign(vector):
-    """An eigenvector, whose sign is numpy's choice, with the sign that its largest number is positive."""
+    """Normalise the sign of an eigenvector so that its largest number is positive."""
     return vector * numpy.sign(vector[numpy.argmax(numpy.abs(vector))])
 
 

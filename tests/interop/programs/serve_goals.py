@@ -1,6 +1,6 @@
 """A SimpleActionServer.
 
-A goal below 100 succeeds with its number, 100 waits for its end, 200 raises, 300 says nothing.
+A goal below 100 succeeds with its number, 100 waits for its end, 200 raises, 300 sets no result.
 """
 
 from actionlib.msg import TestAction, TestFeedback, TestResult

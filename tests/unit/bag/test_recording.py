@@ -117,7 +117,7 @@ def test_a_split_that_failed_on_a_full_disk_is_retried(
     recording = files(tmp_path, monkeypatch, [], name="run", split=True, duration_s=10.0)
     recording.open((0, 0))
     recording.write(received(1, 0))
-    (tmp_path / "run_1.bag.active").mkdir()  # so that the file cannot be made
+    (tmp_path / "run_1.bag.active").mkdir()  # so that the file cannot be created
     for seconds in (20, 21):
         with pytest.raises(OSError, match="directory"):
             recording.write(received(2, seconds))

@@ -74,7 +74,7 @@ def test_lz4_is_read_without_its_library(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 class _FullDisk(io.BytesIO):
-    """Takes no byte beyond `room`."""
+    """Accepts at most `room` bytes."""
 
     room = 1_000_000
 

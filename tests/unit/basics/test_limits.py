@@ -61,7 +61,7 @@ def test_the_table_in_the_documents_has_every_limit() -> None:
 
 
 def _as_written(name: str, value: float) -> str:
-    """As the table writes a default: `1 MiB`, `10 s`, `20,000`."""
+    """Format a default like the table: `1 MiB`, `10 s`, `20,000`."""
     if name.endswith("_bytes"):
         unit, size = ("MiB", 1 << 20) if value >= 1 << 20 else ("KiB", 1 << 10)
         return f"{value / size:,g} {unit}"

@@ -15,7 +15,7 @@ BAG = Path(__file__).parents[2] / "golden" / "messages" / "two_types.bag"
 @pytest.fixture
 def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A package on ROS_PACKAGE_PATH."""
-    folder = tmp_path / "src" / f"robot_{tmp_path.name}"  # a library of types lives as long as the process
+    folder = tmp_path / "src" / f"robot_{tmp_path.name}"  # types are cached for the life of the process
     (folder / "msg").mkdir(parents=True)
     (folder / "action").mkdir()
     (folder / "package.xml").write_text(

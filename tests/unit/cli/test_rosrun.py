@@ -9,7 +9,7 @@ from pipros.cli import rosrun
 
 
 class Became(Exception):
-    """Stands for the moment in which rosrun would have become another program."""
+    """Raised in place of `exec`, with which rosrun becomes another program."""
 
     def __init__(self, command: list[str]) -> None:
         super().__init__(command)
@@ -18,7 +18,7 @@ class Became(Exception):
 
 @pytest.fixture(autouse=True)
 def scripts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder of a package `talkers`, alone on the package path; nothing is really run."""
+    """The folder of a package `talkers`, alone on the package path; programs are not executed."""
     folder = tmp_path / "src" / "talkers" / "scripts"
     folder.mkdir(parents=True)
     (folder.parent / "package.xml").write_text("<package><name>talkers</name></package>")

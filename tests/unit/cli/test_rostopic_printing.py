@@ -136,7 +136,7 @@ def test_a_missing_definition_is_a_plain_error(kind: str) -> None:
 @pytest.mark.parametrize(
     ("text", "cell"),
     [
-        ('grüß "dich"', 'grüß "dich"'),  # as genuine rostopic writes it
+        ('grüß "dich"', 'grüß "dich"'),  # like genuine rostopic
         ("", ""),
         ("a,b", '"a,b"'),
         ('a,"b"', '"a,""b"""'),

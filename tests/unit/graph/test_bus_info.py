@@ -1,4 +1,4 @@
-"""Answers of nodes about their connections, of genuine form and of none."""
+"""Responses of nodes about their connections, well-formed and malformed."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_impossible_counts_are_ignored(number: float) -> None:
 
 
 def test_the_statistics_of_roscpp_are_read() -> None:
-    """As a roscpp node answered: without code and text, and with a number more for each connection."""
+    """The response of a roscpp node: without code and text, and with another number for each connection."""
     answer = [[["/rosout", [[0, 194, 190, 1, 0]]], ["/battery_topic", [[1, 7888, 7780, 666, 0]]]], []]
     assert dict(sent_counts(statistics_of(answer))) == {"0": (1, 194), "1": (666, 7888)}
 

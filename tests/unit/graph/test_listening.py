@@ -1,4 +1,4 @@
-"""Waiting for topics, and the subscriptions of tools, on a master and a node that are tables."""
+"""Waits for topics, and subscriptions of tools, with a master and a node from tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The graph as it is connected, from tables of answers."""
+"""The connections of a graph, from tables of responses."""
 
 from __future__ import annotations
 

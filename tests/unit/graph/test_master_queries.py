@@ -1,4 +1,4 @@
-"""Topics, services, nodes and parameters of a system, from a master that is a table of answers."""
+"""Topics, services, nodes and parameters of a system, from a table of master responses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Looking at a running system: connections, rates, and nodes that do not answer."""
+"""Observation of a running system: connections, rates, and unresponsive nodes."""
 
 from __future__ import annotations
 

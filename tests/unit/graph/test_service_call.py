@@ -1,4 +1,4 @@
-"""Requests from YAML values, and waiting for a service, without a server."""
+"""Service requests from YAML values, and waits for a service, without a server."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Findings about a running system: each fault is found, and nothing on a healthy one."""
+"""Findings about a running system: each fault is found, and nothing in a healthy one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Modules of pipros that another distribution replaced are found by the sums that pip recorded."""
+"""Modules of pipros that another distribution replaced are found by the hashes that pip recorded."""
 
 from __future__ import annotations
 

@@ -169,7 +169,7 @@ RESOURCES = Path(pipros.__file__).parent / "share" / "roslaunch" / "resources"
 
 @pytest.mark.parametrize("file", sorted(RESOURCES.iterdir()), ids=lambda file: file.name)
 def test_the_examples_that_ship_can_be_loaded(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    own_commands = str(Path(sys.executable).parent)  # one has the output of a command as a parameter
+    own_commands = str(Path(sys.executable).parent)  # one parameter is the output of a command
     monkeypatch.setenv("PATH", os.pathsep.join([own_commands, os.environ["PATH"]]))
     arguments = {"who": "x", "address": "localhost"} if "arg" in file.read_text() else {}
     assert load([str(file)], arguments).files[0] == str(file)

@@ -44,7 +44,7 @@ def test_a_parameter_beyond_the_limit_is_refused_and_changes_nothing() -> None:
     with pytest.raises(ParamsFull, match=r"/b would bring the parameters to 1162 bytes; the limit is 1000"):
         tree.set("/b", "y" * 500)
     assert tree.get("/") == {"a": "x" * 500}
-    tree.set("/a", "x" * 800)  # in the place of the other one there is room
+    tree.set("/a", "x" * 800)  # replacing the other one makes room
     tree.set("/a", 1)
     tree.set("/b", "y" * 500)
 

@@ -91,7 +91,7 @@ def test_a_node_that_always_refuses_is_removed(case: Case) -> None:
 
 
 def test_a_node_that_never_responded_is_unreachable_and_stays(case: Case) -> None:
-    """In a container, say: its address means something only there."""
+    """For example in a container, whose address is valid only there."""
     case.register(is_met=False)
     case.answers[API, "getPid"] = refused()
     case.suspect()

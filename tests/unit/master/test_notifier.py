@@ -1,4 +1,4 @@
-"""How notices reach their nodes: in order, superseded, one slow node apart from the others."""
+"""The delivery of notifications: in order, superseded, unaffected by slow nodes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def update(
 
 
 class FakeNode:
-    """The client for one API. It answers after `delay_s`, or fails with `error`."""
+    """The client for one API. It responds after `delay_s`, or fails with `error`."""
 
     def __init__(self, network: Network, api: str) -> None:
         self._network = network

@@ -1,4 +1,4 @@
-"""Messages to bytes and back. That the bytes are genpy's is shown by test_golden.py."""
+"""Messages to bytes and back. test_golden.py compares the bytes with genpy's."""
 
 from __future__ import annotations
 

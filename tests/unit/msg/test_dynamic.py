@@ -1,4 +1,4 @@
-"""Classes from a text that a stranger sent: the same classes, within limits."""
+"""Classes from untrusted definitions: the same classes, within limits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Filling messages from YAML values, with the errors in genpy's words."""
+"""Messages filled from YAML values, with genpy's error texts."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ seeds = st.integers(0, 2**32)
 
 
 def made(seed: int) -> Message:
-    """A message of a made-up type with made-up values."""
+    """Return a message of a random type with random values."""
     classes: dict[str, Any] = dict(message_classes_from_text("made/T", full_text(seed)))
     value = random_value(random.Random(seed), "made/T", classes.__getitem__)  # noqa: S311
     message: Message = build("made/T", value, classes.__getitem__, genpy)

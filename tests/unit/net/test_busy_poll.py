@@ -18,7 +18,7 @@ def ends() -> Iterator[tuple[socket.socket, socket.socket]]:
         yield ours, theirs
 
 
-ONE_LOOK = -1.0  # a time that is over after the first
+ONE_LOOK = -1.0  # a time that ends after the first poll
 
 
 class SleepySocket:

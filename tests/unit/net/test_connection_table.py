@@ -129,7 +129,7 @@ def test_a_busy_connection_has_no_deadline() -> None:
 
 
 def test_a_new_link_replaces_the_newest_of_the_peer_with_the_most() -> None:
-    connections = table_of(4)  # of which less than one is for calls
+    connections = table_of(4)  # less than one of which is for calls
     other, *links = Peer("other"), Peer("a"), Peer("a"), Peer("a")
     for link in (*links, other):
         assert connections.add_link(link)

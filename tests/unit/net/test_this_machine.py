@@ -171,5 +171,5 @@ def test_a_hung_lookup_is_neither_awaited_nor_repeated() -> None:
     for _ in range(2):
         assert addresses_of("hangs.example", Limits(lookup_s=0.05), lookups) == ()
     [thread] = threads
-    assert thread.daemon  # the end of the process does not wait for it
+    assert thread.daemon  # the process does not wait for it at its end
     released.set()

@@ -180,7 +180,7 @@ def test_processes_started_by_a_cfg_file_end_with_it(cfg: Path, tmp_path: Path) 
 
 
 def test_a_daemon_that_it_started_ends_with_it(cfg: Path, tmp_path: Path) -> None:
-    """A daemon has left the process group, and its parent."""
+    """A daemon, which has left the process group and its parent."""
     started = tmp_path / "pid"
     cfg.write_text(
         "import os, threading\n"

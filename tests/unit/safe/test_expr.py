@@ -197,7 +197,7 @@ def test_attributes_and_methods_outside_the_allow_list_are_refused(text: str) ->
     ],
 )
 def test_expressions_that_would_exhaust_resources_are_refused(text: str) -> None:
-    """Without a limit on its work each would compute beyond the time limit of a test, or fill the memory."""
+    """Without a limit, each would exceed the time limit of a test or exhaust memory."""
     with pytest.raises(ExpressionError):
         evaluate(text, names=NAMES)
 

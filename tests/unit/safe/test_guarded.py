@@ -74,7 +74,7 @@ def test_a_text_in_a_list_counts_each_time() -> None:
 
 
 def test_numbers_with_equal_hashes_count_as_comparisons() -> None:
-    modulus = (1 << 61) - 1  # of Python's hash of integers
+    modulus = (1 << 61) - 1  # the modulus of Python's integer hash
     colliding = [1 + number * modulus for number in range(200)]
     distinct = list(range(200))
 

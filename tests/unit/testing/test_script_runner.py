@@ -1,4 +1,4 @@
-"""The end of a test script: `rostest.rosrun` and `rosunit.unitrun` without any ROS around them."""
+"""The end of a test script: `rostest.rosrun` and `rosunit.unitrun` without a ROS system."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The files of the page: third-party code as it was published, and nothing that the page's policy forbids."""
+"""The files of the page: unmodified third-party code, and nothing that the page's policy forbids."""
 
 from __future__ import annotations
 

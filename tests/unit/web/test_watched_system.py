@@ -1,4 +1,4 @@
-"""The observed system, with an observer that makes mistakes."""
+"""The observed system, with an observer that fails."""
 
 from __future__ import annotations
 

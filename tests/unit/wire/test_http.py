@@ -1,4 +1,4 @@
-"""HTTP, sans IO: requests and responses are cut out of any stream of bytes, or refused by name."""
+"""HTTP without I/O: requests and responses are split from any byte stream, or refused with a reason."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ tags = st.sampled_from(["int", "i4", "i8", "string", "double", "boolean", "name"
 
 @st.composite
 def documents(draw: st.DrawFn, depth: int = 0) -> str:
-    """A value that is mostly well written."""
+    """Strategy for mostly well-formed values."""
     kind = draw(st.integers(0, 9))
     gap = draw(blanks)
     if kind < 5 or depth > LIMIT:

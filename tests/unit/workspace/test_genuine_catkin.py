@@ -73,7 +73,7 @@ def test_an_installed_package_is_found_wherever_cmake_finds_it(tmp_path: Path, f
 
 
 def programs(folder: Path, *names: str, code: int = 0) -> dict[str, str]:
-    """An environment in which only these programs exist; they end with `code`."""
+    """Return an environment in which only these programs exist; they exit with `code`."""
     folder.mkdir()
     for name in names:
         file = folder / name
@@ -141,7 +141,7 @@ PYTHON_PACKAGES = ("robot_state_publisher", "xacro", "joint_state_publisher", "d
 
 @pytest.mark.parametrize("name", PYTHON_PACKAGES)
 def test_a_python_package_of_pipros_is_found_by_cmake_and_not_built(tmp_path: Path, name: str) -> None:
-    """Genuine catkin would look for its CMakeLists.txt."""
+    """Genuine catkin would require its CMakeLists.txt."""
     folder, layout = programs_and_layout(tmp_path)
     add_manifest(tmp_path / "src", f"<exec_depend>{name}</exec_depend>")
     packages = read_source_space(tmp_path / "src", {}).packages
@@ -241,7 +241,7 @@ def has_cmake(package: SourcePackage) -> bool:
 
 
 def programs_and_layout(tmp_path: Path) -> tuple[NativeTools, Layout]:
-    """Tools that do nothing, but `cmake` writes its prefix path to a file; and the spaces of a workspace."""
+    """Fake tools, of which `cmake` writes its prefix path to a file, and the spaces of a workspace."""
     layout = Layout(tmp_path, *(tmp_path / name for name in ("src", "build", "devel", "install")))
     programs(tmp_path / "bin", "cmake")
     (tmp_path / "bin" / "cmake").write_text(f"#!/bin/sh\necho $CMAKE_PREFIX_PATH > {tmp_path}/prefix_path\n")

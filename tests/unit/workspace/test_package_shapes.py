@@ -1,4 +1,4 @@
-"""Packages of the shapes that public repositories have. `tests/interop` builds such with genuine catkin."""
+"""Packages like those in public repositories. `tests/interop` builds them with genuine catkin."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The PowerShell setup file, read by a grammar of PowerShell: no package brings the shell itself."""
+"""The PowerShell setup file, checked by a grammar of PowerShell, because the shell is not packaged."""
 
 from __future__ import annotations
 

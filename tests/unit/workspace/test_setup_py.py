@@ -83,7 +83,7 @@ def test_a_setup_reads_the_variables_of_noetic_in_a_bare_shell(
 ) -> None:
     for name in ("ROS_DISTRO", "ROS_PYTHON_VERSION"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("ROS_VERSION", "one")  # of the shell: it wins
+    monkeypatch.setenv("ROS_VERSION", "one")  # of the shell, which takes precedence
     text = (
         "import os\nfrom setuptools import setup\n"
         "setup(packages=[os.environ['ROS_' + name] for name in ('VERSION', 'DISTRO', 'PYTHON_VERSION')])"

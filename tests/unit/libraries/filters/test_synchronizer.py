@@ -1,4 +1,4 @@
-"""Messages put together by their stamps."""
+"""Messages synchronized by their timestamps."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pipros.libraries.filters.synchronizer import ApproximateSynchronizer, Exact
 
 
 class Inputs:
-    """Feeds a synchronizer with stamps; a message is the text of its input and stamp."""
+    """Feeds a synchronizer with timestamps; a message is the text of its input and timestamp."""
 
     def __init__(self, synchronizer: ExactSynchronizer) -> None:
         self.synchronizer = synchronizer
@@ -44,7 +44,7 @@ def test_a_simulated_clock_that_goes_back_empties_queues_with_reset() -> None:
     inputs.add(0, 10, now=100)
     inputs.add(1, 20, now=100)
 
-    assert inputs.add(0, 20, now=50) == []  # the other input is still in the time before
+    assert inputs.add(0, 20, now=50) == []  # the other input still has earlier messages
     assert inputs.add(1, 10, now=50) == []
     assert inputs.add(1, 20, now=50) == [["0:20", "1:20"]]
 
@@ -55,7 +55,7 @@ def test_the_nearest_messages_within_the_slop_make_a_set() -> None:
         inputs.add(0, stamp)
 
     assert inputs.add(1, 104) == [["0:106", "1:104"]]
-    assert inputs.add(1, 110) == []  # exactly the slop apart is too far
+    assert inputs.add(1, 110) == []  # a distance of exactly the slop is too large
 
 
 def test_a_combination_with_too_large_a_span_is_skipped() -> None:

@@ -1,4 +1,4 @@
-"""Interactive markers: changes that wait, feedback of viewers, menus."""
+"""Interactive markers: pending changes, feedback of viewers, menus."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def marker(name: str, description: str = "", stamp: int = 0) -> InteractiveMarke
 
 @pytest.fixture
 def markers() -> Markers:
-    """A marker `a` is shown; `b` waits."""
+    """Markers with `a` shown and `b` pending."""
     found = Markers(InteractiveMarker)
     found.insert(marker("a"))
     found.apply()

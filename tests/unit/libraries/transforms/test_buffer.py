@@ -26,7 +26,7 @@ def at(x: float, yaw: float = 0.0) -> Pose:
 
 @pytest.fixture
 def buffer() -> FrameBuffer:
-    """map → base → arm, which move, and arm → hand, which does not."""
+    """Moving frames map → base → arm, and a static arm → hand."""
     made = FrameBuffer()
     for second in range(1, 6):
         made.insert("map", "base", second * S, at(second), "me")

@@ -147,7 +147,7 @@ def test_a_palette_becomes_colors() -> None:
 
 
 class FakeOpenCV:
-    """The part of OpenCV that pictures need."""
+    """The functions of OpenCV that images need."""
 
     IMREAD_UNCHANGED, IMWRITE_JPEG_QUALITY, IMWRITE_PNG_COMPRESSION = -1, 1, 16
     error = RuntimeError

@@ -197,7 +197,7 @@ def test_image_encodings_have_the_properties_of_their_names() -> None:
 
 
 class FakeOpenCV:
-    """The part of OpenCV that compressed images need."""
+    """The functions of OpenCV that compressed images need."""
 
     IMREAD_UNCHANGED = -1
     error = RuntimeError

@@ -75,7 +75,7 @@ def test_distances_in_pixels_and_in_space() -> None:
 
 
 def test_points_are_undistorted_like_opencv() -> None:
-    # By undistortPoints of OpenCV 4.6.
+    # The results of undistortPoints in OpenCV 4.6.
     camera = model(D=[-0.2, 0.05, 0.001, 0.002, 0.01])
 
     assert camera.rectifyPoint((100, 50)).tolist() == pytest.approx(

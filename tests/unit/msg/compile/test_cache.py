@@ -18,7 +18,7 @@ from pipros.msg.language.definition_files import DefinitionFiles
 
 
 class Place:
-    """Packages in a folder, a cache beside them, and libraries as new processes would make them."""
+    """Packages in a folder, a cache, and type libraries like those of new processes."""
 
     def __init__(self, folder: Path) -> None:
         self.packages = folder / "src"

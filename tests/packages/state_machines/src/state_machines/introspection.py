@@ -1,4 +1,4 @@
-"""Tells others which states are active."""
+"""Publishes the active states."""
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 

@@ -4,11 +4,11 @@ import threading
 
 
 class InvalidTransition(Exception):
-    """A state gave an outcome that it does not have, or that leads nowhere."""
+    """A state returned an undeclared outcome, or one without a transition."""
 
 
 class UserData:
-    """Values that are attributes; one lock for all of them."""
+    """Values as attributes, with one lock."""
 
     def __init__(self, **values):
         self.__dict__["_lock"] = threading.RLock()
@@ -48,7 +48,7 @@ class Remapped:
 
 
 class State:
-    """Something to do, which ends with one of its outcomes."""
+    """An activity that ends with one of its outcomes."""
 
     def __init__(self, outcomes=(), input_keys=(), output_keys=()):
         self.outcomes = set(outcomes)
