@@ -144,8 +144,8 @@ def test_invalid_requests_are_answered(ros: RosSystem) -> None:
         ):
             assert error in next(browser.watch("graph", **arguments))["error"]
         assert "global name" in next(browser.watch("topic", name="level"))["error"]
-        assert "there is no view" in next(browser.watch("nothing"))["error"]
-        assert "there is no action" in browser.act("nothing")["error"]
+        assert "unknown view" in next(browser.watch("nothing"))["error"]
+        assert "unknown action" in browser.act("nothing")["error"]
         for text in ("{", "[]", '{"id": "x"}', '{"id": -1}', "[" * 10_000):
             browser.socket.send(text)
             assert "malformed request" in json.loads(browser.socket.recv(timeout=30))["error"]

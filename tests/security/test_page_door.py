@@ -285,8 +285,8 @@ def test_bytes_before_the_token_are_limited(ros: RosSystem) -> None:
     ):
         browser.socket.recv(timeout=30)
     with page.connect() as browser:  # and not afterwards
-        assert "there is no action" in browser.act("nothing")["error"]
-        assert "there is no action" in browser.act("x" * 100_000)["error"]
+        assert "unknown action" in browser.act("nothing")["error"]
+        assert "unknown action" in browser.act("x" * 100_000)["error"]
 
 
 def test_no_cookie_is_set_and_none_opens_anything(ros: RosSystem) -> None:
@@ -416,5 +416,5 @@ def test_the_token_is_not_logged_at_any_level(
         caplog.set_level(logging.DEBUG, logger=name)
     access = serve(Services())
     with browser_of(access) as browser:
-        assert "there is no action" in browser.act("nothing")["error"]
+        assert "unknown action" in browser.act("nothing")["error"]
     assert access.secret.token not in caplog.text
