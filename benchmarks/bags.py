@@ -3,8 +3,8 @@
 
     benchmarks/bags.py [--rounds 3] [--only none,index] [--dir FOLDER]
 
-Each side runs in its own Python, on one disk. They take turns, round by round, and the best round of each
-counts: what else the machine does then disturbs both alike.
+Each implementation runs in its own Python, on one disk. They alternate, round by round, and the best round of
+each counts, so that other load affects both alike.
 """
 
 import argparse

@@ -3,8 +3,8 @@
 
     benchmarks/codec_import.py [--rounds 10]
 
-Cold is the first process that uses a type at all, warm any later one: the type comes from the cache
-of compiled types. Like in codec.py both run in the Python that genuine ROS belongs to, by turns.
+"Cold" is the first process that uses a type, "warm" any later one, which reads the cache of compiled
+types. As in codec.py, both run in the Python of genuine ROS, alternating.
 """
 
 import argparse

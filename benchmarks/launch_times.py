@@ -36,7 +36,7 @@ def environment(path: str, port: int, home: str, modules: str) -> dict[str, str]
     """Return the environment of both sides; compiled modules may be cached, as on a normal machine.
 
     Args:
-        modules: where genuine ROS finds the message, which it needs built; pipros reads it as it stands.
+        modules: the folder of the built message for genuine ROS; pipros reads the definition.
     """
     return {
         "HOME": home,

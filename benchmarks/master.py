@@ -3,9 +3,9 @@
 
     benchmarks/master.py [--only params,dictionary] [--crowd 1000]
 
-Each master is asked by the client of its own world: genuine by `rosgraph.Master` in the Python of
-genuine ROS, pipros by `pipros.net.master_client.MasterClient`. Both take turns, and the best of three rounds
-counts: what else the machine does then disturbs both alike. Without genuine ROS only pipros is measured.
+Each master is called by its own client: the genuine one by `rosgraph.Master` in the Python of
+genuine ROS, pipros by `pipros.net.master_client.MasterClient`. They alternate, and the best of three rounds
+counts, so that other load affects both alike. Without genuine ROS only pipros is measured.
 """
 
 import argparse

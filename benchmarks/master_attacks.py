@@ -3,9 +3,9 @@
 
     benchmarks/master_attacks.py [--only NAME,…] [--rounds 3]
 
-A bystander in a process of its own asks `setParam` and `getParam` every 2 ms, without an attack
-("nothing") and during each. Of several rounds the best counts, since what else the machine does can
-only add to it. Wanted are at most 50 ms.
+A bystander in its own process calls `setParam` and `getParam` every 2 ms, without an attack
+("nothing") and during each. Of several rounds the best counts, because other load can only
+increase the times. The goal is at most 50 ms.
 """
 
 import argparse

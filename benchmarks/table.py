@@ -19,7 +19,7 @@ WORLDS = ("genuine", "tuned", "pipros")
 def heed_interrupts():
     """Restore SIGINT for the programs that a benchmark starts.
 
-    A shell makes its background jobs ignore SIGINT, and what they start inherits that.
+    A shell makes its background jobs ignore SIGINT, and their child processes inherit that.
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -1,9 +1,8 @@
 """Hostile, silent and broken peers of the master: it continues to serve all others.
 
-The master runs in a process of its own, so that what the peers cost the test is not counted. Each
-attack goes on while a bystander asks; every answer has to come within a second, which a healthy
-master misses by a factor of a hundred (`benchmarks/master.py` has the figures) and a stuck one by
-far more.
+The master runs in its own process, so that the test's own work is not counted. A bystander calls the
+master during each attack; every response must arrive within a second. A healthy master is a hundred
+times faster (`benchmarks/master.py` has the figures), and a stuck one much slower.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """During attacks on a node, others are served, and it recovers when the attackers leave.
 
-The node runs in a process of its own that may have 256 descriptors, which every attack exceeds. Answers may
-take long on a machine that does other things as well; a node that is locked up gives none at all.
-`benchmarks/node_attacks.py` measures how long they take.
+The node runs in its own process with 256 descriptors, which every attack exceeds. Responses may be slow on
+a machine with other load; a locked-up node does not respond at all. `benchmarks/node_attacks.py` measures
+the times.
 """
 
 from __future__ import annotations

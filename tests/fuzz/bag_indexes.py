@@ -1,7 +1,7 @@
 """A bag with a false index: chunk infos, chunk headers and index records are mutated.
 
-An input is the kind of bag, then changes: what, of which chunk, two numbers. The bag is then read as those of
-`bags`, which says what may happen.
+An input is the kind of bag, then changes: the element, the chunk, two numbers. The bag is then read like
+those of `bags`.
 
 python -m tests.fuzz.bag_indexes --seconds 60
 """

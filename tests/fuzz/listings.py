@@ -1,6 +1,6 @@
 """Names listed by a master: tools print a clean line for each, completion offers only legal ones.
 
-An input is names, separated by NUL: topics, nodes, types, URIs and services by turns.
+An input is names, separated by NUL: topics, nodes, types, URIs and services in turn.
 
 python -m tests.fuzz.listings --seconds 60
 """

@@ -1,7 +1,6 @@
 """An MCAP file with a false summary: chunk indexes, statistics, headers and contents are mutated.
 
-An input is changes: what, of which chunk, two numbers. The file is then read as those of `mcap_files`, which
-says what may happen.
+An input is changes: the element, the chunk, two numbers. The file is then read like those of `mcap_files`.
 
 python -m tests.fuzz.mcap_indexes --seconds 60
 """

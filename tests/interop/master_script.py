@@ -1,6 +1,6 @@
 """Hundreds of valid and invalid calls of the Master and Parameter APIs, replayed against two masters.
 
-`A`, `B`, `C` stand for the APIs of nodes that listen; everything else is sent as it stands.
+`A`, `B`, `C` are placeholders for the APIs of listening nodes; everything else is sent unchanged.
 """
 
 from __future__ import annotations

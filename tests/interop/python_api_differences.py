@@ -1,6 +1,6 @@
 """The deliberate differences of the Python API, with reasons: one table for test and documentation.
 
-Names are patterns of full names, `module.Name` or `module.Class.member`, in which `*` stands for anything.
+Names are patterns of full names, `module.Name` or `module.Class.member`, in which `*` matches any characters.
 `docs/differences.md` has the same table: `python -m tests.interop.python_api_differences` prints it.
 """
 

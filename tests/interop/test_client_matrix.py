@@ -1,7 +1,7 @@
 """Every pair of {pipros, genuine rospy, genuine roscpp} uses every feature, with both masters.
 
-Three peers, one of each kind, do everything with each other at the same time and print what they
-found; see `client_matrix/peer.py`. One such run for each master serves all tests of this file.
+Three peers, one of each kind, use all features with each other concurrently and print their findings;
+see `client_matrix/peer.py`. One such run for each master serves all tests of this file.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """ROS_IPV6=on: pipros, genuine rospy and roscpp nodes communicate over IPv6, with both masters.
 
-Genuine nodes do so by names that mean an IPv6 address, so it happens in a network of its own that has one.
+Genuine nodes use names that resolve to an IPv6 address, so the tests run in a separate network that has one.
 """
 
 from __future__ import annotations

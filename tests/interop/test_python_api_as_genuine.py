@@ -1,6 +1,6 @@
 """Every public name of genuine ROS's Python packages exists, with the same arguments.
 
-What differs on purpose is listed in `python_api_differences.py`, and nothing else may differ.
+`python_api_differences.py` lists the only allowed differences.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ class Graph:
     """A master, a node of the test, and programs of one implementation.
 
     Attributes:
-        got: what arrived, with its topic.
+        got: the received messages, with their topics.
     """
 
     def __init__(self, ros: RosSystem, node: Node) -> None:

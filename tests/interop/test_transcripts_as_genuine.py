@@ -47,7 +47,7 @@ def screen(
 ) -> tuple[int, list[str]]:
     """Return exit code and screen of a command that exits, or that Ctrl-C ends once it is ready.
 
-    `last_line` is a pattern of what the command prints last before Ctrl-C.
+    `last_line` is a pattern for the last line before Ctrl-C.
     """
     terminal = side.open_terminal()
     terminal.type(command)

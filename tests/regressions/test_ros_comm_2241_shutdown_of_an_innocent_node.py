@@ -1,7 +1,7 @@
 """ros_comm#2241, #2067: a node died, another one got its port and was shut down instead.
 
-The master had the address of the dead node still. When a node of the same name came, it sent
-`shutdown` there, to whoever listened by then.
+The master still had the address of the dead node. When a node of the same name registered, it sent
+`shutdown` to that address, which another node had meanwhile.
 """
 
 from __future__ import annotations

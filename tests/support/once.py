@@ -46,7 +46,7 @@ def make_once(folder: Path, make: Callable[[], object]) -> Path:
 def machine_folder(name: str, sources: Iterable[Path]) -> Path:
     """Return a folder for outputs of these files and folders, kept for later runs; for `make_once`.
 
-    Its name has a digest of them all. Those that no run has used for two weeks are removed.
+    Its name contains a digest of all inputs. Folders that were not used for two weeks are removed.
     """
     digest = hashlib.sha256()
     for source in sources:

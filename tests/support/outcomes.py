@@ -90,7 +90,7 @@ def _text(report: pytest.TestReport) -> str:
 class StartsRecorder:
     """Record in the reports whether a test started a process, socket or thread.
 
-    A test that uses a fixture of a module or session counts as if it had started what the fixture did.
+    A test that uses a fixture of a module or session is attributed what the fixture started.
     """
 
     def __init__(self) -> None:

@@ -1,6 +1,6 @@
 """Report the errors that pyright finds for macOS or Windows, but not for Linux.
 
-Neither system is at hand, so types show where a name is used that one of them lacks. Only files that import
+Neither system is available, so pyright shows the use of names that one of them lacks. Only files that import
 a module with such names are checked: on macOS and Windows at the same time, then, for comparison, the files
 with errors on Linux. `script/check platforms` runs this.
 """

@@ -33,7 +33,7 @@ class Process:
 
     Attributes:
         stdout, stderr: the lines so far, without their line ends.
-        lines: both, in the order in which they came.
+        lines: both, in the order of their arrival.
     """
 
     def __init__(

@@ -42,8 +42,8 @@ class Side:
     def node(self, package: str, program: str) -> list[str]:
         """Return the command line of a node for `rosrun`.
 
-        Genuine `rosrun` takes more processor time to find the file than many a node takes to start. So it is
-        asked for the file once, and the node is started directly.
+        Genuine `rosrun` uses more processor time to find the file than many nodes to start. So the file is
+        looked up once, and the node is started directly.
         """
         if not self.is_genuine:
             return ["rosrun", package, program]

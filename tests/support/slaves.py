@@ -16,7 +16,7 @@ class FakeSlave:
     """The slave API of a node; records the notifications of the master.
 
     Attributes:
-        told: method and parameters of each notice, in order.
+        told: method and parameters of each notification, in order.
         pid: the process id that it returns.
         asked: number of requests for the process id.
     """

@@ -38,9 +38,9 @@ class SshServer:
     """A server that runs from its creation to `close`.
 
     Attributes:
-        port: where it listens.
+        port: the port of the server.
         folder: a home folder whose `.ssh` has the accepted key, and the server's in `known_hosts`.
-        log: what the server wrote.
+        log: the output of the server.
     """
 
     def __init__(self, folder: Path) -> None:

@@ -1,7 +1,7 @@
 """Record the transcripts again on genuine ROS 1: python3 tests/golden/cli/record.py [NAME…]
 
-Needs genuine ROS 1 in /usr (see the architecture document). Every transcript gets a master, a folder
-and a graph of its own.
+Needs genuine ROS 1 in /usr (see the architecture document). Every transcript gets its own
+master, folder and graph.
 """
 
 from __future__ import annotations

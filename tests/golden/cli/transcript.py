@@ -1,11 +1,11 @@
 """Transcripts: the output of a command on each stream, and its exit code.
 
-A transcript is a text file. A line that starts with `$ ` is a command; the lines below it are what it
-did: `| ` a line on standard output, `! ` a line on standard error, `|~`/`!~` a last line without a
-newline, `!!` the last line of a traceback, `= 2` the exit code when it is not 0. All other lines are
+A transcript is a text file. A line that starts with `$ ` is a command; the lines below it are its
+outcome: `| ` a line on standard output, `! ` a line on standard error, `|~`/`!~` a last line without a
+newline, `!!` the last line of a traceback, `= 2` the exit code if it is not 0. All other lines are
 remarks. Commands may begin with `NAME=value` and end with `< file`.
 
-Where genuine ROS breaks down with a traceback, pipros says in one line what is wrong, with the same code.
+If genuine ROS fails with a traceback, pipros prints one line with the reason, and exits with the same code.
 """
 
 from __future__ import annotations

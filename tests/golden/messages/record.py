@@ -3,8 +3,8 @@
 
     python -m tests.golden.messages.record      # in the project's folder, with genuine ROS installed
 
-Long bytes and texts are kept as digests. The values come from a seed (see examine_messages.py).
-Definitions are kept without their comments, which may be rewritten at any time and change nothing else.
+Long bytes and texts are stored as digests. The values depend on a seed (see examine_messages.py).
+Definitions are stored without their comments, which may be rewritten at any time.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Print as JSON the names that star imports bind, for each module of the given packages.
 
-Each name comes with the origin of its value, `{name: [module, name there]}`. Each package is examined in its
-own process, the package itself first, because submodules that something else imported would be bound, too.
+Each name is listed with the origin of its value, `{name: [module, name there]}`. Each package is examined in
+its own process, the package itself first, because submodules imported by others would be bound, too.
 Runs under genuine ROS's Python and under pipros', so it needs only the standard library.
 Usage: dump_star_imports.py NAME…, packages or modules such as `std_msgs.msg`
 """

@@ -1,4 +1,4 @@
-"""The finders of ROS packages among Python's, in this process. `test_hook.py` starts new ones."""
+"""The import finders of ROS packages, in this process. `test_hook.py` starts new ones."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The HTTP reader and h11, a complete implementation, read the same generated messages.
 
-The reader supports less than HTTP has, and refuses the rest by a status of its own; h11 accepts that. What
-is not HTTP at all, both must refuse. `LENIENT` lists where the reader accepts more than h11.
+The reader supports a part of HTTP, and refuses the rest, which h11 accepts, with a status. Both must refuse
+streams that are not HTTP. `LENIENT` lists the cases in which the reader accepts more than h11.
 """
 
 from __future__ import annotations
