@@ -1,7 +1,7 @@
 """Sections 4.1 to 4.5 of the case study, typed in an empty folder: they create the workspace of `examples/`.
 
 Text that the reader writes in an editor is taken from the example. Edits of generated files are applied to
-those files, and must apply to the lines in the document's figures.
+those files, and must match the lines in the document's figures.
 """
 
 from __future__ import annotations

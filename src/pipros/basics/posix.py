@@ -104,7 +104,7 @@ def raise_descriptor_limit(wanted: int) -> None:
 def make_room_for_descriptors(count: int) -> None:
     """Make the kernel grow the descriptor table of the process now.
 
-    The table doubles when it is full, and on Linux a process with threads then stands still for 10 to 20 ms.
+    The table doubles when it is full, and on Linux this blocks a process with threads for 10 to 20 ms.
     """
     if sys.platform == "win32":
         return

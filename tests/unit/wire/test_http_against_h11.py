@@ -38,7 +38,7 @@ STRICT = (
 
 @dataclass(frozen=True)
 class Read:
-    """One message as a reader understood it."""
+    """A message as parsed by a reader."""
 
     start: tuple[str, ...]
     headers: dict[str, str]
