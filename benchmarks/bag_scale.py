@@ -3,8 +3,8 @@
 
     benchmarks/bag_scale.py [--only info,memory,play,record] [--dir FOLDER]
 
-`info` makes sparse bags: all records are there, the messages are holes. `memory` shows the largest resident
-size. `play` plays 1 kHz to genuine `record`, whose times of receipt tell how long it took. `record` has
+`info` creates sparse bags: all records exist, the messages are holes. `memory` prints the largest resident
+size. `play` plays 1 kHz to genuine `record`, whose times of receipt show the delays. `record` makes
 genuine `play` publish images of 1 MB faster and faster, and counts those in the file. Each part takes 20 to
 60 seconds.
 """
@@ -39,7 +39,7 @@ PLAYERS = (("pipros", [OURS, "play"]), ("genuine", ["/usr/lib/rosbag/play"]))
 
 
 def environment(program):
-    """Variables for a program of one side."""
+    """Return the environment for programs of one implementation."""
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "ROS_"))}
     kept["ROS_MASTER_URI"] = f"http://127.0.0.1:{PORT}"
     if program.startswith("/usr/"):
@@ -55,7 +55,7 @@ def started(argv, folder):
 
 
 def seconds_and_megabytes(argv, folder):
-    """How long a program took, and its largest resident size."""
+    """Run a program; return its duration and largest resident size."""
     start = time.perf_counter()
     process = started(argv, folder)
     _, status, usage = os.wait4(process.pid, 0)
@@ -72,7 +72,7 @@ def header(topic, name):
 
 
 def make_sparse(path, size, topics):
-    """A bag of about so many bytes whose messages are holes; all else is as a recorder writes it."""
+    """Write a bag of about this size whose messages are holes; everything else is as a recorder writes it."""
     connections = [
         Connection(n, f"/topic{n}", header(f"/topic{n}", "std_msgs/String")) for n in range(topics)
     ]
@@ -95,7 +95,7 @@ def make_sparse(path, size, topics):
 
 
 def make_bag(path, topic, name, data, times):
-    """A bag of one serialized message again and again, at these nanoseconds."""
+    """Write a bag that repeats one serialized message at these nanoseconds."""
     with path.open("w+b") as file:
         writer = BagWriter(file)
         connection = writer.add_connection(topic, header(topic, name))
@@ -145,12 +145,14 @@ def wait_for(condition):
 
 
 def recorded(recorder, player, topic, folder):
-    """The times in nanoseconds at which one command received what another published."""
+    """Return the times in nanoseconds at which one command received the messages of another."""
     recording = started([*recorder, "-O", "out.bag", "-b", "2000", topic], folder)
     wait_for((folder / "out.bag.active").exists)
     playing = started([*player, "-q", "-k", "-d", "2", "--queue", "1000"], folder)
     size, since = 0, time.monotonic() + 3
-    while time.monotonic() < since + 1.5:  # a player that ends drops what its subscribers have not taken yet
+    while (
+        time.monotonic() < since + 1.5
+    ):  # a player drops messages at its end that its subscribers have not received yet
         time.sleep(0.1)
         now = (folder / "out.bag.active").stat().st_size
         size, since = (now, max(since, time.monotonic())) if now != size else (size, since)

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""How long bags take to be written, opened and read: pipros beside genuine rosbag, in one run.
+"""Time to write, open and read bags: pipros and genuine rosbag, in one run.
 
     benchmarks/bags.py [--rounds 3] [--only none,index] [--dir FOLDER]
 
-Each side runs in its own Python, on one disk. They take turns, round by round, and the best round of each
-counts: what else the machine does then disturbs both alike.
+Each implementation runs in its own Python, on one disk. They alternate, round by round, and the best round of
+each counts, so that other load affects both alike.
 """
 
 import argparse
@@ -22,7 +22,7 @@ PARTS = ("none", "bz2", "lz4", "images", "index")
 
 
 def timed(work):
-    """Microseconds for each operation of `work()`, which returns how many it did."""
+    """Return the microseconds for each operation of `work()`, which returns their number."""
     start = time.perf_counter()
     count = work()
     return (time.perf_counter() - start) / count * 1e6
@@ -60,7 +60,7 @@ def count_messages(path):
 
 
 def measure(part, folder):
-    """The figures of one part by their names."""
+    """Return the figures of one part by their names."""
     from sensor_msgs.msg import Image, Imu
     from std_msgs.msg import String
 
@@ -88,7 +88,7 @@ def measure(part, folder):
 
 
 def run(python, part, folder):
-    """The figures of one side for one part, in a process of its own."""
+    """Return the figures of one implementation for one part, measured in its own process."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     if python == PYTHON:
         environment["PATH"] = "/usr/bin:/bin"

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""How quick rospy is: pipros beside genuine rospy, in one run.
+"""Throughput and latency of rospy: pipros and genuine rospy, in one run.
 
     benchmarks/client.py [--only flow,trip] [--rounds 3] [--seconds 2] [--quick]
 
-Every workload is one script on the public rospy API, run in the Python of each world in turn; the
+Every workload is one script on the public rospy API, run with each implementation in turn; the
 median of the rounds counts. "tuned" is genuine rospy with an allocator that keeps freed memory. The
-ratio says how many times better pipros is. A "window" is the lossless sustained rate: at most so many
-messages are under way. Nothing else should run meanwhile: what others used of the machine is printed,
+ratio is the factor by which pipros is better. A "window" limits the number of messages in transit, to
+measure the sustained rate without loss. Nothing else should run: the load of other programs is printed,
 and above some 5 % the figures mean little.
 Without genuine ROS only pipros is measured.
 """
@@ -32,7 +32,7 @@ GENUINE_PYTHON = "/usr/bin/python3"
 HERE = os.path.dirname(os.path.abspath(__file__))
 
 
-# ---- workers: in a process of their own, on the public rospy API only
+# ---- workers: in their own processes, with the public rospy API only
 
 
 def message(kind):
@@ -65,7 +65,7 @@ def init(name):
 
 
 def worker_source(kind, queue, window, seconds, peers):
-    """Publishes for a while; prints how many calls it made."""
+    """Publish for a while; print the number of calls."""
     rospy = init("source")
     from std_msgs.msg import Empty, Int32
 
@@ -99,7 +99,7 @@ def worker_source(kind, queue, window, seconds, peers):
 
 
 def worker_sink(kind, window):
-    """Counts what arrives until the source says that it has ended."""
+    """Count messages until the source announces its end."""
     rospy = init("sink")
     from std_msgs.msg import Empty, Int32
 
@@ -137,7 +137,7 @@ def worker_echo(kind, queue):
 
 
 def worker_trip(kind, queue, seconds):
-    """Sends a message forth and back, the next when the last has returned; prints the median."""
+    """Send messages on a round trip, each after the last has returned; print the median."""
     rospy = init("trip")
     msg, returned, times = message(kind), threading.Event(), []
     publisher = rospy.Publisher("forth", type(msg), queue_size=queue)
@@ -202,7 +202,7 @@ def worker_caller(persistent, seconds):
 
 
 def worker_many():
-    """200 topics published and subscribed in one process."""
+    """Publish and subscribe to 200 topics in one process."""
     rospy = init("many")
     from std_msgs.msg import String
 
@@ -464,7 +464,7 @@ QUICK = (
 
 
 def busy():
-    """Jiffies that all processors spent working, and in all."""
+    """Return the busy and the total jiffies of all processors."""
     with open("/proc/stat") as file:
         ticks = [int(value) for value in file.readline().split()[1:9]]
     return sum(ticks) - ticks[3] - ticks[4], sum(ticks)

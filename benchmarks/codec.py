@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""How long messages take to be written and read: pipros beside genuine genpy, in one run.
+"""Time to write and read messages: pipros and genuine genpy, in one run.
 
     benchmarks/codec.py [--rounds 5] [--only Image,Path]
 
-Both run in the Python that genuine ROS belongs to. They take turns, round by round, and the best
-round of each counts: what else the machine does then disturbs both alike. "buffers" is pipros' list
-of buffers, which its transport sends, against `serialize(buff)`, which is all that genpy has; "from
-bytes" likewise is what the transport calls for an incoming message.
+Both run in the Python of genuine ROS. They alternate, round by round, and the best
+round of each counts, so that other load affects both alike. "buffers" is pipros' list
+of buffers, which its transport sends, compared with `serialize(buff)`, the only method of genpy; "from
+bytes" likewise is the method that the transport calls for a received message.
 """
 
 import argparse
@@ -25,7 +25,7 @@ SOURCES = os.path.join(REPOSITORY, "src")
 SOURCE_PATH = os.pathsep.join(
     [SOURCES, *(os.path.join(REPOSITORY, "facades", part) for part in ("api", "internals"))]
 )
-TARGETS = {  # the least ratio to genuine that issue 3 asks for: serialize, buffers, deserialize
+TARGETS = {  # the required minimum ratio to genuine genpy: serialize, buffers, deserialize
     "String 16 B": (1.2, None, 1.2),
     "Imu": (1.5, None, 1.5),
     "JointState 50": (2, None, 1.5),
@@ -35,7 +35,7 @@ TARGETS = {  # the least ratio to genuine that issue 3 asks for: serialize, buff
     "Path 1000": (1.5, None, 2),
     "TFMessage 50": (1.5, None, 2),
 }
-COUNTERPARTS = {  # what genpy can set against each operation
+COUNTERPARTS = {  # the operation of genpy that corresponds to each
     "serialize": "serialize",
     "buffers": "serialize",
     "deserialize": "deserialize",
@@ -70,7 +70,7 @@ def joint_state(name="joint"):
 
 
 def two_joint_states():
-    """Messages of two robots: pipros remembers the last names that it read, which are never the next."""
+    """Messages of two robots: pipros caches the last names that it read, which never repeat here."""
     return joint_state(), joint_state("wrist")
 
 
@@ -120,7 +120,7 @@ CASES = dict(zip(TARGETS, MAKERS, strict=True))
 
 
 def microseconds(action):
-    """The best time of one call."""
+    """Return the best time of one call."""
     timer = timeit.Timer(action)
     number, _ = timer.autorange()
     number = max(1, number // 10)
@@ -132,7 +132,7 @@ def measure(names):
 
 
 def measure_one(made):
-    """The times for a message; when there are two, they are read by turns."""
+    """Return the times for a message; two messages are read in turn."""
     message, other = made if isinstance(made, tuple) else (made, None)
     cls = type(message)
     data = serialized(message)
@@ -166,7 +166,7 @@ def run(is_genuine, names):
 
 
 def rows_of(rounds, names):
-    """A row for each case and operation; the goal is that of issue 3."""
+    """Return a row for each case and operation, with the required ratio."""
     taken = {True: [], False: []}
     for _ in range(rounds):
         for is_genuine, results in taken.items():

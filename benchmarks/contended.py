@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Workloads in which processors are short, or a thread never rests: pipros beside genuine rospy, in one run.
+"""Workloads with scarce processors or busy threads: pipros and genuine rospy, in one run.
 
     benchmarks/contended.py [--only crowd,pinned,cpu,publisher,stream] [--rounds 3] [--seconds 2]
 
-As benchmarks/client.py: one script on the public rospy API for each, run in the Python of each world in turn.
+As in benchmarks/client.py, each is one script on the public rospy API, run with each implementation in turn.
 """
 
 import argparse
@@ -24,11 +24,11 @@ RATE_HZ = 200
 STREAM_HZ = 25_000
 
 
-# ---- workers: in a process of their own, on the public rospy API only
+# ---- workers: in their own processes, with the public rospy API only
 
 
 def worker_source(seconds):
-    """Publishes without a pause."""
+    """Publish without a pause."""
     rospy = init("source")
     msg = message("string")
     publisher = rospy.Publisher("flow", type(msg), queue_size=None)
@@ -45,7 +45,7 @@ def worker_source(seconds):
 
 
 def worker_paced(rate_hz, seconds, peers, pause_s=0.0005):
-    """Publishes at a rate: in groups above 1 / `pause_s`; one by one without a pause, on one processor."""
+    """Publish at a rate: in groups above 1 / `pause_s`; evenly spaced without a pause, on one processor."""
     rospy = init("paced")
     msg = message("string")
     publisher = rospy.Publisher("flow", type(msg), queue_size=1000)
@@ -65,7 +65,7 @@ def worker_paced(rate_hz, seconds, peers, pause_s=0.0005):
 
 
 def worker_sink():
-    """Counts messages and its own processor time between the first and a line of input."""
+    """Count messages and processor time between the first message and a line of input."""
     rospy = init("sink")
     seen, first, last = [0], [0.0, 0.0], [0.0, 0.0]
 
@@ -126,7 +126,7 @@ def crowd(world, seconds):
 
 
 def paced(world, seconds, rate_hz, peers, *pause_s):
-    """Microseconds of processor time that a subscriber takes for each message."""
+    """Return the microseconds of processor time that a subscriber uses for each message."""
     sinks = [start(world, "sink") for _ in range(peers)]
     source = start(world, "paced", rate_hz, seconds, peers, *pause_s)
     answer(source)
@@ -142,20 +142,20 @@ def paced(world, seconds, rate_hz, peers, *pause_s):
 
 
 def cpu(world, seconds):
-    label = f"subscriber of {RATE_HZ} Hz, one of {SUBSCRIBERS}: us of processor a message"
+    label = f"subscriber of {RATE_HZ} Hz, one of {SUBSCRIBERS}: us of processor time per message"
     return {label: paced(world, seconds, RATE_HZ, SUBSCRIBERS)}
 
 
 def stream(world, seconds):
     label = f"subscriber of {STREAM_HZ:,} Hz"
     return {
-        f"{label} in groups: us of processor a message": paced(world, seconds, STREAM_HZ, 1),
-        f"{label} one by one: us of processor a message": paced(world, seconds, STREAM_HZ, 1, 0),
+        f"{label}, in groups: us of processor time per message": paced(world, seconds, STREAM_HZ, 1),
+        f"{label}, evenly spaced: us of processor time per message": paced(world, seconds, STREAM_HZ, 1, 0),
     }
 
 
 def pinned(world, seconds):
-    """A round trip with both ends on one processor."""
+    """Measure a round trip with both ends on one processor."""
     pair = [world.work("echo", "string", 10), world.work("trip", "string", 10, seconds)]
     for process in pair:
         subprocess.run(["taskset", "-acp", "0", str(process.pid)], stdout=subprocess.DEVNULL, check=True)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What single operations cost: figures of docs/SECURITY.md and docs/architecture.md, one command for all.
+"""Costs of single operations: the figures in docs/SECURITY.md and docs/architecture.md.
 
     benchmarks/costs.py [--only hook,owner,definition] [--connections 3000]
 
@@ -38,7 +38,7 @@ DEFINITIONS = {
 
 
 def processor_s(command: list[str], **variables: str) -> float:
-    """The processor time of a command."""
+    """Return the processor time of a command."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(command, env={**os.environ, **variables}, check=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -77,7 +77,7 @@ def measure_owner(connections: int) -> None:
 
 
 def measure_definitions() -> None:
-    """Each in a process of its own, whose largest size is what counts."""
+    """Run each in its own process, and measure the largest size."""
     for kind in DEFINITIONS:
         print(f"definition of {kind:15}", end="", flush=True)
         subprocess.run([sys.executable, __file__, "--one-definition", kind], check=True)

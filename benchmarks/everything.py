@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""All benchmarks, one after the other, and one table of what they found, as Markdown.
+"""Run all benchmarks one after the other, and print one Markdown table of the results.
 
     benchmarks/everything.py [--quick] [--rounds 3] [--seconds 2] [--only client,codec] [--update FILE]
 
-Genuine rospy takes turns with pipros in each of them. The ratio says how many times better pipros is, then
-come the least and the largest ratio of a round. Above some 5 % of foreign load the figures mean little; they
-are told for each benchmark. `--quick` measures a choice of rows once, in less than two minutes.
+Genuine rospy and pipros alternate in each of them. The ratio is the factor by which pipros is better,
+followed by the range of the ratios of single rounds. Above some 5 % of foreign load, which is printed for
+each benchmark, the figures mean little. `--quick` measures some of the rows once, in less than two minutes.
 """
 
 import argparse
@@ -41,56 +41,56 @@ BENCHMARKS = {
 }
 NEEDS_GENUINE = ("codec", "bags")  # they run in the Python of genuine ROS
 
-# What bounds a row, by the beginning of its label; the first that fits.
+# The bottleneck of a row, by the beginning of its label; the first match counts.
 BOUNDS = (
     ("flow PointCloud2", "copies of 4 MB: one into the socket, one out of it, one into the message"),
     ("Image 1 MB", "copies: one into the socket, one out of it, one into the message"),
     ("PointCloud2 4 MB", "the same copies"),
     ("String 16 B", "Python: some 3 us for each message at the subscriber"),
-    ("Imu,", "Python: decoding and the call of the callback"),
-    ("round trip 1 MB", "copies, and four wakings of a thread"),
-    ("round trip 16 B, both ends", "two switches of context each way; busy polling does not help there"),
-    ("round trip", "four wakings of a thread by the system"),
+    ("Imu,", "Python: decoding, and calling the callback"),
+    ("round trip 1 MB", "copies, and four thread wake-ups"),
+    ("round trip 16 B, both ends", "two context switches each way, where busy polling does not help"),
+    ("round trip", "four thread wake-ups by the system"),
     ("1 to 10 processes", "ten sends by one thread; two processors for eleven processes"),
-    ("10 to 1 process", "one thread decodes at a time, and ten receive"),
-    ("subscriber of 25,000 Hz one", "a waking of a thread for each message"),
-    ("subscriber of 25,000 Hz", "Python for each message, and the wakings of a thread"),
-    ("subscriber of", "a waking of a thread for each message, and code that has left the caches"),
-    ("Publisher()", "the call to the master, and the answer of its thread"),
-    ("service call", "two wakings each way; a connection for each call unless persistent"),
+    ("10 to 1 process", "ten threads receive, but only one decodes at a time"),
+    ("subscriber of 25,000 Hz, evenly", "a thread wake-up for each message"),
+    ("subscriber of 25,000 Hz", "Python for each message, and thread wake-ups"),
+    ("subscriber of", "a thread wake-up for each message, and cold caches"),
+    ("Publisher()", "the call to the master, and the response of its thread"),
+    ("service call", "two wake-ups each way; a connection for each call unless persistent"),
     ("requestTopic", "the interpreter's lock, which the thread that encodes the map takes in turns"),
     ("200 topics", "a thread for each link"),
-    ("init_node", "calls to the master, and the start of threads"),
+    ("init_node", "calls to the master, and starting threads"),
     ("import", "reading modules"),
     ("end after", "unregistering at the master"),
     ("talker", "the interpreter and its modules"),
-    ("rosrun talker: gone", "a genuine node misses Ctrl-C now and then, and is killed after 20 s"),
+    ("rosrun talker: gone", "a genuine node sometimes misses Ctrl-C, and is killed after 20 s"),
     ("master:", "reading and writing XML in Python"),
-    ("bag:", "Python for each message; the compression where there is one"),
-    ("serialize", "Python for each text, array and message in a message"),
+    ("bag:", "Python for each message; compression, if any"),
+    ("serialize", "Python for each string, array and embedded message"),
     ("buffers", "the same"),
     ("deserialize", "the creation of objects"),
     ("from bytes", "the creation of objects"),
-    ("page", "the copies of images for each browser"),
-    ("set_transform", "Python, where genuine has C++"),
-    ("lookup_", "Python, where genuine has C++"),
-    ("can_", "Python, where genuine has C++"),
-    ("listener", "decoding of the transforms"),
+    ("page", "copies of images for each browser"),
+    ("set_transform", "Python instead of C++"),
+    ("lookup_", "Python instead of C++"),
+    ("can_", "Python instead of C++"),
+    ("listener", "decoding transforms"),
     ("exact", "Python for each message"),
     ("approximate", "Python for each message"),
-    ("send_goal", "messages there and back, and wakings of threads"),
+    ("send_goal", "messages there and back, and thread wake-ups"),
 )
 
 
 def bound(row):
-    """What bounds a row; most rows of commands are bound by the start of an interpreter."""
+    """Return the bottleneck of a row; for most commands it is the start of an interpreter."""
     return next(
         (text for start, text in BOUNDS if row.label.startswith(start)), "the start of Python, imports"
     )
 
 
 def run(name, options, folder):
-    """The rows of one benchmark; its own output goes to stderr. None when it failed."""
+    """Return the rows of one benchmark, or None if it failed. Its own output is written to stderr."""
     path = os.path.join(folder, name + ".json")
     argv = [sys.executable, os.path.join(HERE, name + ".py"), *options.split(), "--json", path]
     print(f"== {name} {options}", file=sys.stderr, flush=True)
@@ -105,7 +105,7 @@ def machine():
 
 
 def report(rows, loads, failed, words, seconds):
-    """The table and what must be known to read it, as Markdown."""
+    """Return the table as Markdown, with the conditions of the run."""
     shown = ", ".join(f"{name} {load:.0f} %" for name, load in loads.items())
     lines = [
         f"`script/bench{words}` on {machine()}, {time.strftime('%Y-%m-%d')}, {seconds / 60:.0f} minutes.",
@@ -117,7 +117,7 @@ def report(rows, loads, failed, words, seconds):
 
 
 def replace(path, text):
-    """Puts the table between the two marks of a document."""
+    """Put the table between the two marks of a document."""
     with open(path) as file:
         before, begin, rest = file.read().partition(BEGIN)
     _, end, after = rest.partition(END)

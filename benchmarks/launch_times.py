@@ -1,4 +1,4 @@
-"""How long people wait for roscore, roslaunch and catkin_make: pipros beside genuine ROS 1, in one run.
+"""Waiting times for roscore, roslaunch and catkin_make: pipros and genuine ROS 1, in one run.
 
     .venv/bin/python benchmarks/launch_times.py [rounds]
 
@@ -25,7 +25,7 @@ EXAMPLES = Path(__file__).resolve().parents[1] / "examples" / "catkin_ws" / "src
 OWN_PROGRAMS = str(Path(sys.executable).parent)
 SIDES = {"pipros": f"{OWN_PROGRAMS}:/usr/bin:/bin", "genuine": "/usr/bin:/bin"}
 
-# Each program, the line that people wait for, and what the two times are called.
+# Each program, the line that shows that it is ready, and the names of the two times.
 PROGRAMS = {
     "roscore": (["roscore", "-p", "{port}"], r"started core service"),
     "roslaunch": (["roslaunch", "--screen", "composiv_tryouts", "composiv_tryout.launch"], r"\[INFO\].*%25"),
@@ -33,10 +33,10 @@ PROGRAMS = {
 
 
 def environment(path: str, port: int, home: str, modules: str) -> dict[str, str]:
-    """What both sides get; compiled modules may be kept, as on a normal machine.
+    """Return the environment of both sides; compiled modules may be cached, as on a normal machine.
 
     Args:
-        modules: where genuine ROS finds the message, which it needs built; pipros reads it as it stands.
+        modules: the folder of the built message for genuine ROS; pipros reads the definition.
     """
     return {
         "HOME": home,
@@ -56,7 +56,7 @@ def free_port() -> int:
 
 
 def measure(command: list[str], line: str, path: str, modules: str) -> tuple[float, float]:
-    """Seconds from the start to the line, and from Ctrl-C to the end."""
+    """Return the seconds from the start to the line, and from Ctrl-C to the end."""
     port = free_port()
     with tempfile.TemporaryDirectory() as home:
         controller, terminal = os.openpty()
@@ -94,7 +94,7 @@ def drain(controller: int) -> None:
 
 
 def build(path: str) -> tuple[float, float]:
-    """Seconds for `catkin_make` of the example, and for another one with nothing changed."""
+    """Return the seconds for `catkin_make` of the example, and for a second one without changes."""
     with tempfile.TemporaryDirectory() as home:
         shutil.copytree(EXAMPLES / "composiv_tryouts", Path(home, "ws", "src", "composiv_tryouts"))
         times = []
@@ -107,7 +107,7 @@ def build(path: str) -> tuple[float, float]:
 
 
 def build_modules(home: str) -> str:
-    """Has genuine catkin build the message of the example; the folder of its Python modules."""
+    """Build the message of the example with genuine catkin; return the folder of its Python modules."""
     shutil.copytree(EXAMPLES / "composiv_tryouts", Path(home, "ws", "src", "composiv_tryouts"))
     environment = {"HOME": home, "PATH": SIDES["genuine"], "CMAKE_PREFIX_PATH": "/usr"}
     subprocess.run(["catkin_make", "-C", f"{home}/ws"], env=environment, check=True, capture_output=True)

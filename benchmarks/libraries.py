@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""How quick the libraries above rospy are: pipros beside the genuine ones, in one run.
+"""Speed of the libraries above rospy: pipros and the genuine ones, in one run.
 
     benchmarks/libraries.py [--only tf,listener,filter,action,import] [--rounds 3] [--seconds 3]
 
-Every workload is one script on the public API of tf2_ros, message_filters and actionlib, run in the
-Python of each side in turn; the median of the rounds counts. The ratio says how many times better pipros
-is. Nothing else should run meanwhile: what others used of the machine is printed, and above some 5 % the
+Every workload is one script on the public API of tf2_ros, message_filters and actionlib, run with each
+implementation in turn; the median of the rounds counts. The ratio is the factor by which pipros is better.
+Nothing else should run: the load of other programs is printed, and above some 5 % the
 figures mean little.
 Without genuine ROS only pipros is measured.
 """
@@ -27,11 +27,11 @@ RATE_HZ = 100
 GOALS = 100
 
 
-# ---- workers: in a process of their own
+# ---- workers: in their own processes
 
 
 def per_operation(work, repetitions=3):
-    """Microseconds for each operation of `work()`, which returns how many it did; the median."""
+    """Return the median microseconds for each operation of `work()`, which returns their number."""
     taken = []
     for _ in range(repetitions):
         began = time.perf_counter()
@@ -41,7 +41,7 @@ def per_operation(work, repetitions=3):
 
 
 def turned(parent, child, stamp, angle=0.0):
-    """A transform with a rotation around z."""
+    """Return a transform with a rotation about z."""
     import math
 
     from geometry_msgs.msg import TransformStamped
@@ -86,7 +86,7 @@ def worker_tf():
 
 
 def worker_send_frames():
-    """Sends the transforms of a robot on /tf, one message with all of them at a time."""
+    """Publish the transforms of a robot on /tf, all in one message."""
     from tf2_msgs.msg import TFMessage
 
     rospy = init("frames")
@@ -102,7 +102,7 @@ def worker_send_frames():
 
 
 def worker_listener(seconds):
-    """The processor time of a TransformListener, as a part of the time that passes."""
+    """Return the processor time of a TransformListener, as a fraction of the elapsed time."""
     rospy = init("listener")
     import tf2_ros
 
@@ -180,7 +180,7 @@ def worker_action_client(alone):
     client = actionlib.SimpleActionClient("go", TestAction)
     client.wait_for_server()
     client.send_goal_and_wait(TestGoal(1), rospy.Duration(5))
-    # Genuine's goals take a millisecond or a tenth of a second each, so that only the mean means something.
+    # Genuine goals take either a millisecond or a tenth of a second, so only the mean is meaningful.
     began = time.perf_counter()
     for number in range(GOALS):
         client.send_goal_and_wait(TestGoal(number), rospy.Duration(5))
@@ -207,7 +207,7 @@ TF = {
     "lookup_transform over 8 frames, interpolated: us": "between",
     "can_transform over 8 frames: us": "can",
 }
-FILTER = {"exact, 3 inputs: us a message": "exact", "approximate, 3 inputs: us a message": "approximate"}
+FILTER = {"exact, 3 inputs: us per message": "exact", "approximate, 3 inputs: us per message": "approximate"}
 
 
 def tf(world, _seconds):

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""How quick the master is: pipros beside genuine rosmaster, in one run.
+"""Speed of the master: pipros and genuine rosmaster, in one run.
 
     benchmarks/master.py [--only params,dictionary] [--crowd 1000]
 
-Each master is asked by the client of its own world: genuine by `rosgraph.Master` in the Python of
-genuine ROS, pipros by `pipros.net.master_client.MasterClient`. Both take turns, and the best of three rounds
-counts: what else the machine does then disturbs both alike. Without genuine ROS only pipros is measured.
+Each master is called by its own client: the genuine one by `rosgraph.Master` in the Python of
+genuine ROS, pipros by `pipros.net.master_client.MasterClient`. They alternate, and the best of three rounds
+counts, so that other load affects both alike. Without genuine ROS only pipros is measured.
 """
 
 import argparse
@@ -26,7 +26,7 @@ START_UPS = 3
 SOURCES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "src")
 
 
-# ---- clients: run in a process of their own, in the Python of their world
+# ---- clients: run in their own processes, in the Python of their implementation
 
 
 class GenuineClient:
@@ -112,7 +112,7 @@ WORKLOADS = {"params": params, "dictionary": dictionary, "registration": registr
 
 
 def crowd_nodes():
-    """The APIs of a crowd: one server, URIs that differ by path. Prints its port, serves until killed."""
+    """Serve the APIs of a crowd, with URIs that differ by path. Print the port, and serve until killed."""
     import asyncio
 
     from pipros.basics.limits import Limits
@@ -129,7 +129,7 @@ def crowd_nodes():
 
 
 def crowd_register(uri, apis_port, count):
-    """Registers `count` nodes with 10 topics each, every topic with 100 subscribers."""
+    """Register `count` nodes with 10 topics each, every topic with 100 subscribers."""
     clients = [(PiprosClient(uri, f"/n{i}"), f"http://127.0.0.1:{apis_port}/n{i}") for i in range(count)]
     topics = max(1, count * 10 // 100)
     for number, (client, api) in enumerate(clients):
@@ -144,7 +144,7 @@ def crowd_register(uri, apis_port, count):
 
 
 def crowd(uri, count):
-    """99th percentile of getUri, in ms, while the crowd registers its publishers."""
+    """Return the 99th percentile of getUri, in ms, while the crowd registers its publishers."""
     environment = {**os.environ, "PYTHONPATH": SOURCES}
     nodes = subprocess.Popen(  # noqa: S603
         [sys.executable, __file__, "--role", "crowd-nodes"],
@@ -215,7 +215,7 @@ class MasterProcess:
         self.ready_s = time.perf_counter() - began
 
     def resident_mb(self):
-        """Of the process and all that it started, memory they share counted once."""
+        """Return the memory of the process and its children, with shared memory counted once."""
         total = 0
         for entry in filter(str.isdigit, os.listdir("/proc")):
             try:
@@ -249,7 +249,7 @@ def free_port():
 
 
 def start_up(world):
-    """roscore: ready, gone and how large."""
+    """Return the start-up time, shutdown time and memory of roscore."""
     found = []
     for _ in range(START_UPS):
         master = MasterProcess(world, ["roscore"])
@@ -265,7 +265,7 @@ def start_up(world):
 
 
 def endurance():
-    """What a master grows by over 100,000 register/unregister cycles and 10,000 connections."""
+    """Return the growth of a master over 100,000 register/unregister cycles and 10,000 connections."""
     master = MasterProcess("pipros", ["rosmaster", "--core"])
     sys.path.insert(0, SOURCES)
     client = PiprosClient(master.uri)
@@ -288,7 +288,7 @@ def endurance():
             socket.create_connection(("127.0.0.1", master.port)).close()
 
     def settled():
-        """The state once the connections that went are closed on the other side too."""
+        """Return the state once the closed connections are closed on the other side, too."""
         while True:
             time.sleep(0.5)
             if state()[2] <= at_start[2] + 2:
@@ -325,7 +325,7 @@ def measure(world, workload, uri):
 
 
 def rows_of(taken, results):
-    """A row for each figure that both masters have."""
+    """Return a row for each figure that both masters have."""
     for name, value in results["pipros"].items():
         if name not in taken and name in results.get("genuine", {}):
             taken[name] = {"genuine": [results["genuine"][name]], "pipros": [value]}

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""How long other clients wait for the master during attacks.
+"""Latency of the master for other clients during attacks.
 
     benchmarks/master_attacks.py [--only NAME,…] [--rounds 3]
 
-A bystander in a process of its own asks `setParam` and `getParam` every 2 ms, without an attack
-("nothing") and during each. Of several rounds the best counts, since what else the machine does can
-only add to it. Wanted are at most 50 ms.
+A bystander in its own process calls `setParam` and `getParam` every 2 ms, without an attack
+("nothing") and during each. Of several rounds the best counts, because other load can only
+increase the times. The goal is at most 50 ms.
 """
 
 import argparse
@@ -42,7 +42,7 @@ class Victim:
         return MasterClient(self.uri, name, timeout_s=60)
 
     def send(self, document):
-        """Sends one request, and reads until the connection is closed."""
+        """Send one request, and read until the connection is closed."""
         with self.connect() as peer, suppress(OSError):
             peer.sendall(build_request("h", "/", document))
             peer.shutdown(socket.SHUT_WR)
@@ -269,7 +269,7 @@ ATTACKS = {
 
 
 def bystander(uri):
-    """Asks until a line comes in; prints count, 99th percentile and longest of the answers, in ms."""
+    """Call the master until a line arrives; print count, 99th percentile and maximum of the times, in ms."""
     end = threading.Event()
     threading.Thread(target=lambda: (sys.stdin.readline(), end.set()), daemon=True).start()
     client = MasterClient(uri, "/bystander", timeout_s=60)

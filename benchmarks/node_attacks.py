@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""How long other clients wait for a node during attacks.
+"""Latency of a node for other clients during attacks.
 
     benchmarks/node_attacks.py [--only NAME,…] [--rounds 3] [--python /usr/bin/python3]
 
-The victim echoes a topic, answers two services, and may have 1,024 descriptors. A bystander in a process
-of its own measures, every few milliseconds, a round trip over topic links that were there before, `getPid`
-and a service call, without an attack ("nothing") and during each. The attacker is this process. Of
-several rounds the one with the best worst round trip counts, since what else the machine does can only add
-to it. Behind the times is what the victim held at the end of the attack. `--python` is that of the victim:
-with genuine rospy in it, genuine rospy is attacked.
+The victim echoes a topic, serves two services, and may have 1,024 descriptors. A bystander in its own
+process measures, every few milliseconds, a round trip over existing topic links, `getPid` and a service
+call, without an attack and during each. The attacker is this process. Of several rounds the one with the
+lowest maximum round trip counts, because other load can only increase it. The last columns are the
+resources of the victim at the end of the attack. `--python` is that of the victim: if it has genuine rospy,
+that is attacked.
 """
 
 import argparse
@@ -38,7 +38,7 @@ GIVE_UP_S = 20.0
 MANY = 2_000
 
 
-# ---- the processes that are attacked, and that look on
+# ---- the attacked process, and the bystander
 
 
 def victim():
@@ -61,7 +61,7 @@ def victim():
 
 
 def bystander():
-    """Measures until a line comes in; prints the count and the longest of each, in ms, and what failed."""
+    """Measure until a line arrives; print the count and maximum of each, in ms, and the failures."""
     from std_msgs.msg import String
     from std_srvs.srv import Empty
 
@@ -105,7 +105,7 @@ def bystander():
 
 
 def late():
-    """Subscribes for the first time; prints how long it took until a message came, in ms."""
+    """Subscribe for the first time; print the time until a message arrived, in ms."""
     from std_msgs.msg import String
 
     import rospy
@@ -119,7 +119,7 @@ def late():
 
 
 class Victim:
-    """Where the node that is attacked can be reached."""
+    """The addresses of the attacked node."""
 
     def __init__(self, master, pid):
         client = MasterClient(master.uri, "/attacker")
@@ -143,7 +143,7 @@ class Victim:
         return peer
 
     def greet(self, fields, then=b""):
-        """A connection whose header is answered, if the victim answers, and what is sent after that."""
+        """Open a connection, exchange headers if the victim responds, and send the given bytes."""
         peer = self.send(self.connect(), encode_header({"md5sum": "*", "callerid": "/attacker", **fields}))
         reader = HeaderReader()
         with contextlib.suppress(OSError):
@@ -162,7 +162,7 @@ class Victim:
 # ---- attacks
 
 
-def nothing(_victim):
+def no_attack(_victim):
     pass
 
 
@@ -206,12 +206,12 @@ def requests_byte_by_byte(victim):
             victim.send(peer, b"x")
 
 
-def replies_not_read(victim):
+def responses_not_read(victim):
     for _ in range(50):
         victim.greet({"service": "/large"}, struct.pack("<I", 0))
 
 
-def quick_calls(victim):
+def rapid_calls(victim):
     end = time.monotonic() + AT_LEAST_S
     while time.monotonic() < end:
         victim.greet({"service": "/quick"}, struct.pack("<I", 0)).close()
@@ -234,12 +234,12 @@ def garbage(victim):
         peer.close()
 
 
-def idle_connections_of_the_api(victim):
+def idle_connections_to_the_slave_api(victim):
     for _ in range(MANY):
         victim.connect(victim.api_port)
 
 
-def half_requests_of_the_api(victim):
+def half_requests_to_the_slave_api(victim):
     for _ in range(MANY):
         victim.send(victim.connect(victim.api_port), b"POST / HTTP/1.1\r\nContent-Length: 100\r\n\r\n<")
 
@@ -274,10 +274,10 @@ def silent_publishers(victim):
 ATTACKS = {
     function.__name__.replace("_", " "): function
     for function in (
-        *(nothing, connections_without_a_header, half_headers, headers_byte_by_byte, idle_service_clients),
-        *(idle_persistent_clients, half_requests, requests_byte_by_byte, replies_not_read, quick_calls),
-        *(topic_links, links_that_do_not_read, garbage, idle_connections_of_the_api),
-        *(half_requests_of_the_api, large_bodies, large_values, dead_publishers, silent_publishers),
+        *(no_attack, connections_without_a_header, half_headers, headers_byte_by_byte, idle_service_clients),
+        *(idle_persistent_clients, half_requests, requests_byte_by_byte, responses_not_read, rapid_calls),
+        *(topic_links, links_that_do_not_read, garbage, idle_connections_to_the_slave_api),
+        *(half_requests_to_the_slave_api, large_bodies, large_values, dead_publishers, silent_publishers),
     )
 }
 

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""What looking costs: the page of rqt_graph with many browsers on fast topics and large images.
+"""Costs of the page of rqt_graph, with many browsers on fast topics and large images.
 
     benchmarks/page.py [--browsers 20] [--seconds 10] [--quick]
 
 A publisher sends a number 1,000 times and images of 1 MB 30 times a second. Four runs: without a page, with a
-page without a browser, with browsers that look at the number, its curve, the image and the graph, and with
-one more browser that stopped reading. Each row has what the publisher reached and used of a processor, how
-many images a browser got, and processor time and memory of the server.
+page without a browser, with browsers that show the number, its curve, the image and the graph, and with
+one more browser that stopped reading. Each row has the rate and processor usage of the publisher, the number
+of images that a browser received, and the processor time and memory of the server.
 
-Before that, in Chromium when it and Playwright are installed: the first paint of the page; and a graph of 300
+Before that, in Chromium if it and Playwright are installed: the first paint of the page; and a graph of 300
 nodes and 1,000 topics, until it is drawn, and its frames while it is panned and zoomed. `--quick` takes 3
 seconds a run. Nothing else should run meanwhile.
 """
@@ -170,7 +170,7 @@ def drawing(rounds):
 
 
 def first_paint(browser, url):
-    """How long a browser that has nothing of the page takes to its first text, in milliseconds."""
+    """Return the time to the first text in a browser with an empty cache, in milliseconds."""
     context = browser.new_context()
     page = context.new_page()
     page.goto(url)
@@ -183,7 +183,7 @@ def first_paint(browser, url):
 
 
 def fill(master, random):
-    """Registers nodes that do not exist with topics, as soon as the master is there."""
+    """Register fictitious nodes with topics, as soon as the master is ready."""
     while True:
         try:
             master.getPid("/benchmark")
@@ -249,7 +249,7 @@ def row(name, home, browsers, is_stuck, seconds):
 
 
 async def look(url, process, browsers, is_stuck, seconds):
-    """The images that all browsers got, and processor time in percent and largest memory of the server."""
+    """Return the images that all browsers got, and the server's processor usage (%) and largest memory."""
     counts = [0] * browsers
     tasks = [asyncio.create_task(browse(url, counts, index)) for index in range(browsers)]
     if is_stuck:

@@ -1,11 +1,11 @@
-"""A graph in which nodes come and go for a long time: what is held, and what is lost.
+"""A long run of a graph whose nodes start and end: resources in use, and lost messages.
 
     python benchmarks/soak.py --minutes 30 [--system]
 
-This process has the master, a talker at 50 Hz, a listener and a service, and stays. Around it 20 nodes, each
-a process, live for a while: they listen, talk back, call the service, and end, every third one by SIGKILL. A
-line is printed every ten seconds; the exit status is 1 when this process ends up holding more than at first,
-or when a message was lost between nodes that were connected. With --system everything runs at once, see
+This process has the master, a talker at 50 Hz, a listener and a service. In addition, 20 nodes, each in its
+own process, live for a while: they listen, reply, call the service, and end, every third one by SIGKILL. A
+line is printed every ten seconds; the exit status is 1 if this process has more resources at the end than
+at first, or if a message was lost between connected nodes. With --system everything runs at once, see
 benchmarks/soak_system.py.
 """
 
@@ -35,7 +35,7 @@ LIFE_S = 10.0, 30.0
 LINE_EVERY_S = 10.0
 KILL_EVERY = 3
 MEMORY_SLACK_MB = 8.0
-#: By then all nodes have come once, and the parent has what it keeps: threads, buffers, imports.
+#: By then all nodes have started once, and the parent has its lasting threads, buffers and imports.
 WARM_UP_S = 20.0
 
 HEADINGS = " minutes     MB threads  files nodes so far killed  received  lost   calls failed"
@@ -59,11 +59,11 @@ class Sequence:
         self.received += 1
 
 
-# -- a node that comes and goes ------------------------------------------------------------
+# -- a visitor: a node that starts and ends ------------------------------------------------
 
 
 def visit(name: str) -> None:
-    """Listens, answers each beat, and calls the service, until it is told to end."""
+    """Listen, reply to each beat, and call the service, until stopped."""
     beats, calls = Sequence(), Counter[str]()
     stop = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: stop.set())
@@ -92,7 +92,7 @@ def visit(name: str) -> None:
 
 @dataclass(slots=True)
 class Tally:
-    """What the visitors told so far, by their names."""
+    """The reports of the visitors so far, by their names."""
 
     echoes: dict[str, Sequence] = field(default_factory=dict)
     told: dict[str, tuple[int, int, int, int]] = field(default_factory=dict)
@@ -124,7 +124,7 @@ class Visitors:
         self._count = count
 
     def look(self) -> None:
-        """Ends those whose time has come, and starts others in their place."""
+        """End visitors whose time is over, and start others in their place."""
         now = time.monotonic()
         for process, end in list(self._running):
             if process.poll() is not None or now > end:

@@ -1,4 +1,4 @@
-"""The whole system for a long time: who grows?
+"""A long run of a whole system: the resources of each process.
 
 Started by `benchmarks/soak.py --system`: roscore, a page that is looked at, a recorder of all topics, frames
 and their listener, an action server and its client, changes of parameters, service calls, and a launch with
@@ -30,7 +30,7 @@ from websockets.asyncio.client import connect
 
 BIN = Path(sys.executable).parent
 SAMPLE_S = 10.0
-#: What a process may have more at the end than after the warm-up.
+#: The allowed growth of a process between the warm-up and the end.
 MEMORY_SLACK_MB, THREADS_SLACK, FILES_SLACK = 6.0, 3, 5
 FIFTHS = 5
 
@@ -134,7 +134,7 @@ LAUNCH = """<launch>
 
 @dataclass(slots=True)
 class Held:
-    """What one process held, sample by sample."""
+    """The resources of a process, sample by sample."""
 
     pid: int
     megabytes: list[float] = field(default_factory=list)
@@ -142,7 +142,7 @@ class Held:
     files: list[float] = field(default_factory=list)
 
     def sample(self) -> None:
-        """Notes what the process holds now.
+        """Record the current resources of the process.
 
         Raises:
             OSError: it has ended.
@@ -153,7 +153,7 @@ class Held:
         self.files.append(len(os.listdir(f"/proc/{self.pid}/fd")))
 
     def growth(self) -> tuple[float, float, float]:
-        """How much more the last fifth has than the second one, in the median."""
+        """Return the median growth from the second to the last fifth of the samples."""
         return _growth(self.megabytes), _growth(self.threads), _growth(self.files)
 
     @property
@@ -173,7 +173,7 @@ def _growth(values: list[float]) -> float:
 
 
 class System:
-    """All processes, started in a folder of their own."""
+    """All processes, started in their own folder."""
 
     def __init__(self, folder: Path) -> None:
         with socket.create_server(("127.0.0.1", 0)) as probe:
@@ -221,12 +221,12 @@ class System:
         return self.folder / f"{name.replace(' ', '_')}.output"
 
     def done(self) -> dict[str, int]:
-        """What the client has done so far."""
+        """Return the counts of the client so far."""
         lines = [line for line in self.output("client").read_text().splitlines() if line.startswith("{")]
         return json.loads(lines[-1]) if lines else {}
 
     def starts(self) -> int:
-        """How often roslaunch started a node."""
+        """Return the number of nodes that roslaunch started."""
         return self.output("roslaunch").read_text().count("started with pid")
 
     def close(self) -> None:
@@ -249,7 +249,7 @@ def wait_for(output: Path, pattern: str, limit_s: float = 60.0) -> str:
 
 
 async def look(url: str, counts: dict[str, int]) -> None:
-    """A browser: some views all the time, the page's files now and then, and a new connection each minute."""
+    """Act as a browser: some views permanently, the page's files sometimes, a new connection each minute."""
     parts = urlsplit(url)
     token = parts.fragment.partition("/")[0].removeprefix("token=")
     views = (("graph", {}), ("topic", {"name": "/chat"}), ("plot", {"field": "/go/status/header/seq"}))
@@ -296,7 +296,7 @@ async def watch(system: System, minutes: float, say: Callable[[str], None]) -> t
 
 
 def soak_system(minutes: float) -> int:
-    """Runs everything for so long, prints a table; 1 when a process has grown or something failed."""
+    """Run everything for the given time, and print a table; return 1 if a process grew or a call failed."""
     random.seed(1)
     with tempfile.TemporaryDirectory() as folder:
         system = System(Path(folder))

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""How long a person waits: commands and launches of pipros beside genuine ROS, in one run.
+"""Waiting times of users: commands and launches of pipros and genuine ROS, in one run.
 
     benchmarks/startup.py [--rounds 5] [--only rostopic,roslaunch]
 
-Both worlds take turns, each against a master of its own, and the median counts. Without genuine ROS 1 only
-pipros is measured. Other work on the machine disturbs the figures: the ratio is what to look at.
---python measures the pipros of another environment: with an ordinary install, for example, as users have it.
-Tools of developers may add .pth files to an environment, and these take time at every start of Python.
+Both implementations alternate, each with its own master, and the median counts. Without genuine ROS 1 only
+pipros is measured. Other load affects the figures more than the ratio.
+--python measures the pipros of another environment, for example that of an ordinary installation.
+Development tools may add .pth files to an environment, which take time at every start of Python.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ HELLO = ("std_msgs/String", "data: hello")
 
 
 def free_port() -> int:
-    """A port below those that the system hands out, so that no connection takes it before the master does."""
+    """Return a port below those that the system assigns, so that no connection takes it before the master."""
     while True:
         port = random.randrange(20_000, 30_000)  # noqa: S311
         with socket.socket() as probe:
@@ -46,7 +46,7 @@ def free_port() -> int:
 
 
 def end(process: subprocess.Popen[str] | subprocess.Popen[bytes]) -> None:
-    """Ctrl-C, as a terminal gives it. Genuine nodes miss one now and then; they are killed in the end."""
+    """Send Ctrl-C as a terminal does. Genuine nodes sometimes miss it; they are killed in the end."""
     os.killpg(process.pid, signal.SIGINT)
     try:
         process.communicate(timeout=MISSED_AFTER_S)
@@ -56,7 +56,7 @@ def end(process: subprocess.Popen[str] | subprocess.Popen[bytes]) -> None:
 
 
 class World:
-    """One implementation: how its programs are started. A folder of its own is its home."""
+    """One implementation: how its programs are started, with its own home folder."""
 
     def __init__(self, name: str, path: str, home: Path, **variables: str) -> None:
         self.name = name
@@ -75,7 +75,7 @@ class World:
         }
 
     def run(self, *argv: str) -> float:
-        """Seconds from start to end of a command that must succeed."""
+        """Return the seconds from start to end of a command that must succeed."""
         began = time.perf_counter()
         ended = subprocess.run(  # noqa: S603
             argv, env=self.environment, capture_output=True, text=True, check=False
@@ -86,7 +86,7 @@ class World:
         return seconds
 
     def run_until(self, line: str, *argv: str) -> tuple[float, float]:
-        """Seconds until a line with that text, and from Ctrl-C to the end of everything."""
+        """Return the seconds until a line with that text, and from Ctrl-C to the end of all processes."""
         began = time.perf_counter()
         process = subprocess.Popen(  # noqa: S603
             argv,
@@ -110,7 +110,7 @@ class World:
 
     @contextmanager
     def running(self, *argv: str) -> Iterator[None]:
-        """A command that runs meanwhile."""
+        """Run a command in the background of the block."""
         process = subprocess.Popen(  # noqa: S603
             argv,
             env=self.environment,
@@ -166,14 +166,14 @@ def commands(world: World) -> dict[str, float]:
 
 
 def echo(world: World) -> dict[str, float]:
-    """A message that is latched already: the whole time is that of the command."""
+    """Publish a latched message in advance, so that the whole time is that of the command."""
     with world.master(), world.running("rostopic", "pub", "-l", "/latched", *HELLO):
         world.run("rostopic", "echo", "-n", "1", "/latched")  # when this ends, the publisher is there
         return {"rostopic echo -n 1, latched": world.run("rostopic", "echo", "-n", "1", "/latched")}
 
 
 def completion(world: World) -> dict[str, float]:
-    """What a shell asks for at `rostopic echo /<TAB>`; in genuine ROS that is the function of rosbash."""
+    """Complete `rostopic echo /<TAB>` as a shell does; in genuine ROS with the function of rosbash."""
     if world.name == "genuine":
         command = (
             "bash", "-c", "source /usr/share/bash-completion/completions/rosbash; "
@@ -223,7 +223,7 @@ SCENES: dict[str, Callable[[World], dict[str, float]]] = {
 
 
 def installation(python: Path) -> str:
-    """Which pipros an interpreter imports: its version, and how it was installed."""
+    """Return the version of pipros that an interpreter imports, and how it was installed."""
     script = (
         "import importlib.metadata as m, json; d = m.distribution('pipros');"
         "print(json.dumps([d.version, d.read_text('direct_url.json') or '{}']))"
@@ -236,7 +236,7 @@ def installation(python: Path) -> str:
 
 @contextmanager
 def generated_messages(folder: Path) -> Iterator[Path | None]:
-    """What genuine ROS needs before it can run the example: its messages, generated. None without it."""
+    """Return the generated messages that genuine ROS needs for the example, or None without genuine ROS."""
     generator = Path("/usr/lib/genpy/genmsg_py.py")
     if not Path("/usr/bin/roslaunch").exists() or not generator.exists():
         yield None

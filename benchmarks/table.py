@@ -1,4 +1,4 @@
-"""Rows of measurements: what the benchmarks have in common, and how they are printed.
+"""Rows of measurements, shared by the benchmarks, and their output.
 
 Runs under the Python of genuine ROS as well, and imports nothing but the standard library.
 """
@@ -17,15 +17,15 @@ WORLDS = ("genuine", "tuned", "pipros")
 
 
 def heed_interrupts():
-    """Lets SIGINT end the programs that a benchmark starts.
+    """Restore SIGINT for the programs that a benchmark starts.
 
-    A shell makes its background jobs ignore SIGINT, and what they start inherits that.
+    A shell makes its background jobs ignore SIGINT, and their child processes inherit that.
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 class Row:
-    """The values that one figure had, round by round, for each world.
+    """The values of one figure, round by round, for each implementation.
 
     With `best` the best round counts instead of the median: for operations that take processor time only.
     """
@@ -35,19 +35,19 @@ class Row:
         self.goal, self.best = goal, best
 
     def figure(self, world):
-        """The value that counts."""
+        """The representative value of all rounds."""
         if self.best:
             return (max if self.more_is_better else min)(self.values[world])
         return statistics.median(self.values[world])
 
     def ratio(self, world="genuine"):
-        """How many times better pipros is than that world; None without figures of both."""
+        """Return the factor by which pipros is better; None without figures of both implementations."""
         if not self.values.get(world) or not self.values.get("pipros"):
             return None
         return self._ratio(self.figure(world), self.figure("pipros"))
 
     def spread(self, world="genuine"):
-        """The least and the largest ratio of a round."""
+        """Return the smallest and the largest ratio of a round."""
         pairs = zip(self.values[world], self.values["pipros"])  # noqa: B905 # Python 3.8
         ratios = [self._ratio(theirs, ours) for theirs, ours in pairs]
         return min(ratios), max(ratios)
@@ -58,12 +58,12 @@ class Row:
 
 
 def as_text(value):
-    """A figure with three digits, as in 12,345 or 0.0123."""
+    """Format a figure with three digits, as in 12,345 or 0.0123."""
     return f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
 
 
 def markdown(rows, title="", note=None):
-    """A table of rows, with a column for each world that has figures, and a last one with `note(row)`."""
+    """Return a Markdown table: a column for each implementation with figures, and one with `note(row)`."""
     worlds = [world for world in WORLDS if any(row.values.get(world) for row in rows)]
     heads = ["workload", *worlds]
     others = worlds[:-1]
@@ -91,7 +91,7 @@ def line(cells):
 
 
 def write_json(path, rows):
-    """Writes rows for `script/bench`, which joins those of all benchmarks."""
+    """Write rows for `script/bench`, which joins those of all benchmarks."""
     with open(path, "w") as file:
         json.dump([vars(row) for row in rows], file)
 
@@ -102,7 +102,7 @@ def read_json(path):
 
 
 class Load:
-    """What other programs use of the machine. Own children count as others until they have ended."""
+    """The processor usage of other programs. Child processes count as others until they have ended."""
 
     def __init__(self):
         self._busy, self._all, self._own = *self._ticks(), self._used()

@@ -1,4 +1,4 @@
-"""Compares what `script/coverage` measured with the gate of each pure package."""
+"""Compare the results of `script/coverage` with the gate of each pure package."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 from fnmatch import fnmatch
 from pathlib import Path
 
-# Percent of lines and branches together, a little below what was reached when the gate was set.
+# Percent of lines and branches together, slightly below the coverage when the gate was set.
 GATES = {
     "basics/names.py": 98,
     "basics/limits.py": 98,
@@ -77,7 +77,7 @@ def _is_in(file: Path, package: str) -> bool:
 
 
 def _per_cent(measured: dict[Path, dict[str, int]], files: set[Path]) -> float:
-    """Lines and branches that were run; 0 in a package without files, which the table should not name."""
+    """Return the percentage of executed lines and branches; 0 for a package without files."""
     run = sum(measured[file]["covered_lines"] + measured[file]["covered_branches"] for file in files)
     of = sum(measured[file]["num_statements"] + measured[file]["num_branches"] for file in files)
     return 100 * run / of if of else 0.0

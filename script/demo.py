@@ -46,7 +46,7 @@ def main() -> int:
 
 @contextlib.contextmanager
 def _page() -> Iterator[None]:
-    """`rqt_graph` beside the demo: it prints its address, and ends with the demo."""
+    """Start `rqt_graph` with the demo: it prints its address, and ends with the demo."""
     page = subprocess.Popen(  # noqa: S603 - this Python, and a text of this file
         [sys.executable, "-c", _PAGE],
         stdin=subprocess.PIPE,
@@ -76,7 +76,7 @@ class _PortTaken(Exception):
 
 
 def _describe(uri: str, host: str, port: int) -> str:
-    """The line that says what runs and how to see more.
+    """Return the line that describes the demo and how to inspect it.
 
     Raises:
         _PortTaken: a program other than a ROS master listens at the master's address.

@@ -35,7 +35,7 @@ RELAYS = {
     "charger": ("/battery", "/charging"),
     "display": ("/detections", "/shown"),
 }
-# Name of the picture, tab, colours, what must be seen, and what is clicked first.
+# Name of the picture, tab, colours, expected text, and elements to click first.
 PICTURES = (
     ("graph", "graph", "light", "text >> text=Hz", ""),
     ("topic", "graph/t%2Fbattery", "dark", "[role=meter]", ""),
@@ -55,7 +55,7 @@ LARGEST_BYTES = 150_000
 
 @contextmanager
 def robot() -> Iterator[RosSystem]:
-    """The system that is shown."""
+    """Start the system shown in the pictures."""
     with tempfile.TemporaryDirectory() as folder:
         home, port = Path(folder), ClaimedPort()
         ros = RosSystem(port.number, home, make_tool_folder(home / "bin"))
@@ -80,7 +80,7 @@ def robot() -> Iterator[RosSystem]:
 
 @contextmanager
 def battery() -> Iterator[RosSystem]:
-    """The battery monitor of examples/, as README starts it."""
+    """Start the battery monitor of examples/ as in README."""
     with tempfile.TemporaryDirectory() as folder:
         home, port = Path(folder), ClaimedPort()
         ros = RosSystem(port.number, home, make_tool_folder(home / "bin"))
@@ -104,7 +104,7 @@ def open_tab(browser: Browser, page: Page, place: str, scheme: str) -> Tab:
 
 
 def small(file: Path) -> None:
-    """Keeps as many colours as a screen of texts has; raises SystemExit when that is not small enough."""
+    """Reduce the colours to those of a text screen; raise SystemExit if the file is still too large."""
     with Image.open(file) as image:
         image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(file, optimize=True)
     if file.stat().st_size > LARGEST_BYTES:
@@ -112,7 +112,7 @@ def small(file: Path) -> None:
 
 
 def take(ros: RosSystem, pictures: Sequence[tuple[str, str, str, str, str]], browser: Browser) -> None:
-    """Takes pictures of a running system: all tabs fill at the same time."""
+    """Take pictures of a running system, after all tabs have received data."""
     page = Page(ros, "--control")
     tabs = {name: open_tab(browser, page, place, scheme) for name, place, scheme, *_ in pictures}
     next(iter(tabs.values())).wait_for_timeout(FILLING_S * 1000)

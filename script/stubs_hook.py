@@ -24,7 +24,7 @@ class StubsHook(BuildHookInterface[Any]):
         packages = sorted(folder.name for folder in share.iterdir())
         definitions = Definitions(DefinitionFiles(lambda name: share / name if name in packages else None))
         if version == "editable":
-            # What is given for an editable installation takes the place of what pyproject.toml says.
+            # The settings for an editable installation replace those in pyproject.toml.
             included = build_data["force_include_editable"] = dict(self.build_config.get_force_include())
         else:
             included = build_data["force_include"]
@@ -32,7 +32,7 @@ class StubsHook(BuildHookInterface[Any]):
             included[str(file)] = str(file.relative_to(self._folder.name))
         for module in share.glob("*/src/*/[a-z]*.py"):  # typed, and so stubs themselves
             stub = Path(self._folder.name, f"{module.parent.name}-stubs", f"{module.stem}.pyi")
-            shutil.copy(module, stub)  # what is included from its own place is left out there
+            shutil.copy(module, stub)  # files included from their own folder are excluded there
             included[str(stub)] = str(stub.relative_to(self._folder.name))
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:  # noqa: ARG002

@@ -1,1 +1,1 @@
-"""The tests of pipros, and what they share (`tests.support`)."""
+"""The tests of pipros, and their shared code (`tests.support`)."""

@@ -1,4 +1,4 @@
-"""Fixtures for all tests, and what happens on a machine without genuine ROS."""
+"""Fixtures for all tests, and the treatment of tests that need genuine ROS."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.support.processes import Processes
 from tests.support.ros import RosSystem
 from tests.support.started import STARTED
 
-# How long an example takes says nothing about the code on a machine that does other things as well.
+# On a machine with other work, the duration of an example says nothing about the code.
 settings.register_profile(
     "pipros", deadline=None, max_examples=examples(100), suppress_health_check=[HealthCheck.too_slow]
 )
@@ -36,7 +36,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     outcomes.configure(config)
-    # In a background job of a script SIGINT is ignored, and all that a test starts would inherit that.
+    # SIGINT is ignored in a script's background jobs, and programs started by tests would inherit that.
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if is_required() and (missing := missing_packages()):
@@ -64,7 +64,7 @@ def pytest_runtest_setup() -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """The report of a failure shows what every program of the test printed.
+    """Add the output of every program of the test to the report of a failure.
 
     In continuous integration a test that is skipped proves nothing, so it is a failure.
     """
@@ -109,7 +109,7 @@ def bare_tools(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(autouse=True)
 def isolated_ros_variables(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
-    """No test sees the ROS settings of the person who runs it, nor a master or ~/.ros of theirs."""
+    """Hide the ROS settings, the master and the ~/.ros of the user from all tests."""
     for name in [name for name in os.environ if name.startswith(("ROS_", "ROSCONSOLE_"))]:
         monkeypatch.delenv(name)
     monkeypatch.setenv("ROS_HOME", str(tmp_path_factory.getbasetemp() / "ros_home"))
@@ -118,7 +118,7 @@ def isolated_ros_variables(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: py
 
 @pytest.fixture
 def claimed_port() -> Iterator[ClaimedPort]:
-    """A free port that no other test uses, for what must know its port beforehand (else use port 0)."""
+    """A free port that no other test uses, if it must be known in advance (else use port 0)."""
     port = ClaimedPort()
     yield port
     port.release()
@@ -126,8 +126,8 @@ def claimed_port() -> Iterator[ClaimedPort]:
 
 @pytest.fixture
 def processes(tmp_path: Path) -> Iterator[Processes]:
-    """Starts programs in this process' environment; ends them afterwards and fails if one is left."""
-    # Programs are started as people start them: with compiled modules kept for the next start.
+    """Start programs in the environment of this process; end them, and fail if one is still running."""
+    # Programs are started as usual: with compiled modules cached for the next start.
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     started = Processes(environment, tmp_path)
     yield started
@@ -136,7 +136,7 @@ def processes(tmp_path: Path) -> Iterator[Processes]:
 
 @pytest.fixture
 def ros(claimed_port: ClaimedPort, tmp_path: Path, bare_tools: Path) -> Iterator[RosSystem]:
-    """A ROS system of the test's own: free master port, empty home, pipros and genuine programs."""
+    """A private ROS system: free master port, empty home, pipros and genuine programs."""
     system = RosSystem(claimed_port.number, tmp_path, bare_tools)
     yield system
     system.close()

@@ -1,4 +1,4 @@
-"""A page in a real browser. `PIPROS_SCREENSHOTS=FOLDER` keeps a picture of each tab, light and dark."""
+"""The page in a real browser. `PIPROS_SCREENSHOTS=FOLDER` saves pictures of each tab, light and dark."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ OpenTab = Callable[..., Tab]
 
 @pytest.fixture(
     scope="module"
-)  # Playwright runs an event loop in this thread, which tests of other modules must not meet
+)  # Playwright runs an event loop in this thread, which must not affect tests of other modules
 def chromium() -> Iterator[Browser]:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=find_chromium(), args=["--no-sandbox"])
@@ -31,7 +31,7 @@ def chromium() -> Iterator[Browser]:
 
 @pytest.fixture
 def open_tab(chromium: Browser) -> Iterator[OpenTab]:
-    """Opens a page at a tab: `open_tab(page, "graph")`. An error in its console fails the test."""
+    """Open a page at a tab: `open_tab(page, "graph")`. An error in its console fails the test."""
     errors: list[str] = []
 
     def note(message: ConsoleMessage) -> None:
@@ -57,7 +57,7 @@ def open_tab(chromium: Browser) -> Iterator[OpenTab]:
 
 
 def keep_screenshots(tab: Tab, name: str) -> None:
-    """Keeps a light and a dark picture where PIPROS_SCREENSHOTS says."""
+    """Save a light and a dark picture in the folder PIPROS_SCREENSHOTS."""
     folder = os.environ.get("PIPROS_SCREENSHOTS")
     schemes: tuple[Literal["light", "dark"], ...] = ("light", "dark") if folder else ()
     for scheme in schemes:

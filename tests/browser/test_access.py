@@ -1,4 +1,4 @@
-"""Who gets into the page, in a browser: the printed address, reloads, further tabs, wrong tokens."""
+"""Access to the page in a browser: the printed address, reloads, further tabs, wrong tokens."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LOCKED = "This page needs the token of its server"
 
 
 class Neighbour(ThreadingHTTPServer):
-    """Another server on the same host, which notes all that browsers send to it."""
+    """Another server on the same host, which records all requests of browsers."""
 
     def __init__(self) -> None:
         received: list[str] = []

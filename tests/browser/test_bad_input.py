@@ -1,4 +1,4 @@
-"""The page while the system misbehaves: it says what is wrong, stays alive, and comes back by itself."""
+"""The page while the system misbehaves: it reports the fault, stays alive, and recovers."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ def of_all(pipros: str, mixed: str) -> str:
     return mixed if IS_MIXED else pipros
 
 
-# Tab, where in it, and what is to be found there: of every kind of node, as far as the tab can show it.
+# Tab, element and expected text, for every kind of node that the tab can show.
 TABS = {
     "topics/" + of_all("%2Fbattery", "%2Fbattery_topic"): ("aside", of_all(r"62\.5 %", r"battery: \"%\d+\"")),
     "plot/%2Fimu%2Fangular_velocity%2Fx" + of_all("", "%2C%2Fcpp%2Fimu%2Fangular_velocity%2Fy"): (
@@ -72,7 +72,7 @@ def test_each_tab_shows_data_of_all_kinds_of_nodes(mixed: RosSystem, open_tab: O
         tab.context.close()
     tab = open_tab(page, "graph")
     for name in ["robot", *(["genuine_robot", "cpp_talker", "cpp_imu", "listener"] if IS_MIXED else [])]:
-        if name != "robot" or IS_MIXED:  # alone it is connected only to the page
+        if name != "robot" or IS_MIXED:  # without other nodes it is connected only to the page
             expect(tab.locator(f'[data-key="n/{name}"]')).to_be_visible()
     if IS_MIXED:
         expect(tab.locator("svg.canvas")).to_contain_text(re.compile(r"\d Hz"))
@@ -81,7 +81,7 @@ def test_each_tab_shows_data_of_all_kinds_of_nodes(mixed: RosSystem, open_tab: O
     keep_screenshots(tab, "system")
 
 
-# When the vertex gets the shape of a node that does not answer, by the clock of this machine.
+# The time, by this machine's clock, at which the vertex gets the shape of an unresponsive node.
 WATCH = """() => {
   window.markedAt = 0;
   new MutationObserver(() => {
@@ -115,11 +115,11 @@ def test_a_killed_talker_is_marked_and_does_not_disturb_other_nodes(
     wait_until(lambda: tab.evaluate("window.markedAt"), 30, "the mark of a dead node")
     elapsed_s = (tab.evaluate("window.markedAt") - begin_ms) / 1000
     print(f"marked as dead after {elapsed_s:.2f} s")
-    assert elapsed_s < 20  # 3 s on a quiet machine
+    assert elapsed_s < 20  # 3 s on an idle machine
     expect(tab.locator('[data-key="n/talker"]')).to_have_attribute(
         "aria-label", "node /talker, does not answer"
     )
-    tab.locator('[data-key="t/other"]').click()  # the others go on
+    tab.locator('[data-key="t/other"]').click()  # the others continue
     expect(tab.locator("aside .message")).to_contain_text("data")
     expect(tab.locator("aside dl")).to_contain_text(re.compile(r"Rate\d"))
     ros.pipros.run("bash", "-c", "echo y | rosnode cleanup")

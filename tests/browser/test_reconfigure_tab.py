@@ -38,7 +38,7 @@ exit(gen.generate(PACKAGE, "tuning", "Tuning"))
 
 @pytest.fixture
 def module(tmp_path: Path) -> Path:
-    """What the module of the configuration has, as JSON."""
+    """Return the contents of the module of the configuration, as JSON."""
     cfg = tmp_path / "Tuning.cfg"
     cfg.write_text(CFG)
     file = tmp_path / "module.json"

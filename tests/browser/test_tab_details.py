@@ -1,4 +1,4 @@
-"""What the tabs do beyond showing: curves, logs, images, frames and diagnostics in use."""
+"""Interactions with the tabs: curves, logs, images, frames and diagnostics."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_the_console_holds_100_000_entries_and_stays_fluid(ros: RosSystem, open_
     expect(count).to_have_text(re.compile(r"^1\d{5} of 1\d{5}"), timeout=90_000)
     frames = tab.evaluate(FRAMES)
     print(f"frames while scrolling: median {frames[30]:.0f} ms, longest {frames[-1]:.0f} ms")
-    assert tab.locator(".entry").count() < 100  # only what is in sight is in the document
+    assert tab.locator(".entry").count() < 100  # the document contains only visible rows
     assert frames[30] < 1000
     tab.get_by_label("Fatal").uncheck()
     tab.get_by_label("Info").uncheck()

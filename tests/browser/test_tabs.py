@@ -1,4 +1,4 @@
-"""What a browser does with the tabs beyond looking: control, filters."""
+"""Actions in the tabs: control, filters."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_a_number_leads_to_its_curve_and_keeps_the_focus(robot: RosSystem, open_
     number = tab.get_by_title("Plot /imu/angular_velocity/y")
     number.focus()
     before = number.inner_text()
-    expect(number).not_to_have_text(before)  # newer messages came
+    expect(number).not_to_have_text(before)  # newer messages arrived
     expect(number).to_be_focused()
     expect(tab.locator("aside dl")).to_contain_text(re.compile(r"Rate[\d.]+ HzBandwidth[\d.]+ kB/s"))
     tab.keyboard.press("Enter")
@@ -82,7 +82,7 @@ def test_a_node_is_shown_with_its_parameters(robot: RosSystem, open_tab: OpenTab
 
 
 def press_tab_until(tab: Tab, selector: str) -> None:
-    """Regions that scroll may have the focus on the way, depending on their size."""
+    """Press Tab until the element has the focus; scrollable regions may be focused before it."""
     for _ in range(6):
         tab.keyboard.press("Tab")
         if tab.evaluate("selector => document.activeElement.matches(selector)", selector):
@@ -90,7 +90,7 @@ def press_tab_until(tab: Tab, selector: str) -> None:
     raise AssertionError(f"{selector} did not get the focus")
 
 
-def test_the_keyboard_and_roles_are_enough(robot: RosSystem, open_tab: OpenTab) -> None:
+def test_the_page_can_be_used_with_keyboard_and_roles(robot: RosSystem, open_tab: OpenTab) -> None:
     tab = open_tab(Page(robot), "graph")
     expect(tab.get_by_role("heading", level=1)).to_have_text("pipros")
     tab.get_by_role("tab", name="Graph").focus()

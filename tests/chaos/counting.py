@@ -1,4 +1,4 @@
-"""What a process holds: memory, threads and descriptors, for tests that it gives all of them back."""
+"""The resources of a process: memory, threads and descriptors, for tests that all are released."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _KEPT_DESCRIPTORS = 4
 class Holdings:
     """Threads, open descriptors and resident bytes of this process.
 
-    Of the threads that serve, those that are kept for the next calls do not count.
+    Idle service threads that are kept for later calls are not counted.
     """
 
     threads: int
@@ -40,10 +40,10 @@ def count() -> Holdings:
 
 
 def wait_until_back(before: Holdings) -> None:
-    """Waits until the process holds no more than it did.
+    """Wait until the process has no more resources than before.
 
     Raises:
-        AssertionError: it keeps something.
+        AssertionError: it keeps more resources.
     """
 
     def is_back() -> bool:

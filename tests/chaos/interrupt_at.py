@@ -1,7 +1,7 @@
 """Runs a tool or a node many times, each time with one SIGINT at another byte code of its main thread.
 
 `python -m tests.chaos.interrupt_at {command,node} MOMENT...` prints a line for each run that did not end, and
-`done` at last. Only the byte codes of `threading` and of pipros's waits count: those between which Python
+finally `done`. Only the byte codes of `threading` and of pipros's waits count, between which Python
 may run a signal handler while a lock is held. The runs are forked children, so that imports are done once.
 """
 
@@ -23,7 +23,7 @@ from pipros.graph.listening import Listening  # noqa: F401
 
 _FILES = (threading.__file__, *(f"/pipros/{name}.py" for name in ("interruptible_wait", "graph/listening")))
 _ENDS_WITHIN_S = 30.0
-_WAITS_S = 0.5  # what runs for that long has come to its wait
+_WAITS_S = 0.5  # a program that runs for that long is waiting
 _SENT = b"!"
 
 
@@ -67,7 +67,7 @@ def _ends(what: str, moment: int) -> bool:
         sys.settrace(_Interrupter(moment, writer))
         sys.exit(_run(what))
     os.close(writer)
-    if not select.select([reader], [], [], _WAITS_S)[0]:  # this moment never comes
+    if not select.select([reader], [], [], _WAITS_S)[0]:  # this moment is never reached
         os.kill(pid, signal.SIGINT)
     deadline = time.monotonic() + _ENDS_WITHIN_S
     while os.waitpid(pid, os.WNOHANG) == (0, 0):

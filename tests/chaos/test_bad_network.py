@@ -1,4 +1,4 @@
-"""Nodes on both sides of a proxy that delays, splits, stalls, corrupts and cuts: which messages arrive."""
+"""Messages between nodes through a proxy that delays, splits, stalls, corrupts and cuts connections."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def quick_retries(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class Relay:
-    """A node sends numbered texts to the one behind the proxy, which answers each with a text of its own."""
+    """A node sends numbered texts to the one behind the proxy, which replies to each with its own text."""
 
     def __init__(self, near: Node, behind: Node, *, queue_size: int | None = 0) -> None:
         self.history = History()
@@ -63,13 +63,13 @@ class Relay:
         wait_until(lambda: self.there.connection_count and self.back.connection_count, LIMIT_S)
 
     def say(self, size: int = 0) -> int:
-        """Sends the next message, of so many characters; returns its number."""
+        """Send the next message, with this number of characters; return its number."""
         text = self.history.next_text("near", size)
         self.there.publish(String(text))
         return int(text.split()[1])
 
     def wait(self, number: int) -> None:
-        """Waits until that message has arrived, and the answer to it."""
+        """Wait until that message and the reply to it have arrived."""
 
         def answered() -> bool:
             came, answer = self.history.last("near", "behind"), self.history.last("behind", "near")
@@ -78,7 +78,7 @@ class Relay:
         wait_until(answered, LIMIT_S, lambda: f"no {number}; {self.counted()}")
 
     def say_until_one_comes(self) -> None:
-        """Goes on until a message was answered: links may be made again meanwhile."""
+        """Send messages until one is replied to: links may be reopened meanwhile."""
         before = self.history.last("behind", "near")
 
         def comes() -> bool:
@@ -88,7 +88,7 @@ class Relay:
         wait_until(comes, LIMIT_S)
 
     def counted(self) -> dict[str, int]:
-        """What all four ends say about drops and links that ended."""
+        """Return the counts of dropped messages and ended links of all four ends."""
         ends = [end.statistics() for end in (self.there, self.back, self.near, self.far)]
         return {key: sum(end[key] for end in ends) for key in ("dropped", "links_ended")}
 
@@ -182,7 +182,7 @@ def test_a_link_that_ends_counts_its_queued_messages(relay: Relay, proxy: FaultP
 
     assert (
         relay.there.statistics()["dropped"] > 10
-    )  # of what was published, the system and the proxy held the rest
+    )  # the system and the proxy held the other published messages
     assert relay.problems() == []
 
 
@@ -203,7 +203,7 @@ def test_corrupted_bytes_end_links_and_never_nodes(
     wait_until(lambda: not proxy.cut(), LIMIT_S)
     relay.say_until_one_comes()
 
-    # TCPROS has no checksums: what was changed within a text arrives, and is all that is wrong.
+    # TCPROS has no checksums: corrupted texts arrive, and are the only errors.
     torn = relay.history.torn
     assert len(torn) <= corrupted
     assert [line for line in relay.problems() if line not in torn and "lost" not in line] == []

@@ -1,8 +1,8 @@
-"""Ctrl-C at any moment of coming up: once is enough, and nothing is left.
+"""Ctrl-C at any moment of the start: one is enough, and no process or registration is left.
 
-A signal that comes just before the main thread begins to wait is noticed only when that wait ends, so no wait
-of the main thread may be endless. The moments below are spread over the start, and the last of them are
-those in which the waits begin. `test_ctrl_c_at_any_byte_code.py` looks at these more closely.
+A signal that arrives just before the main thread begins to wait is handled only when that wait ends, so no
+wait of the main thread may be endless. The moments below are spread over the start, and the last of them are
+those in which the waits begin. `test_ctrl_c_at_any_byte_code.py` tests these in detail.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM end an action server whose `execute_cb` works, and its shutdown hooks run."""
+"""SIGINT and SIGTERM end an action server with a running `execute_cb`, and its shutdown hooks run."""
 
 from __future__ import annotations
 

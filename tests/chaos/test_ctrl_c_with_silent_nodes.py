@@ -1,4 +1,4 @@
-"""Ctrl-C ends tools at once while nodes that accept connections and never answer hold them up."""
+"""Ctrl-C ends tools at once while they wait for nodes that accept connections and never respond."""
 
 from __future__ import annotations
 

@@ -92,7 +92,7 @@ def test_a_cut_cable_does_not_affect_others_and_the_newest_message_arrives_after
     far.wait_for("heard 200", timeout_s=30)
 
 
-def test_a_subscriber_behind_a_cut_cable_is_given_up_in_time(
+def test_a_subscriber_behind_a_cut_cable_is_dropped_in_time(
     network: FarNetwork,
     master: Master,
     node: Node,
@@ -113,7 +113,7 @@ def test_a_subscriber_behind_a_cut_cable_is_given_up_in_time(
     network.mend()
 
 
-def test_a_publisher_behind_a_cut_cable_is_given_up_and_found_again(
+def test_a_publisher_behind_a_cut_cable_is_dropped_and_reconnected(
     network: FarNetwork,
     master: Master,
     node: Node,
@@ -132,4 +132,4 @@ def test_a_publisher_behind_a_cut_cable_is_given_up_and_found_again(
     wait_until(lambda: subscriber.connection_count == 0)
     network.mend()
 
-    assert inbox.wait(2)[1].data == "hello"  # latched, by the new link
+    assert inbox.wait(2)[1].data == "hello"  # latched, over the new link

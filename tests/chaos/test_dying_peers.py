@@ -1,4 +1,4 @@
-"""Peers that die in the middle of a word, or talk nonsense: nothing of them stays."""
+"""Peers that die in the middle of a message, or send garbage, leave no resources behind."""
 
 from __future__ import annotations
 
@@ -106,7 +106,9 @@ def announce_4_gigabytes(node: Node) -> None:
 
 def die_without_reading_the_answer(node: Node) -> None:
     with connect(node) as peer:
-        peer.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # a reset at close
+        peer.setsockopt(
+            socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0)
+        )  # closing resets the connection
         peer.sendall(CALL + struct.pack("<IB", 1, 1))
 
 

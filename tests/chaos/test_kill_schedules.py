@@ -1,4 +1,4 @@
-"""Master, talker, listener, relay, launcher and recorder are killed in random order, and all comes back."""
+"""Master, talker, listener, relay, launcher and recorder are killed in random order, and recover."""
 
 from __future__ import annotations
 
@@ -127,12 +127,12 @@ class Scene:
         return self._processes.start(str(VENV_BIN / "rosbag"), *words, environment=self._environment)
 
     def has_recorded(self) -> bool:
-        """The recorder has written some chunks."""
+        """Return True if the recorder has written some chunks."""
         active = self.bags[-1].with_name(f"{self.bags[-1].stem}.bag.active")
         return active.exists() and active.stat().st_size > 50_000
 
     def kill(self, kill: Kill) -> None:
-        """Kills a victim after some messages, starts it again, and waits until all is heard and recorded."""
+        """Kill a victim after some messages, restart it, and wait until all messages are recorded."""
         self.hear_more(kill.after)
         self.kills += 1
         victim = self._running[kill.victim]
@@ -152,7 +152,7 @@ class Scene:
         wait_until(is_heard, LIMIT_S, lambda: f"nothing more of one of {before}: {self.histories}")
 
     def heard_by_listeners(self) -> list[History]:
-        """What each listener that was killed had heard. It wrote a line at once, so the kill cut none."""
+        """Return the messages of each killed listener. It wrote each line at once, so none is truncated."""
         found = []
         for file in self.heard[:-1]:
             found.append(History())
@@ -161,7 +161,7 @@ class Scene:
         return found
 
     def recorded(self, topic: str) -> list[History]:
-        """What is in the bag of each recorder that was killed; `rosbag reindex` makes an index that lacks."""
+        """Return the messages in the bag of each killed recorder, reindexed if necessary."""
         found = []
         for bag in self.bags[:-1]:
             active = bag.with_name(f"{bag.name}.active")

@@ -1,4 +1,4 @@
-"""A recording that is killed at any moment loses no more than the chunk under way.
+"""A recording that is killed at any moment loses at most the current chunk.
 
 Ten kills here; `PIPROS_KILLED_RECORDINGS=200 script/test tests/chaos/test_killed_recording.py` makes more.
 """
@@ -44,7 +44,7 @@ while True:
 
 
 def killed_after(acknowledged: int, folder: Path, compression: str) -> int:
-    """Kills a writer after a number of its reports about the file; returns the last number that it
+    """Kill a writer after a number of its reports about the file; return the last number that it
     reported."""
     argv = [sys.executable, "-c", WRITER, compression]
     with subprocess.Popen(argv, cwd=folder, stdout=subprocess.PIPE, text=True) as writer:
@@ -76,10 +76,12 @@ def test_a_killed_writer_loses_only_the_current_chunk(tmp_path: Path) -> None:
                 found += numbers(path)  # complete, with its index
                 continue
             if not path.stat().st_size:
-                continue  # killed when the file was new
+                continue  # killed just after the file was created
             rebuilt = numbers(path, is_rebuilt=True)
             try:
-                assert numbers(path) == rebuilt  # killed between its index and its name
+                assert (
+                    numbers(path) == rebuilt
+                )  # killed after the index was written, before the file was renamed
             except NotIndexed:
                 assert main(["reindex", "-q", str(path)]) == 0
                 assert numbers(path) == rebuilt

@@ -1,9 +1,8 @@
-"""Hostile, silent and broken peers of the master: it goes on answering everybody else.
+"""Hostile, silent and broken peers of the master: it continues to serve all others.
 
-The master runs in a process of its own, so that what the peers cost the test is not counted. Each
-attack goes on while a bystander asks; every answer has to come within a second, which a healthy
-master misses by a factor of a hundred (`benchmarks/master.py` has the figures) and a stuck one by
-far more.
+The master runs in its own process, so that the test's own work is not counted. A bystander calls the
+master during each attack; every response must arrive within a second. A healthy master is a hundred
+times faster (`benchmarks/master.py` has the figures), and a stuck one much slower.
 """
 
 from __future__ import annotations
@@ -50,7 +49,7 @@ class RunningMaster:
 
     @contextmanager
     def answering_meanwhile(self) -> Iterator[None]:
-        """Asks all the time until the block ends; fails if an answer was late."""
+        """Call the master continuously until the block ends; fail if a response was late."""
         end = threading.Event()
         failures: list[Exception] = []
         asked = threading.Semaphore(0)
@@ -96,7 +95,7 @@ def read_to_end(peer: socket.socket) -> bytes:
 
 
 def send_until_refused(peer: socket.socket, piece: bytes, count: int) -> int:
-    """How many pieces were taken before the master closed the connection."""
+    """Return the number of pieces sent before the master closed the connection."""
     for sent in range(count):
         try:
             peer.sendall(piece)
@@ -203,7 +202,7 @@ def test_names_of_thousands_of_parts(master: RunningMaster) -> None:
         assert far_down.get_param("/bystander") == 1
 
 
-def test_thousands_of_calls_sent_ahead_of_their_answers(master: RunningMaster) -> None:
+def test_thousands_of_pipelined_calls(master: RunningMaster) -> None:
     calls = build_request("h", "/", encode_call("getUri", ("/hasty",))) * 5_000
     with master.answering_meanwhile(), master.connect() as peer:
         sending = threading.Thread(target=lambda: (peer.sendall(calls), peer.shutdown(socket.SHUT_WR)))
@@ -223,7 +222,7 @@ def test_thousands_of_calls_sent_ahead_of_their_answers(master: RunningMaster) -
     ],
     ids=["blank lines", "small chunks"],
 )
-def test_hostile_streams_do_not_keep_it_busy(master: RunningMaster, stream: bytes, answer: bytes) -> None:
+def test_hostile_streams_do_not_block_it(master: RunningMaster, stream: bytes, answer: bytes) -> None:
     with master.answering_meanwhile(), master.connect() as peer:
         peer.sendall(stream)
         peer.shutdown(socket.SHUT_WR)
@@ -244,7 +243,7 @@ def test_hostile_streams_do_not_keep_it_busy(master: RunningMaster, stream: byte
     ],
     ids=["entities", "depth", "blanks", "blanks in a value", "angles", "no text", "multicall", "faults"],
 )
-def test_expensive_documents_do_not_keep_it_busy(master: RunningMaster, document: bytes) -> None:
+def test_expensive_documents_do_not_block_it(master: RunningMaster, document: bytes) -> None:
     with master.answering_meanwhile(), master.connect() as peer:
         peer.sendall(build_request("h", "/", document))
         peer.shutdown(socket.SHUT_WR)
@@ -271,7 +270,7 @@ def test_a_peer_that_asks_for_much_and_never_reads(master: RunningMaster) -> Non
 
 
 def told_after(master: RunningMaster, disturb: Callable[[], None]) -> None:
-    """A subscriber is notified of a new publisher although the master is disturbed."""
+    """Check that a subscriber is notified of a new publisher during the attack."""
     slave = FakeSlave()
     try:
         subscriber = MasterClient(f"http://127.0.0.1:{master.port}/", "/s", timeout_s=ANSWER_S)

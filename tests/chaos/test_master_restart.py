@@ -1,4 +1,4 @@
-"""The master is killed and started again: nodes come back to it by themselves, messages never stop."""
+"""The master is killed and restarted: nodes register again, and messages continue."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Int32: Any = load_message_class("std_msgs/Int32")
 
 
 class Scene:
-    """A master in a process of its own, nodes that count aloud on one topic, and one that listens."""
+    """A master in its own process, nodes that publish counters on one topic, and a listener."""
 
     def __init__(self, processes: Processes, port: ClaimedPort) -> None:
         self._processes = processes
@@ -73,13 +73,13 @@ class Scene:
         self.heard[counter].append(number)
 
     def is_complete(self) -> bool:
-        """All nodes are registered."""
+        """Return True if all nodes are registered."""
         publishers, subscribers, _ = self.master.get_system_state()
         counting = next((nodes for topic, nodes in publishers if topic == "/count"), [])
         return len(counting) == COUNTERS and ["/count", ["/listener"]] in subscribers
 
     def hear_more(self, count: int = 30) -> None:
-        """Waits until so many more messages of each counter were heard."""
+        """Wait until this number of further messages of each counter has arrived."""
         before = {counter: len(heard) for counter, heard in self.heard.items()}
         wait_until(lambda: all(len(self.heard[counter]) >= before[counter] + count for counter in before))
 

@@ -1,8 +1,8 @@
-"""Whatever peers do to a node, the others are answered meanwhile, and it recovers when they leave.
+"""During attacks on a node, others are served, and it recovers when the attackers leave.
 
-The node runs in a process of its own that may have 256 descriptors, which every attack exceeds. Answers may
-take long on a machine that does other things as well; a node that is locked up gives none at all.
-`benchmarks/node_attacks.py` measures how long they take.
+The node runs in its own process with 256 descriptors, which every attack exceeds. Responses may be slow on
+a machine with other load; a locked-up node does not respond at all. `benchmarks/node_attacks.py` measures
+the times.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ rospy.spin()
 
 
 class Victim:
-    """Where the node that is attacked can be reached, and the connections of the attacker."""
+    """The address of the attacked node, and the connections of the attacker."""
 
     def __init__(self, master: Master, pid: int) -> None:
         self.client = MasterClient(master.uri, "/attacker")
@@ -127,7 +127,7 @@ def half_requests(victim: Victim) -> None:
         victim.greet({"service": "/quick"}, struct.pack("<IB", 1000, 0))
 
 
-def replies_not_read(victim: Victim) -> None:
+def responses_not_read(victim: Victim) -> None:
     for _ in range(20):
         victim.greet({"service": "/large"}, struct.pack("<IB", 1, 1))
 
@@ -137,12 +137,12 @@ def topic_links(victim: Victim) -> None:
         victim.greet({"topic": "/back"})
 
 
-def idle_connections_of_the_api(victim: Victim) -> None:
+def idle_connections_to_the_slave_api(victim: Victim) -> None:
     for _ in range(MANY):
         victim.connect(victim.api_port)
 
 
-def half_requests_of_the_api(victim: Victim) -> None:
+def half_requests_to_the_slave_api(victim: Victim) -> None:
     for _ in range(MANY):
         victim.connect(victim.api_port, b"POST / HTTP/1.1\r\nContent-Length: 100\r\n\r\n<")
 
@@ -170,8 +170,14 @@ def silent_publishers(victim: Victim) -> None:
 
 ATTACKS = (
     *(connections_without_a_header, half_headers, headers_byte_by_byte, garbage, idle_service_clients),
-    *(idle_persistent_clients, half_requests, replies_not_read, topic_links, idle_connections_of_the_api),
-    *(half_requests_of_the_api, large_bodies, dead_publishers, silent_publishers),
+    *(
+        idle_persistent_clients,
+        half_requests,
+        responses_not_read,
+        topic_links,
+        idle_connections_to_the_slave_api,
+    ),
+    *(half_requests_to_the_slave_api, large_bodies, dead_publishers, silent_publishers),
 )
 
 
@@ -196,7 +202,7 @@ def test_an_attacked_node_continues_to_serve_others(
     before, rounds, is_over, failures = victim.descriptors(), [0], threading.Event(), []
 
     def look_on() -> None:
-        """Every answer comes, and the links of before are the links of now."""
+        """Check that every call gets a response, and that the links are still the same."""
         try:
             while not is_over.is_set() or rounds[0] < 3:
                 count = len(inbox.messages)

@@ -1,4 +1,4 @@
-"""Hostile, silent and broken peers of a node: it goes on for everybody else."""
+"""Hostile, silent and broken peers of a node: it continues to serve all others."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ String: Any = load_message_class("std_msgs/String")
 
 
 def assert_serves(node: Node, make_node: MakeNode, name: str = "friend") -> None:
-    """A new subscriber gets a message from the node's topic `chat`."""
+    """Check that a new subscriber gets a message of the node's topic `chat`."""
     inbox, friend = Inbox(), make_node(name)
     friend.subscribe("chat", String, inbox)
     publication = node.endpoints.publication("/chat")
@@ -41,7 +41,7 @@ def test_silent_peers_beyond_the_handshake_limit_do_not_lock_others_out(
     silent = [socket.create_connection(("127.0.0.1", node.endpoints.port), 10) for _ in range(30)]
     assert_serves(node, make_node)
     for peer in silent[:20]:
-        assert peer.recv(1) == b""  # the link that waited longest was closed
+        assert peer.recv(1) == b""  # the link that had waited longest was closed
     for peer in silent:
         peer.close()
 
@@ -69,7 +69,7 @@ def test_a_header_sent_byte_by_byte_is_a_header(make_node: MakeNode) -> None:
 
 
 class FakePublisher:
-    """A peer registered as a publisher, that sends what a test wants."""
+    """A peer registered as a publisher, which sends the bytes of a test."""
 
     def __init__(self, master: Master, body: bytes) -> None:
         from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer

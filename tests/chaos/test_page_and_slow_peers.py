@@ -1,4 +1,4 @@
-"""The page while services, or the master, do not answer."""
+"""The page while services or the master do not respond."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.support.waiting import wait_until
 
 @pytest.fixture
 def hung(ros: RosSystem) -> Iterator[HungService]:
-    """A master, and `/hung/get_loggers`, which never answers."""
+    """A master, and `/hung/get_loggers`, which never responds."""
     ros.serve_master()
     service = HungService(ros.master_uri, "/hung/get_loggers", GetLoggers._type, GetLoggers._md5sum)
     yield service
@@ -29,7 +29,7 @@ def ask_for_loggers(browser: LivePage, count: int) -> None:
         browser.socket.send(json.dumps({"id": number, "action": "loggers", "args": {"name": "/hung"}}))
 
 
-def test_a_hung_service_delays_no_other_browser(ros: RosSystem, hung: HungService) -> None:
+def test_a_hung_service_does_not_delay_other_browsers(ros: RosSystem, hung: HungService) -> None:
     page = Page(ros)
     with page.connect() as waiting, page.connect() as browser:
         ask_for_loggers(waiting, 40)

@@ -32,10 +32,10 @@ def number_of(message: Any) -> int:
 
 
 @pytest.mark.parametrize("queue_size", [None, 1, 10])
-def test_five_healthy_subscribers_miss_nothing_while_a_sixth_has_stopped_and_it_catches_up_later(
+def test_five_subscribers_miss_nothing_while_a_sixth_is_stopped_and_later_catches_up(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, queue_size: int | None
 ) -> None:
-    # One that does not read is alive all the same, and must not be taken for one that vanished.
+    # A subscriber that does not read is still alive, and must not be dropped like one that vanished.
     monkeypatch.setattr(outgoing, "CHECK_PEER_INTERVAL_S", 0.01)
     monkeypatch.setattr(sockets, "KEEPALIVE_LIMIT_S", 0.01)
     talker, listeners = (
@@ -52,7 +52,7 @@ def test_five_healthy_subscribers_miss_nothing_while_a_sixth_has_stopped_and_it_
 
         for number in range(COUNT):
             publisher.publish(numbered(number))
-            for inbox in inboxes:  # at its own pace, however fast that is
+            for inbox in inboxes:  # at its own speed
                 inbox.wait(number + 1)
         for inbox in inboxes:
             assert [number_of(message) for message in inbox.messages] == list(range(COUNT))

@@ -1,7 +1,7 @@
-"""A bag whose index lies: chunk infos, chunk headers and index records changed piece by piece.
+"""A bag with a false index: chunk infos, chunk headers and index records are mutated.
 
-An input is the kind of bag, then changes: what, of which chunk, two numbers. The bag is then read as those of
-`bags`, which says what may happen.
+An input is the kind of bag, then changes: the element, the chunk, two numbers. The bag is then read like
+those of `bags`.
 
 python -m tests.fuzz.bag_indexes --seconds 60
 """
@@ -32,7 +32,7 @@ def target(data: bytes) -> None:
 
 
 def bag_of(script: bytes) -> bytes:
-    """The bag that an input stands for."""
+    """Return the bag that an input describes."""
     base = BASES[script[0] % len(BASES) if script else 0]
     layout = BagReader(io.BytesIO(base)).layout
     data = bytearray(base[: layout.end])

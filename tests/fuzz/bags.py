@@ -1,4 +1,4 @@
-"""A bag from a stranger: its messages, or a BagError; nothing else, in bounded memory.
+"""Any bytes of a bag are messages or raise BagError, in bounded memory.
 
 python -m tests.fuzz.bags --seconds 60
 """
@@ -55,7 +55,7 @@ def _read(data: bytes, is_rebuilt: bool) -> None:
 
 
 def _repair(data: bytes) -> None:
-    """A repaired bag has an index, and all that can be read without one."""
+    """Check that a repaired bag has an index and all messages that can be read without one."""
     file = io.BytesIO(data)
     try:
         found = sum(1 for _ in BagReader(io.BytesIO(data), rebuild_index=True, limits=LIMITS).raw_messages())

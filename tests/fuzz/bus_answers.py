@@ -1,4 +1,4 @@
-"""What a node says to `getBusInfo` and `getBusStats`: an observation that the page can send, whatever it is.
+"""Any response to `getBusInfo` and `getBusStats` becomes an observation that the page can send.
 
 An input is one XML-RPC answer, a line `===`, and the other.
 

@@ -1,4 +1,4 @@
-"""Declarations that a `.cfg` program wrote: contents of a module, or the promised errors; nothing else.
+"""Any declarations written by a `.cfg` program become a module, or raise the documented errors.
 
 python -m tests.fuzz.cfg_results --seconds 60
 """

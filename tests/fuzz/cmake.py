@@ -1,6 +1,6 @@
-"""A `CMakeLists.txt` from a stranger: a project, or a CMakeError; nothing else, and not for ever.
+"""An untrusted `CMakeLists.txt` is a project or raises CMakeError, in bounded time.
 
-Commands that run programs or touch files are left out: they may do what the file says. So are regular
+Commands that run programs or touch files are excluded, because they are not restricted. So are regular
 expressions with several repetitions, which take exponential time.
 
 python -m tests.fuzz.cmake --seconds 60

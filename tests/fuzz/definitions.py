@@ -1,4 +1,4 @@
-"""Definition files from a stranger: a class that works, or a DefinitionError; nothing else.
+"""Any definition file becomes a working class, or raises DefinitionError.
 
 python -m tests.fuzz.definitions --seconds 60
 """

@@ -1,4 +1,4 @@
-"""Enums that a dynamic_reconfigure server describes: constants that every reader can use, or none.
+"""Any enum description of a dynamic_reconfigure server becomes valid constants, or none.
 
 python -m tests.fuzz.edit_methods --seconds 60
 """
@@ -28,7 +28,7 @@ def target(data: bytes) -> None:
     tracemalloc.start()
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of Python's parser
+            warnings.simplefilter("ignore")  # a warning of Python's parser
             found = constants(text)
     finally:
         peak = tracemalloc.get_traced_memory()[1]

@@ -1,4 +1,4 @@
-"""Topics of a bag from a stranger, exported: a file for each within the folder, or one error and no file.
+"""Any topics of a bag are exported to files within the folder, or refused with one error and no file.
 
 An input is topics, separated by 0xff.
 

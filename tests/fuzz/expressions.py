@@ -1,4 +1,4 @@
-"""Expressions from a stranger: a value within limits, or an ExpressionError; nothing else.
+"""Any expression has a value within limits, or raises ExpressionError.
 
 python -m tests.fuzz.expressions --seconds 60
 """
@@ -78,5 +78,5 @@ def target(data: bytes) -> None:
 
 
 if __name__ == "__main__":
-    warnings.simplefilter("ignore")  # of Python's parser, on `1if x`
+    warnings.simplefilter("ignore")  # a warning of Python's parser about `1if x`
     sys.exit(mutation.main(target, "expressions", WORDS))

@@ -1,4 +1,4 @@
-"""A launch file from a stranger: a Launch within limits, or a LaunchError; nothing else.
+"""Any launch file becomes a Launch within limits, or raises LaunchError.
 
 An input is a launch file, which may include itself as `/self.launch`.
 

@@ -1,6 +1,6 @@
-"""Names that a master lists, in what tools print: one clean line for each; completion offers legal ones only.
+"""Names listed by a master: tools print a clean line for each, completion offers only legal ones.
 
-An input is names, separated by NUL: topics, nodes, types, URIs and services by turns.
+An input is names, separated by NUL: topics, nodes, types, URIs and services in turn.
 
 python -m tests.fuzz.listings --seconds 60
 """

@@ -1,4 +1,4 @@
-"""An MCAP file from a stranger: its messages, or a BagError; nothing else, in bounded memory.
+"""Any bytes of an MCAP file are messages or raise BagError, in bounded memory.
 
 python -m tests.fuzz.mcap_files --seconds 60
 """
@@ -46,7 +46,7 @@ def target(data: bytes) -> None:
 
 
 def _repair(data: bytes) -> None:
-    """A repaired file can be read whole."""
+    """Check that a repaired file can be read completely."""
     made = io.BytesIO()
     with tempfile.NamedTemporaryFile() as file:
         file.write(data)

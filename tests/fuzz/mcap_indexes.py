@@ -1,7 +1,6 @@
-"""An MCAP file whose summary lies: chunk indexes, statistics, headers and contents changed piece by piece.
+"""An MCAP file with a false summary: chunk indexes, statistics, headers and contents are mutated.
 
-An input is changes: what, of which chunk, two numbers. The file is then read as those of `mcap_files`, which
-says what may happen.
+An input is changes: the element, the chunk, two numbers. The file is then read like those of `mcap_files`.
 
 python -m tests.fuzz.mcap_indexes --seconds 60
 """
@@ -28,7 +27,7 @@ def target(data: bytes) -> None:
 
 
 def file_of(script: bytes) -> bytes:
-    """The file that an input stands for."""
+    """Return the file that an input describes."""
     size = min(len(script) // CHANGE.size, MOST_CHANGES) * CHANGE.size
     changes = list(CHANGE.iter_unpack(script[:size]))
     parts = [chunk_of(*rest) for what, *rest in changes if what % 10 == 8]

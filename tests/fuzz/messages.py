@@ -1,4 +1,4 @@
-"""Bytes of a message from a stranger: a message, or a DeserializationError; nothing else.
+"""Any bytes are a message, or raise DeserializationError.
 
 An input names its type in the first line: `sensor_msgs/Image`, a newline, the bytes.
 

@@ -1,6 +1,6 @@
-"""Inputs for fuzz targets: a corpus, and endless mutations of it that a seed makes repeatable.
+"""Inputs for fuzz targets: a corpus, and endless mutations of it, reproducible by a seed.
 
-A target fails by any exception, by taking more than `MEMORY_BYTES`, and by taking more than `SECONDS_FOR_ONE`
+A target fails if it raises, uses more than `MEMORY_BYTES`, or takes more than `SECONDS_FOR_ONE`
 of processor time for an input. The current input is in a file, which is still there after a crash.
 """
 
@@ -30,18 +30,18 @@ class TooSlow(Exception):
 
 
 def corpus(name: str) -> list[bytes]:
-    """The inputs that were kept for a target, in a fixed order."""
+    """Return the stored inputs of a target, in a fixed order."""
     return [file.read_bytes() for file in sorted((CORPUS / name).iterdir())]
 
 
 def mutations(
     inputs: Sequence[bytes], seed: int, words: Sequence[bytes] = (), longer: Sequence[int] = ()
 ) -> Iterator[bytes]:
-    """Mutated inputs without end.
+    """Yield mutated inputs, endlessly.
 
     Args:
         words: pieces that the target knows.
-        longer: how often a piece may be repeated, besides up to 50 times.
+        longer: further numbers of repetitions of a piece, besides up to 50.
     """
     rng = random.Random(seed)  # noqa: S311
     while True:
@@ -79,7 +79,7 @@ def _mutate(
 
 @contextmanager
 def bounded() -> Iterator[None]:
-    """Raises `TooSlow` inside when it takes too long."""
+    """Raise `TooSlow` in the block if it takes too long."""
 
     def stop(*_: object) -> None:
         raise TooSlow(f"more than {SECONDS_FOR_ONE} s of processor time")
@@ -94,7 +94,7 @@ def bounded() -> Iterator[None]:
 
 
 def main(target: Target, name: str, words: Sequence[bytes] = (), longer: Sequence[int] = ()) -> int:
-    """Runs a target on its corpus and on mutations of it until the time is up or it fails."""
+    """Run a target on its corpus and on mutations of it until the time is up or it fails."""
     parser = argparse.ArgumentParser(description=f"Fuzzes {name}.")
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--seed", type=int, default=time.time_ns() % 2**32)

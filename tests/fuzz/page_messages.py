@@ -1,4 +1,4 @@
-"""Messages of any definition on the topics that the page reads: shown, or named as wrong; never an exception.
+"""Messages of any definition on topics of the page are shown, or reported as wrong, without an exception.
 
 An input is the definition, a line `===`, and the bytes.
 

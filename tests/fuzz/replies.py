@@ -1,4 +1,4 @@
-"""What a service server says to a client: header and replies, or the promised errors; nothing else.
+"""Any bytes of a service server are a header and replies, or raise the documented errors.
 
 An input is all that the server sends on one connection.
 
@@ -48,7 +48,7 @@ MEMORY_PER_BYTE = 10
 
 
 class Server:
-    """Says the same to each client, whatever it asks, and closes when the client does."""
+    """Send the same bytes to each client, and close when the client does."""
 
     def __init__(self) -> None:
         self.reply = b""

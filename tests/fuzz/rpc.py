@@ -1,4 +1,4 @@
-"""What a stranger sends to an XML-RPC server: calls, or the promised errors; nothing else.
+"""Any bytes sent to an XML-RPC server are calls, or raise the documented errors.
 
 An input is the stream of one connection. It is read in one piece and byte by byte, which must come
 to the same; each body is read by the quick and the thorough reader, which must not disagree; each
@@ -96,7 +96,7 @@ def target(stream: bytes) -> None:
 
 
 def read_requests(pieces: list[bytes]) -> tuple[list[Request], int]:
-    """The requests, and the status of the refusal that ended them (0 for none)."""
+    """Return the requests, and the status of the refusal that ended them (0 for none)."""
     reader = RequestReader(head_limit=500, body_limit=2000)
     found: list[Request] = []
     try:
@@ -127,7 +127,7 @@ def agree(quick: Any, thorough: Any, body: bytes) -> None:
 
 
 def _has_objects(value: Any) -> bool:
-    """Binary and dates show their address in their `repr`; a carriage return ends as a newline."""
+    """Normalise Binary and dates, whose `repr` has an address, and carriage returns."""
     return " at 0x" in repr(value) or "\\r" in repr(value)
 
 

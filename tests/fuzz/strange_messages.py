@@ -1,4 +1,4 @@
-"""A definition and bytes of it, both from a stranger: a message as large as its bytes, or an error.
+"""Any definition and bytes become a message in proportion to its bytes, or an error.
 
 An input is the definition, a line `===`, and the bytes.
 

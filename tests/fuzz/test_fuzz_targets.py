@@ -1,5 +1,6 @@
-"""The fuzz targets on their corpus and on some mutations of it, the same in every run; `rpc` has a file of
-its own."""
+"""The fuzz targets, on their corpus and on mutations that are the same in every run.
+
+`rpc` has its own file."""
 
 from __future__ import annotations
 
@@ -34,7 +35,7 @@ from tests.fuzz.mutation import Target, TooSlow, bounded, corpus, mutations
 
 @dataclass(frozen=True)
 class Subject:
-    """A target as a test has it: how to make it and what to end, and how many mutations are tried."""
+    """A target for a test: its creation and cleanup, and the number of mutations."""
 
     make: Callable[[], Target]
     words: Sequence[bytes]
@@ -84,8 +85,8 @@ def test_former_findings_stay_fixed(name: str, target: Target) -> None:
             target(data)
 
 
-@pytest.mark.filterwarnings("ignore::SyntaxWarning")  # of Python's parser, on `1if x`
-def test_mutations_meet_the_promised_errors_only(name: str, target: Target) -> None:
+@pytest.mark.filterwarnings("ignore::SyntaxWarning")  # a warning of Python's parser about `1if x`
+def test_mutations_raise_only_documented_errors(name: str, target: Target) -> None:
     subject = SUBJECTS[name]
     for data in itertools.islice(mutations(corpus(name), seed=1, words=subject.words), subject.count):
         with bounded():

@@ -1,4 +1,4 @@
-"""YAML from a stranger: a value within limits, or a YamlError; nothing else.
+"""Any YAML text has a value within limits, or raises YamlError.
 
 python -m tests.fuzz.yaml_texts --seconds 60
 """
@@ -45,7 +45,7 @@ def target(data: bytes) -> None:
 
 
 def values_in(value: object) -> int:
-    """Counts as the wire would, where no alias exists; ends soon behind the limit."""
+    """Count values as if aliases were written out; stop soon after the limit."""
     count = 0
     waiting = [value]
     while waiting and count <= LIMITS.yaml_values + 1:

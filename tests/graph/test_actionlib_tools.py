@@ -40,11 +40,13 @@ def test_a_script_sends_a_goal_that_a_script_answers(ros: RosSystem) -> None:
     ran = ros.pipros.start("bash", "-m", ros.home / "run.sh")
     ran.wait_for("ended 2")
     ran.wait_for("refused 2")
-    # Standard error is read by another thread than standard output.
+    # Standard error and standard output are read by different threads.
     wait_until(lambda: ran.output.count("not a valid actionlib_tutorials/FibonacciGoal") == 2)
     ran.press_ctrl_c()
 
-    assert ran.output.index("  order: 3") < ran.output.index("SUCCEEDED")  # lines of two programs may mix
+    assert ran.output.index("  order: 3") < ran.output.index(
+        "SUCCEEDED"
+    )  # lines of two programs may be mixed
     assert "  sequence: [1, 1, 2]" in ran.stdout
     assert "ended 0" in ran.stdout
 
@@ -125,7 +127,7 @@ def test_goals_are_answered_on_a_terminal_until_ctrl_c_or_the_end_of_the_node(ro
     assert terminal.wait_for_prompt() == 0
 
 
-def test_an_action_that_is_not_there_is_named(ros: RosSystem) -> None:
+def test_a_missing_action_is_named(ros: RosSystem) -> None:
     ros.pipros.start_bare_master()
     ended = ros.pipros.run("rosrun", "actionlib_tools", "axclient.py", "/nothing")
     assert ended.returncode == 2

@@ -1,4 +1,4 @@
-"""Commands that a script starts with `&`: shells set SIGINT to ignored, and nodes end on it nevertheless."""
+"""Commands that a script starts with `&` end on SIGINT, although the shell made them ignore it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ rospy.spin()
 
 
 def start_in_background(ros: RosSystem, command: str) -> tuple[Process, int]:
-    """The shell of a script, and the process of its background job."""
+    """Return the shell of a script, and the process of its background job."""
     shell = ros.pipros.start("sh", "-c", f"{command} & echo job $!; wait $!; echo code $?")
     return shell, int(shell.wait_for(r"^job (\d+)$")[1])
 

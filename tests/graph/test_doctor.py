@@ -1,4 +1,4 @@
-"""`pipros doctor` on running systems: no finding in a healthy one, and each planted fault in others."""
+"""`pipros doctor` on running systems: it finds each planted fault, and nothing in a healthy system."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ NOBODY = "http://127.0.0.1:1/"
 
 @pytest.fixture(autouse=True)
 def no_other_ros(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The machine itself is healthy: what is set in the terminal of the tests does not count."""
+    """A healthy machine: variables in the terminal of the tests are ignored."""
     for name in (
         "ROS_HOSTNAME",
         "ROS_IP",
@@ -48,7 +48,7 @@ def no_other_ros(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class FakeNode:
-    """The slave API of a node, by a table of answers."""
+    """The slave API of a node, from a table of responses."""
 
     def __init__(self, **values: Any) -> None:
         self._loop = BackgroundLoop("fake node")
@@ -75,7 +75,7 @@ def talker_and_listener(master: Master, make_node: MakeNode) -> None:
 
 @pytest.fixture
 def sick_system(master: Master, make_node: MakeNode, talker_and_listener: None) -> Iterator[None]:
-    """A talker and a listener that are well, and a dozen faults around them."""
+    """A healthy talker and listener, and a dozen faults around them."""
     sick = make_node("sick")
 
     def publish(node: str, topic: str, type_name: str, api: str) -> None:
@@ -220,7 +220,7 @@ def test_invalid_arguments_exit_with_2(words: list[str]) -> None:
     assert end.value.code == 2
 
 
-def test_a_setup_with_faults_is_read_as_it_is(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_faults_of_a_setup_are_reported(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     genuine = tmp_path / "genuine"
     (genuine / "rospy").mkdir(parents=True)
     (genuine / "rospy" / "__init__.py").write_text("")

@@ -25,7 +25,7 @@ SetBool: Any = load_service_class("std_srvs/SetBool")
 
 @pytest.fixture
 def master(monkeypatch: pytest.MonkeyPatch) -> Iterator[Master]:
-    # As on a machine whose /etc/hosts knows localhost by its IPv4 address only.
+    # As on a machine whose /etc/hosts has only an IPv4 address for localhost.
     monkeypatch.setattr(address, "_means_ipv6_loopback", lambda _name: False)
     with Master(port=0, environment=Environment(ipv6=True)) as running:
         yield running
@@ -86,7 +86,7 @@ def test_this_computer_is_admitted_by_ipv4_if_only_another_network_is_allowed() 
         assert MasterClient(f"http://127.0.0.1:{master.port}", "/test", timeout_s=10).get_pid()
 
 
-def test_a_port_that_is_taken_at_one_of_the_addresses_is_an_error_and_leaves_nothing_open() -> None:
+def test_a_port_in_use_at_one_address_is_an_error_and_leaves_no_socket_open() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         master = Master(port=port, environment=Environment(ipv6=True))

@@ -162,16 +162,14 @@ def test_it_launches_once(ros: RosSystem, parent: Parent, package: Path) -> None
         ),
     ],
 )
-def test_options_that_do_not_go_together_are_refused(
-    ros: RosSystem, words: list[str], complaint: str
-) -> None:
+def test_incompatible_options_are_refused(ros: RosSystem, words: list[str], complaint: str) -> None:
     ended = ros.pipros.run("roslaunch", *words)
     assert ended.returncode == 2
     assert f"roslaunch: error: {complaint}" in ended.stderr
 
 
 @pytest.mark.parametrize("uri", ["http://127.0.0.1:1/", "nonsense"])
-def test_a_parent_that_is_not_there_is_named(ros: RosSystem, uri: str) -> None:
+def test_a_missing_parent_is_named(ros: RosSystem, uri: str) -> None:
     ended = ros.pipros.run("roslaunch", "-c", "x", "-u", uri, "--run_id", "r")
     assert ended.returncode == 1
     assert uri in ended.output

@@ -81,7 +81,7 @@ parent.spin()
     ) == ["> n-2 3"]
 
 
-def test_nodes_are_watched_and_restarted_while_a_script_does_something_else(
+def test_nodes_are_monitored_and_restarted_while_a_script_does_other_work(
     ros: RosSystem, package: Path
 ) -> None:
     assert run(
@@ -126,7 +126,7 @@ parent.shutdown()
     ) == ["> 7 5 a-2"]
 
 
-def test_a_script_has_a_monitor_and_processes_of_its_own(ros: RosSystem, package: Path) -> None:
+def test_a_script_can_have_its_own_monitor_and_processes(ros: RosSystem, package: Path) -> None:
     assert run(
         ros,
         package,

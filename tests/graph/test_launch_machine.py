@@ -1,4 +1,4 @@
-"""Nodes on other machines. The ssh client of these tests runs the command here, not on the far side."""
+"""Nodes on other machines. The ssh client of these tests runs the command on this machine."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_a_node_of_another_machine_runs_there_with_its_environment(ros: RosSyste
     assert running.wait() == 0
 
 
-def test_local_leaves_the_other_machines_out(ros: RosSystem, file: Path) -> None:
+def test_local_ignores_other_machines(ros: RosSystem, file: Path) -> None:
     running = ros.pipros.start("roslaunch", "--local", file)
     running.wait_for(r"^local of 3")
     assert "ssh was called" not in running.output

@@ -162,7 +162,7 @@ def test_roslaunch_ends_with_its_nodes_when_the_master_is_not_its_own(ros: RosSy
     assert not any("auto-starting" in line for line in running.stdout)
 
 
-def test_background_processes_of_a_script_are_ended_too(ros: RosSystem, package: Path) -> None:
+def test_background_processes_of_a_script_are_ended(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, node("leaves_child"))
     pid = int(running.wait_for(r"ready (\d+)")[1])
     running.wait_for("process has finished cleanly")
@@ -244,7 +244,7 @@ def test_a_launch_without_nodes_ends_at_once_on_the_master_of_others(ros: RosSys
     assert "\033[1mNo processes to monitor\033[0m" in running.stdout
 
 
-def test_verbose_prints_the_files_parameters_and_nodes_read(ros: RosSystem, package: Path) -> None:
+def test_verbose_prints_the_files_parameters_and_nodes(ros: RosSystem, package: Path) -> None:
     ros.pipros.start_master()
     running = launch(ros, package, '<param name="p" value="1"/>' + node("ends"), "-v", "--wait", "--local")
     assert running.wait() == 0
@@ -376,7 +376,7 @@ def test_a_master_can_be_opened_to_the_network_on_purpose(ros: RosSystem) -> Non
     core.wait_for("master listens on 0.0.0.0, open to everybody who can reach this computer")
 
 
-def test_the_pid_file_exists_while_it_runs(ros: RosSystem, package: Path) -> None:
+def test_the_pid_file_exists_while_roscore_runs(ros: RosSystem, package: Path) -> None:
     file = ros.home / "pid"
     running = launch(ros, package, node("sleeper"), f"--pid={file}")
     running.wait_for("ready")
@@ -406,9 +406,7 @@ def test_roscore_keeps_a_pid_file_and_a_log_of_its_master(ros: RosSystem) -> Non
 
 
 @pytest.mark.parametrize("variable", ["ROS_HOSTNAME", "ROS_IP"])
-def test_a_host_name_that_does_not_lead_to_this_computer_is_refused_at_once(
-    ros: RosSystem, variable: str
-) -> None:
+def test_a_host_name_of_another_computer_is_refused_at_once(ros: RosSystem, variable: str) -> None:
     core = ros.pipros.run("roscore", "-p", str(ros.port), **{variable: "no.such.host.invalid"})
     assert core.returncode == 1
     assert re.search(

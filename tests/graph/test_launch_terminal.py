@@ -48,7 +48,7 @@ def test_nodes_can_write_to_the_terminal_themselves(ros: RosSystem, file: Path) 
     assert terminal.wait_for_prompt() == 0
 
 
-def test_without_a_terminal_the_output_is_the_nodes_own(ros: RosSystem, file: Path) -> None:
+def test_without_a_terminal_the_output_has_no_prefix(ros: RosSystem, file: Path) -> None:
     running = ros.pipros.start("roslaunch", file)
     running.wait_for("^b complains$")
     assert "b complains" in running.stderr

@@ -22,7 +22,7 @@ print(GREETING, Level(level="x").level, Level._md5sum, flush=True)
 
 @pytest.fixture
 def workspace(ros: RosSystem) -> Path:
-    """A workspace with a package of a message, a module and a script; nothing is built yet."""
+    """A workspace with a package that has a message, a module and a script; not built yet."""
     base = ros.home / "catkin_ws"
     package = base / "src" / "talkers"
     for folder in ("msg", "scripts", "src/talkers"):

@@ -35,14 +35,14 @@ def master() -> Iterator[Master]:
         yield running
 
 
-def test_a_master_is_found_where_it_says_and_where_localhost_leads(master: Master) -> None:
+def test_a_master_is_found_at_its_uri_and_at_localhost(master: Master) -> None:
     assert master.uri == f"http://{DEBIANS}:{master.port}/"
     assert master.binding == "listens on 127.0.1.1 and 127.0.0.1, for this computer only"
     for host in (DEBIANS, "localhost", "127.0.0.1"):
         assert MasterClient(f"http://{host}:{master.port}", "/test", timeout_s=10).get_uri() == master.uri
 
 
-def test_nodes_and_services_are_found_where_they_say(master: Master) -> None:
+def test_nodes_and_services_are_found_at_their_addresses(master: Master) -> None:
     environment = Environment(master_uri=f"http://localhost:{master.port}", ip=DEBIANS)
     inbox = Inbox()
     with Node("one", environment=environment) as one, Node("two", environment=environment) as two:
@@ -66,7 +66,7 @@ def test_a_master_is_found_by_names_that_mean_loopback(monkeypatch: pytest.Monke
             assert MasterClient(f"http://{host}:{master.port}", "/test", timeout_s=10).get_pid()
 
 
-def test_a_master_that_is_to_listen_at_one_address_listens_there_only() -> None:
+def test_a_master_with_one_bind_address_listens_only_there() -> None:
     only = Master(port=0, host="127.0.0.1", environment=Environment(ip=DEBIANS))
     with only as master, pytest.raises(ConnectionRefusedError):
         socket.create_connection((DEBIANS, master.port), 10)
@@ -102,5 +102,5 @@ def test_roscore_is_found_where_the_variables_lead(
         ("192.0.2.1", "0.0.0.0"),  # noqa: S104
     ],
 )
-def test_the_bind_address_covers_the_advertised_one(address: str, bound: str) -> None:
+def test_the_bind_address_includes_the_advertised_one(address: str, bound: str) -> None:
     assert rosgraph.network.get_bind_address(address) == bound

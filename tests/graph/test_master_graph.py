@@ -39,7 +39,7 @@ def slave() -> Iterator[FakeSlave]:
 
 @pytest.fixture
 def quick_master() -> Iterator[Master]:
-    """A master that notices within a moment that a node has gone."""
+    """A master that quickly detects a dead node."""
     probing = Probing(round_s=0.1, newcomers_s=0.05, answer_s=0.3, confirmation_pause_s=0.02)
     with Master(port=0, probing=probing) as running:
         yield running
@@ -64,7 +64,7 @@ def test_the_master_answers_from_start_to_stop() -> None:
     master.stop()
 
 
-def test_a_port_that_is_taken_is_an_error_and_leaves_nothing_behind(master: Master) -> None:
+def test_a_port_in_use_is_an_error_and_leaves_no_resources(master: Master) -> None:
     threads = threading.active_count()
     with pytest.raises(OSError, match=r"in use"):
         Master(port=master.port).start()
@@ -109,7 +109,7 @@ def test_a_large_parameter_reaches_all_its_subscribers(master: Master) -> None:
         slave.stop()
 
 
-def test_thousands_of_notices_of_one_call_arrive_and_later_ones_behind_them(
+def test_thousands_of_notifications_of_one_call_arrive_before_later_ones(
     master: Master, slave: FakeSlave
 ) -> None:
     keys = [f"/w/{number}" for number in range(900)]
@@ -158,7 +158,7 @@ def test_a_node_that_hung_receives_the_current_state_and_not_every_missed_notice
     slave.stop()
 
 
-def test_a_duplicate_name_shuts_the_former_node_down(master: Master) -> None:
+def test_a_duplicate_name_shuts_down_the_former_node(master: Master) -> None:
     former, successor = FakeSlave(name="/n"), FakeSlave(name="/n")
     client(master, "/n").register_publisher("/t", "x/Y", former.api)
     client(master, "/n").register_publisher("/u", "x/Y", successor.api)
@@ -174,7 +174,7 @@ def test_a_duplicate_name_shuts_the_former_node_down(master: Master) -> None:
 def test_a_node_that_registers_while_it_is_shut_down_does_not_end_its_successor(
     master: Master,
 ) -> None:
-    """As roscpp nodes do: they subscribe to a parameter when they log that they are to end."""
+    """Like a roscpp node, which subscribes to a parameter when it logs the shutdown request."""
 
     def subscribe() -> list[object]:
         client(master, "/n").subscribe_param(former.api, "/rosout_disable_topics_generation")
@@ -213,7 +213,7 @@ def test_a_node_whose_port_went_to_another_process_is_removed(quick_master: Mast
     slave.stop()
 
 
-def test_a_node_that_is_only_silent_is_kept_and_shown_as_unreachable(quick_master: Master) -> None:
+def test_a_silent_node_is_kept_and_shown_as_unreachable(quick_master: Master) -> None:
     silent = SilentSlave()
     client(quick_master, "/silent").register_publisher("/t", "x/Y", silent.api)
     wait_until(lambda: figures(quick_master)["unreachable_nodes"] == ["/silent"])

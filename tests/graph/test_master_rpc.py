@@ -23,7 +23,7 @@ from tests.support.waiting import wait_until
 
 
 class Serving:
-    """A server on a loop of its own, with a few methods to call."""
+    """A server on its own loop, with a few methods."""
 
     def __init__(self, **options: Any) -> None:
         self.loop = BackgroundLoop("rpc test")
@@ -55,7 +55,7 @@ class Serving:
         return "waited"
 
     def hold(self) -> bool:
-        """Block the event loop, so that it receives all requests of the meantime at once."""
+        """Block the event loop, so that it afterwards receives all requests at once."""
         self.is_held.set()
         return self.may_go_on.wait(10)
 
@@ -122,7 +122,7 @@ def test_a_failed_call_is_a_fault_with_the_text_of_pythons_server(
     assert (caught.value.code, caught.value.text) == (1, text)
 
 
-def test_a_wrong_number_of_parameters_is_an_answer_of_the_ros_kind(serving: Serving) -> None:
+def test_a_wrong_number_of_arguments_is_a_ros_error_response(serving: Serving) -> None:
     with RpcClient(serving.uri) as client:
         for params in ((), (1, 2, 3)):
             assert client.call("add", *params) == [-1, "Error: bad call arity", 0]
@@ -172,7 +172,7 @@ def note(text: str) -> bytes:
 
 
 @pytest.mark.parametrize("ending", [b"", b"Connection: close\r\n"])
-def test_large_answers_arrive_whole_at_a_peer_that_reads_slowly(serving: Serving, ending: bytes) -> None:
+def test_a_peer_that_reads_slowly_gets_large_responses_complete(serving: Serving, ending: bytes) -> None:
     large = "x" * 3_000_000
     call = request("echo", large)
     with serving.connect() as peer:
@@ -185,7 +185,7 @@ def test_large_answers_arrive_whole_at_a_peer_that_reads_slowly(serving: Serving
     assert serving.noted == ([] if ending else ["behind"])
 
 
-def test_a_call_that_waits_holds_up_only_its_own_connection(serving: Serving) -> None:
+def test_a_waiting_call_delays_only_its_own_connection(serving: Serving) -> None:
     with RpcClient(serving.uri, timeout_s=10) as client:
         answer: list[Any] = []
         waiting = threading.Thread(target=lambda: answer.append(client.call("wait")))
@@ -198,7 +198,7 @@ def test_a_call_that_waits_holds_up_only_its_own_connection(serving: Serving) ->
         assert answer == ["waited"]
 
 
-def test_large_values_go_both_ways_and_small_calls_pass_them(serving: Serving) -> None:
+def test_small_calls_overtake_large_values_in_both_directions(serving: Serving) -> None:
     value = {f"key_{number}": [number, "x" * 50] for number in range(20_000)}
     with RpcClient(serving.uri, timeout_s=30) as client:
         assert client.call("echo", value) == value
@@ -291,7 +291,7 @@ def test_requests_before_garbage_are_answered_before_the_garbage_is_refused(serv
     assert answers.index(b"waited") < answers.index(b"second") < answers.index(b"400 Bad Request")
 
 
-def test_a_peer_that_takes_too_long_over_a_request_is_closed() -> None:
+def test_a_peer_with_a_slow_request_is_closed() -> None:
     serving = Serving(limits=Limits(request_s=0.1))
     with serving.connect() as slow, serving.connect() as idle:
         slow.sendall(b"POST / HTT")
@@ -332,7 +332,7 @@ def test_the_connection_idle_longest_is_closed_for_a_new_one() -> None:
     serving.close()
 
 
-def test_idle_connections_are_closed_after_their_time_and_clients_do_not_notice() -> None:
+def test_idle_connections_are_closed_without_affecting_clients() -> None:
     serving = Serving(limits=Limits(idle_s=0.05))
     with RpcClient(serving.uri, timeout_s=10) as client:
         assert client.call("echo", 1) == 1
@@ -375,7 +375,7 @@ def test_an_unreachable_server_raises_with_the_reason() -> None:
     assert isinstance(caught.value.__cause__, ConnectionRefusedError)
 
 
-def test_a_server_that_is_silent_is_unreachable_when_the_time_is_over() -> None:
+def test_a_silent_server_is_unreachable_after_the_timeout() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         uri = f"http://127.0.0.1:{listener.getsockname()[1]}/"
         with pytest.raises(Unreachable, match="no answer in time"):
@@ -429,7 +429,7 @@ def test_the_asyncio_client_keeps_its_connection_and_replaces_a_closed_one(servi
     assert serving.server.connections.accepted == 2
 
 
-def test_a_multicall_whose_answers_are_too_large_together_is_cut_short() -> None:
+def test_a_multicall_with_too_large_responses_is_truncated() -> None:
     serving = Serving(limits=Limits(multicall_answer_bytes=10_000))
     with RpcClient(serving.uri, timeout_s=10) as client:
         call = {"methodName": "echo", "params": ["x" * 4000]}

@@ -33,7 +33,7 @@ def test_playing_an_illegal_topic_is_one_error(
     assert (done.returncode, done.output) == (0, "")
 
 
-def test_a_name_that_no_call_can_carry_is_reported_and_the_node_ends_properly(
+def test_a_name_that_cannot_be_encoded_is_reported_and_the_node_ends_properly(
     master: Master, make_node: MakeNode, caplog: pytest.LogCaptureFixture
 ) -> None:
     node = make_node("talker")
@@ -51,7 +51,7 @@ def test_a_name_that_no_call_can_carry_is_reported_and_the_node_ends_properly(
 
 
 def test_a_failing_shutdown_still_closes_the_loop(master: Master, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Otherwise the loop would go on, and watch a socket of the signals that is closed by then."""
+    """Otherwise the loop would continue with a closed signal socket."""
 
     def fail(_: Any) -> None:
         raise RuntimeError("of the test")

@@ -104,7 +104,7 @@ def test_a_probe_connects_without_a_call(make_node: MakeNode) -> None:
     assert service.calls == 0
 
 
-def test_a_name_can_be_served_once_and_again_when_given_up(make_node: MakeNode) -> None:
+def test_a_name_can_be_served_again_after_shutdown(make_node: MakeNode) -> None:
     node = make_node("node")
     first = node.serve("set", SetBool, answer("1"))
     with pytest.raises(NameInUse, match=r"service \[/set\] already registered"):
@@ -115,7 +115,7 @@ def test_a_name_can_be_served_once_and_again_when_given_up(make_node: MakeNode) 
     assert node.client("set", SetBool).call(ON).message == "2"
 
 
-def test_a_slow_handler_holds_up_no_other_call(make_node: MakeNode) -> None:
+def test_a_slow_handler_does_not_delay_other_calls(make_node: MakeNode) -> None:
     server, client, gate = make_node("server"), make_node("client"), threading.Event()
     entered = threading.Event()
 

@@ -62,7 +62,7 @@ def test_messages_of_a_dense_run_share_packets_unless_the_subscriber_wants_no_de
     hasty.subscribe("chat", Int32, inboxes[1], tcp_nodelay=True)
     publisher = talker.advertise("chat", Int32, queue_size=0)
     wait_until_connected(publisher, 2)
-    changes.clear()  # whatever new links are set to
+    changes.clear()  # whatever the setting for new links
     sent = 0
 
     def publish_closely() -> bool:
@@ -223,7 +223,7 @@ def test_a_slow_subscriber_does_not_delay_the_others(make_node: MakeNode) -> Non
     gate.set()
 
 
-def test_a_restarted_publisher_is_received_again(make_node: MakeNode) -> None:
+def test_messages_of_a_restarted_publisher_are_received(make_node: MakeNode) -> None:
     listener, inbox = make_node("listener"), Inbox()
     listener.subscribe("chat", String, inbox)
     for round_number in range(3):
@@ -258,7 +258,7 @@ def test_a_subscriber_without_a_thread_for_a_publisher_tries_again(
     assert "can't start new thread" in lines[0]
 
 
-def test_a_link_made_during_interpreter_shutdown_is_dropped_silently(
+def test_a_link_opened_during_interpreter_shutdown_is_dropped_silently(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     refused = threading.Event()
@@ -282,7 +282,7 @@ def test_a_link_made_during_interpreter_shutdown_is_dropped_silently(
 def test_a_publisher_announced_during_the_registration_of_a_subscriber_is_received(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The master announces it before its own answer, without it, is read."""
+    """The master announces the publisher before its response, which lacks it, is read."""
     asked, may_answer = threading.Event(), threading.Event()
 
     async def request_topic(*_: Any) -> list[Any]:
@@ -311,7 +311,7 @@ def test_a_publisher_announced_during_the_registration_of_a_subscriber_is_receiv
             talker.advertise("/chatter", String, latch=True).publish(String("here"))
             monkeypatch.setattr(listener.master, "register_subscriber", register_slowly)
             listener.subscribe("/chatter", String, inbox)
-            with RpcClient(listener.uri) as client:  # its answer comes after the list was taken over
+            with RpcClient(listener.uri) as client:  # its response arrives after the list was accepted
                 client.call("getPid", "/test")
             may_answer.set()
             assert inbox.wait()[0].data == "here"
@@ -349,7 +349,7 @@ def test_an_exception_in_a_callback_is_logged_and_the_next_is_called(make_node: 
     assert lines[0].startswith("bad callback:")
 
 
-def test_a_failed_publish_sends_nothing_and_spoils_nothing(make_node: MakeNode) -> None:
+def test_a_failed_publish_sends_nothing_and_does_not_affect_the_next(make_node: MakeNode) -> None:
     talker, listener, inbox = make_node("talker"), make_node("listener"), Inbox()
     listener.subscribe("n", Int32, inbox)
     publisher = talker.advertise("n", Int32)
@@ -380,7 +380,7 @@ def test_one_node_cannot_use_a_topic_with_two_types(make_node: MakeNode) -> None
         node.subscribe("chat", Int32, print)
 
 
-def test_a_node_forgotten_by_its_master_registers_again_and_links_carry_on(
+def test_a_node_that_its_master_lost_registers_again_and_keeps_its_links(
     make_node: MakeNode, master: Master
 ) -> None:
     talker, listener, inbox = make_node("talker"), make_node("listener"), Inbox()
@@ -401,7 +401,7 @@ def test_a_node_forgotten_by_its_master_registers_again_and_links_carry_on(
         assert again.uri == client.uri
 
 
-def test_the_end_of_a_node_leaves_nothing_at_the_master(make_node: MakeNode) -> None:
+def test_a_node_that_ends_leaves_no_registrations(make_node: MakeNode) -> None:
     node, observer = make_node("node"), make_node("observer")
     node.advertise("a", String)
     node.subscribe("b", String, print)

@@ -26,18 +26,18 @@ HOST = "127.0.0.2"
 
 pytestmark = [
     pytest.mark.skipif(sys.platform != "linux", reason="127.0.0.2 is an address on Linux only"),
-    # Python 3.10 warns of a transport that was aborted, which is how a refused handshake ends.
+    # Python 3.10 warns about an aborted transport, with which a refused handshake ends.
     pytest.mark.filterwarnings("ignore:unclosed transport <asyncio.sslproto:ResourceWarning"),
 ]
 
 
 def trusting() -> ssl.SSLContext:
-    """Trusts the test's certificate, and checks names."""
+    """Trust the test's certificate, and check names."""
     return ssl.create_default_context(cafile=str(CERTIFICATES / "cert.pem"))
 
 
 async def about(place: str, token: str, scheme: str) -> Any:
-    """What the server sends the page about itself, over TLS. The threaded client loses requests there."""
+    """Return the server's first update, over TLS, where the threaded client loses requests."""
     async with connect(
         f"wss://{place}/live",
         origin=Origin(f"{scheme}://{place}"),
@@ -80,7 +80,7 @@ def test_a_certificate_makes_everything_https(ros: RosSystem, tmp_path: Path, is
         asyncio.run(about(url.netloc, token, "http"))
     assert refused.value.response.status_code == 403
     del refused
-    gc.collect()  # that transport, while its warning is ignored
+    gc.collect()  # collect that transport while its warning is ignored
 
     plain = http.client.HTTPConnection(url.netloc, timeout=30)
     plain.request("GET", "/")

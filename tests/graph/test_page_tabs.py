@@ -122,7 +122,7 @@ CHANGES = {
 }
 
 
-def test_a_read_only_page_changes_nothing(robot: RosSystem) -> None:
+def test_a_read_only_page_cannot_change_anything(robot: RosSystem) -> None:
     with Page(robot).connect() as browser:
         for action, arguments in CHANGES.items():
             assert "start it with --control" in browser.act(action, **arguments)["error"]
@@ -152,7 +152,7 @@ def test_a_page_with_control_changes_parameters_loggers_and_calls(robot: RosSyst
         )
 
 
-def test_publishing_ends_with_the_browser(robot: RosSystem) -> None:
+def test_publishing_stops_when_the_browser_disconnects(robot: RosSystem) -> None:
     page = Page(robot, "--control")
     with page.connect() as browser:
         bad = browser.watch("publishing", name="/x", type="std_msgs/String", message="wrong: y", rate=0)
@@ -190,7 +190,7 @@ def test_each_command_opens_its_tab(ros: RosSystem, command: tuple[str, ...], pl
 
 @pytest.mark.parametrize("package", ["rqt_reconfigure", "rqt_graph", "rqt_gui"])
 def test_tools_are_found_in_their_packages(ros: RosSystem, package: str) -> None:
-    """As documents start them, with the arguments that roslaunch adds to a node."""
+    """Started as in documents, with the arguments that roslaunch adds to a node."""
     tool = ros.pipros.start("rosrun", package, package, "--no-browser", "__name:=tool", "__log:=/tmp/x.log")
     address = tool.wait_for(r"http\S+")[0]
     assert address.endswith({"rqt_reconfigure": "/reconfigure"}.get(package, "/graph"))
@@ -211,7 +211,7 @@ while not rospy.is_shutdown():
 """
 
 
-def test_a_stuck_browser_delays_no_other_and_costs_little_memory(ros: RosSystem) -> None:
+def test_a_stuck_browser_does_not_delay_others_and_costs_little_memory(ros: RosSystem) -> None:
     ros.pipros.start_bare_master()
     ros.pipros.start(sys.executable, "-c", LARGE_IMAGES)
     ros.wait_for_publisher("/image")

@@ -44,7 +44,7 @@ Run = Callable[..., pytest.RunResult]
 
 @pytest.fixture
 def run(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> Run:
-    """pytest with the plugin, in a process and a folder of its own, which is a package too."""
+    """pytest with the plugin, in its own process and folder, which is also a package."""
     monkeypatch.setenv("ROS_HOME", str(pytester.path / ".ros"))
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"{pytester.path}:{EXAMPLES}")
     for name, content in {"package.xml": MANIFEST, "t.py": TEST, "level.test": LAUNCH}.items():

@@ -108,7 +108,7 @@ def test_a_missing_library_is_named_with_its_extra(module: str) -> None:
 
 
 def test_a_publish_frequency_beyond_reason_is_limited(ros: RosSystem) -> None:
-    """The program prints the period of its timer."""
+    """Check that the program prints the period of its timer."""
     ros.serve_master()
     ros.pipros.run(
         *("rosparam", "set", "robot_description"),

@@ -38,7 +38,7 @@ def start(ros: RosSystem, master: Master, *words: str) -> Process:
 
 
 def publish(node: Node, topic: str, messages: list[Any], **options: Any) -> None:
-    """Publishes to the one subscriber that comes."""
+    """Publish to the only subscriber."""
     publisher = node.advertise(topic, type(messages[0]), queue_size=None, **options)
     wait_until(lambda: publisher.connection_count, what=f"a subscriber of {topic}")
     for message in messages:
@@ -51,7 +51,7 @@ def recorded(path: Path) -> list[tuple[str, Any]]:
 
 
 def message_count(active: Path) -> int:
-    """The messages in a file that is being written."""
+    """Return the messages in a file that is being written."""
     with BagReader(active, rebuild_index=True) as bag:
         return bag.message_count
 
@@ -144,7 +144,7 @@ def test_snapshots_are_written_on_request(ros: RosSystem, master: Master, talker
     found: list[list[tuple[str, Any]]] = []
 
     def ask_until(newest: int) -> None:
-        """Takes snapshots until this number is in one."""
+        """Take snapshots until this number is in one."""
         number.publish(Int32(newest))
         while not any(("/number", newest) in rows for rows in found):
             answer = take.call(Trigger._request_class(), timeout_s=30)
@@ -198,7 +198,7 @@ def test_a_killed_recording_loses_only_the_current_chunk(
 def test_a_full_disk_leaves_a_valid_bag_and_disturbs_no_publisher(
     ros: RosSystem, master: Master, talker: Node
 ) -> None:
-    """No file of this shell may have more than 2 MB, which is to a program what a full disk is."""
+    """Limit files of this shell to 2 MB, which programs see as a full disk."""
     limited = "ulimit -f 2000 && exec rosbag record -L 1 --chunksize 100 -O full /text"
     record = ros.pipros.start("bash", "-c", limited, ROS_MASTER_URI=master.uri)
     text = "x" * 10_000
@@ -356,7 +356,7 @@ def test_launch_files_and_rosrun_know_record_and_play(
 
 
 class _Keys:
-    """A keyboard on which keys are pressed by the test, and a display that counts."""
+    """A keyboard whose keys the test presses, and a display that counts lines."""
 
     def __init__(self) -> None:
         self.pressed: list[str] = []
@@ -408,10 +408,10 @@ def test_a_topic_pauses_the_playback(make_node: MakeNode, tmp_path: Path) -> Non
         assert not playing.is_alive()
 
 
-def test_latched_topics_last_long_enough_for_a_search_once_a_second(
+def test_latched_topics_exist_long_enough_for_a_search_every_second(
     make_node: MakeNode, tmp_path: Path
 ) -> None:
-    """Genuine `record -a` does, so a bag that was played within less had a chance of being missed."""
+    """Genuine `record -a` searches every second, and might miss a bag that plays for less."""
     with (tmp_path / "in.bag").open("w+b") as file:
         writer = BagWriter(file)
         for topic, latching in (("/number", "0"), ("/fixed", "1")):

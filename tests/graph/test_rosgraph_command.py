@@ -1,4 +1,4 @@
-"""`rosgraph`: nodes and connections, until the master is gone."""
+"""`rosgraph`: nodes and connections, until the master ends."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def test_ctrl_c_ends_an_endless_ping_with_the_average(client: MasterClient, make
     assert lines[-1].startswith("ping average: ")
 
 
-def test_a_node_that_does_not_answer_is_given_up(
+def test_an_unresponsive_node_is_abandoned(
     client: MasterClient, master: Master, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(pinging, "TIMEOUT_S", 0.1)

@@ -1,4 +1,4 @@
-"""A rospy process from start to end: signals at any moment, exit codes, and nothing left behind."""
+"""A rospy process from start to end: signals at any moment, exit codes, and no remaining registrations."""
 
 from __future__ import annotations
 
@@ -103,19 +103,6 @@ def test_a_wait_interrupted_by_a_signal_raises_noetics_exception(
     assert error in node.output
 
 
-def test_ctrl_c_ends_a_node_that_waits_for_a_master(processes: Processes, tmp_path: Path) -> None:
-    uri = "http://127.0.0.1:1"
-    node = start(processes, tmp_path, uri, HEAD + SPIN)
-    node.wait_for(
-        rf"Unable to register with master node \[{uri}\]: master may not be running yet. Will keep trying."
-    )
-    node.send_signal(signal.SIGINT)
-    assert node.wait(5) == INTERRUPTED
-    assert (
-        "ROSInitException" in node.output or "init_node interrupted before it could complete" in node.output
-    )
-
-
 def test_shutdown_does_not_join_a_thread_that_was_not_started(
     processes: Processes, tmp_path: Path, master: Master
 ) -> None:
@@ -170,7 +157,7 @@ def test_a_second_ctrl_c_ends_a_node_whose_hook_hangs(
     node.send_signal(signal.SIGINT)
     node.wait_for("hanging")
 
-    def press_again() -> bool:  # once more if it came so soon that it counted as the first
+    def press_again() -> bool:  # once more if it followed so quickly that it counted as the first
         node.send_signal(signal.SIGINT)
         return not node.is_running
 
@@ -214,7 +201,7 @@ def test_a_node_waits_for_its_master_and_continues_when_it_starts(
         assert node.wait(5) == 0
 
 
-def test_a_script_that_just_ends_leaves_nothing_at_the_master(
+def test_a_script_that_returns_leaves_no_registrations(
     processes: Processes, tmp_path: Path, master: Master, client: MasterClient
 ) -> None:
     node = start(processes, tmp_path, master.uri, HEAD + "rospy.Publisher('a', String, queue_size=1)")
@@ -255,7 +242,7 @@ rospy.spin()
     assert "hook False" in node.output
 
 
-def test_a_signal_is_handled_while_others_own_the_wakeup_descriptor(
+def test_a_signal_is_handled_while_another_library_owns_the_wakeup_descriptor(
     processes: Processes, tmp_path: Path, master: Master
 ) -> None:
     body = """

@@ -74,7 +74,7 @@ def test_a_missing_prefix_command_ends_with_127(ros: RosSystem, folder: Path) ->
     assert "no_such_debugger" in ended.output
 
 
-def test_an_answer_picks_one_of_several(ros: RosSystem, folder: Path) -> None:
+def test_the_answer_selects_one_of_several(ros: RosSystem, folder: Path) -> None:
     for place in ("a", "b"):
         (folder / place).mkdir()
         script(folder / place, "show", f"#!/bin/sh\necho from {place}\n")

@@ -45,12 +45,12 @@ def test_rostest_runs_them_with_the_parameters_of_the_file(ros: RosSystem, scene
 
     assert run.returncode == (0 if scene.passes else 2), run.output
     assert scene.expected in run.output
-    # The node around it may be ended before its imports are through, and says so on stderr.
+    # The node around it may be ended during its imports, with a traceback on stderr.
     assert not any("Traceback" in line for line in run.stdout)
     assert scene.cases == cases_in(ros.home / ".ros/test_results/around/rosunit-scene.xml")
 
 
-def test_rospack_and_rosrun_know_the_test_nodes(ros: RosSystem) -> None:
+def test_rospack_and_rosrun_find_the_test_nodes(ros: RosSystem) -> None:
     found = ros.pipros.run("rospack", "find", "rostest")
     assert found.returncode == 0
     assert found.stdout[0].endswith("/share/rostest")
@@ -72,7 +72,7 @@ WITHOUT_CLOCK = {
 
 
 @pytest.mark.parametrize("command", WITHOUT_CLOCK)
-def test_a_test_node_that_needs_simulated_time_says_so_and_ends(ros: RosSystem, command: str) -> None:
+def test_a_test_node_that_needs_simulated_time_reports_that_and_exits(ros: RosSystem, command: str) -> None:
     ros.serve_master()
     ros.pipros.run("rosparam", "set", "/use_sim_time", "true")
     ros.pipros.run("rosparam", "set", "/run_id", "a-test")

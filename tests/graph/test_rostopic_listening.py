@@ -89,7 +89,7 @@ def test_echo_shows_types_of_unknown_packages(commands: Commands, make_node: Mak
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_echo_with_0_and_leaves_nothing_at_the_master(
+def test_a_signal_ends_echo_with_0_and_without_registrations(
     commands: Commands, talker: Publisher, master: Master, number: signal.Signals
 ) -> None:
     echo = commands.start("rostopic", "echo", "/chatter")
@@ -116,7 +116,7 @@ def test_echo_ends_quietly_when_its_reader_closes_the_pipe(commands: Commands, t
     assert pipe.lines == ['data: "hello"']
 
 
-def test_echo_waits_for_a_topic_and_says_so_once(commands: Commands, make_node: MakeNode) -> None:
+def test_echo_waits_for_a_topic_and_reports_that_once(commands: Commands, make_node: MakeNode) -> None:
     echo = commands.start("rostopic", "echo", "-n", "1", "/late/data")
     echo.wait_for(r"WARNING: topic \[/late/data\] does not appear to be published yet")
     make_node("talker").advertise("/late", String, latch=True).publish(String("at last"))
@@ -231,7 +231,7 @@ def test_hz_compares_topics_in_a_table(commands: Commands, make_node: MakeNode) 
     assert hz.wait() == 0
 
 
-def test_hz_of_a_silent_topic_says_that_there_is_nothing_new(commands: Commands, talker: Publisher) -> None:
+def test_hz_of_a_silent_topic_reports_no_new_messages(commands: Commands, talker: Publisher) -> None:
     hz = commands.start("rostopic", "hz", talker.topic)
     hz.wait_for("no new messages")
     hz.press_ctrl_c()

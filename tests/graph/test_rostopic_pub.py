@@ -20,7 +20,7 @@ String = load_message_class("std_msgs/String")
 
 @pytest.fixture
 def inbox(make_node: MakeNode) -> Inbox:
-    """What a node hears on /words."""
+    """The messages that a node receives on /words."""
     inbox = Inbox()
     make_node("listener").subscribe("/words", String, inbox)
     return inbox
@@ -54,7 +54,7 @@ def test_a_latched_message_reaches_later_subscribers(
 
 @pytest.fixture
 def waiting(ros: RosSystem, master: Master, make_node: MakeNode) -> Process:
-    """One that waits for messages from a pipe."""
+    """Start a publisher that waits for messages from a pipe."""
     client = make_node("looker").master
     pub = ros.pipros.processes.start(
         *("rostopic", "pub", "/words", "std_msgs/String"),

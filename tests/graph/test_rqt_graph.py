@@ -26,7 +26,7 @@ def chain(ros: RosSystem) -> RosSystem:
 
 
 def first(values: Iterator[Any], condition: Callable[[Any], object]) -> Any:
-    """The first value that meets a condition. The test's own time limit ends a vain wait."""
+    """Return the first value that meets a condition. The test's time limit ends the wait."""
     return next(value for value in values if condition(value))
 
 
@@ -59,7 +59,7 @@ def test_other_sites_cannot_connect(ros: RosSystem) -> None:
         assert refused.value.response.status_code == 403
 
 
-def test_the_graph_is_sent_with_traffic_and_follows_changes(chain: RosSystem) -> None:
+def test_the_graph_is_sent_with_traffic_and_updated(chain: RosSystem) -> None:
     page = Page(chain)
     with page.connect() as browser:
         graph = browser.watch("graph")
@@ -96,7 +96,7 @@ def test_a_killed_node_is_shown_as_such(chain: RosSystem) -> None:
         assert gone
 
 
-def test_a_topic_is_watched_only_while_a_browser_shows_it(chain: RosSystem) -> None:
+def test_a_topic_is_subscribed_only_while_a_browser_shows_it(chain: RosSystem) -> None:
     page = Page(chain)
 
     def watchers() -> list[str]:
@@ -144,8 +144,8 @@ def test_invalid_requests_are_answered(ros: RosSystem) -> None:
         ):
             assert error in next(browser.watch("graph", **arguments))["error"]
         assert "global name" in next(browser.watch("topic", name="level"))["error"]
-        assert "there is no view" in next(browser.watch("nothing"))["error"]
-        assert "there is no action" in browser.act("nothing")["error"]
+        assert "unknown view" in next(browser.watch("nothing"))["error"]
+        assert "unknown action" in browser.act("nothing")["error"]
         for text in ("{", "[]", '{"id": "x"}', '{"id": -1}', "[" * 10_000):
             browser.socket.send(text)
             assert "malformed request" in json.loads(browser.socket.recv(timeout=30))["error"]

@@ -31,7 +31,7 @@ SHELLS = ["bash", "zsh", "fish"]
 
 @pytest.fixture
 def source(ros: RosSystem) -> Path:
-    """A package `robots` with two files of one name."""
+    """A package `robots` with two files of the same name."""
     package = ros.home / "src" / "robots"
     for path, content in {
         "package.xml": "<package><name>robots</name></package>",

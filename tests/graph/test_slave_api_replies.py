@@ -16,7 +16,7 @@ String = load_message_class("std_msgs/String")
 
 
 def answer_to(node: object, data: bytes) -> bytes:
-    """What the node sends to a connection that begins so, until it closes."""
+    """Return the bytes that the node sends after this beginning of a connection, until it closes."""
     with ServerProxy(node.uri) as slave:
         _, _, (_, host, port) = slave.requestTopic("/me", "/chat", [["TCPROS"]])
     with socket.create_connection((host, port), timeout=30) as connection:

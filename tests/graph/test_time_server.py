@@ -11,7 +11,7 @@ from diagnostic_common_diagnostics.nodes import ntp_monitor
 from pipros.libraries.diagnostics.items import ERROR, WARN
 
 
-def test_a_server_that_is_an_hour_ahead_and_one_that_talks_nonsense() -> None:
+def test_a_server_that_is_an_hour_ahead_and_one_that_sends_garbage() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as server:
         server.bind(("127.0.0.1", 0))
         port = server.getsockname()[1]
@@ -37,7 +37,7 @@ def test_a_server_that_is_an_hour_ahead_and_one_that_talks_nonsense() -> None:
     assert "must have at least 48 bytes, got 8" in nonsense.message
 
 
-def test_without_a_server_there_is_a_reason() -> None:
+def test_a_missing_server_is_explained() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as closed:
         closed.bind(("127.0.0.1", 0))
         port = closed.getsockname()[1]

@@ -35,24 +35,24 @@ class TwoMachines:
         core.wait_for(r"started core service \[/rosout\]")
 
     def near(self, *argv: str, **variables: str) -> Process:
-        """Starts a program on the master's machine."""
+        """Start a program on the master's machine."""
         places = {"ROS_MASTER_URI": self._uri, "ROS_IP": self._network.near, "ROS_HOSTNAME": ""}
         return self._ros.pipros.start(*argv, **{**places, **variables})
 
     def far(self, *argv: str, **variables: str) -> Process:
-        """Starts a program on the other machine."""
+        """Start a program on the other machine."""
         places = {"ROS_MASTER_URI": self._uri, "ROS_IP": self._network.far, "ROS_HOSTNAME": ""}
         return self._ros.pipros.start(*self._network.command(*argv), **{**places, **variables})
 
     def publish(self, topic: str, **variables: str) -> None:
-        """Publishes a text on the master's machine, until the end of the test."""
+        """Publish a text on the master's machine, until the end of the test."""
         talker = self.near(
             "rostopic", "pub", topic, "std_msgs/String", "hello", f"__name:={topic.strip('/')}", **variables
         )
         talker.wait_for("publishing and latching")
 
     def findings_there(self, **variables: str) -> dict[str, list[str]]:
-        """What the doctor finds on the other machine: rule to what it is about."""
+        """Return the findings of the doctor on the other machine: rule to subject."""
         doctor = self.far("pipros", "doctor", "--json", **variables)
         doctor.wait(60.0)
         report: dict[str, Any] = json.loads("\n".join(doctor.stdout))

@@ -89,7 +89,7 @@ def test_a_master_that_is_lost_during_the_examination_is_a_finding(
 
 @pytest.fixture
 def system(ros: RosSystem) -> Iterator[tuple[Master, Node]]:
-    """A master at the port of `ros`, in this process, and a node of it."""
+    """A master on the port of `ros`, in this process, and a node."""
     with Master(port=ros.port) as master:
         node = Node("source", environment=Environment(master_uri=master.uri))
         node.start()
@@ -160,7 +160,7 @@ def test_a_background_job_ends_on_sigint(ros: RosSystem, system: tuple[Master, N
 
 @contextlib.contextmanager
 def repeating(action: Callable[[], object], pause_s: float) -> Iterator[None]:
-    """Carries out an action in a thread, again and again, until the block is left."""
+    """Repeat an action in a thread until the block ends."""
     is_over = threading.Event()
 
     def repeat() -> None:
@@ -223,7 +223,7 @@ def test_a_topic_of_another_type_is_refused_as_a_log(ros: RosSystem, system: tup
     assert done.stderr == ["ERROR: topic [/text] must be of type rosgraph_msgs/Log, got [std_msgs/String]"]
 
 
-def test_a_node_that_hangs_does_not_hang_rosconsole(
+def test_a_hung_node_does_not_block_rosconsole(
     ros: RosSystem, system: tuple[Master, Node], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _, node = system

@@ -1,4 +1,4 @@
-"""The programs of topic_tools in a launch file, with types of no package, and with wrong expressions."""
+"""The programs of topic_tools in a launch file, with unknown types, and with wrong expressions."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LAUNCH = """<launch>
 
 
 class Strange(AnyMsg):
-    """A type that is in no package."""
+    """A type that no package defines."""
 
     _type = "strange_msgs/Thing"
     _md5sum = "0123456789abcdef0123456789abcdef"
@@ -82,7 +82,7 @@ def test_launched_programs_relay_messages_of_unknown_types(ros: RosSystem) -> No
 
 
 def test_a_stealthy_relay_sends_nothing_without_a_monitor(ros: RosSystem) -> None:
-    """Not even the messages that show it the type, before it looks at the monitored topic again."""
+    """Not even the messages that determine the type, before it checks the monitored topic again."""
     ros.pipros.start_bare_master()
     text: Any = load_message_class("std_msgs/String")
     got: list[str] = []

@@ -1,6 +1,6 @@
-"""Some hundred calls of the Master and Parameter API, good and bad, to be replayed against two masters.
+"""Hundreds of valid and invalid calls of the Master and Parameter APIs, replayed against two masters.
 
-`A`, `B`, `C` stand for the APIs of nodes that listen; everything else is sent as it stands.
+`A`, `B`, `C` are placeholders for the APIs of listening nodes; everything else is sent unchanged.
 """
 
 from __future__ import annotations
@@ -241,7 +241,7 @@ def fan_out() -> Iterator[Call]:
     yield "unsubscribeParam", ("/nobody", A, "/w")
     yield "unsubscribeParam", ("/a", B, "/w")
     yield "unsubscribeParam", ("/a", A, "/nope")
-    # Genuine rosmaster leaves a subscriber below a namespace that became a value in the dark; ours does not.
+    # Genuine rosmaster does not notify a subscriber below a namespace that became a value; ours does.
     yield "unsubscribeParam", ("/b", B, "/w/g")
     yield "setParam", ("/n", "/w", 1)
     yield "unsubscribeParam", ("/a", A, "/w")
@@ -254,7 +254,7 @@ def fan_out() -> Iterator[Call]:
     yield "unregisterPublisher", ("/c", "/t", B)
     yield "unregisterSubscriber", ("/a", "/t", A)
     yield "unregisterPublisher", ("/c", "/t", C)
-    # The same name from elsewhere: the first one is shut down and loses everything.
+    # The same name at another address: the first node is shut down and loses its registrations.
     yield "registerService", ("/c", "/of_c", "rosrpc://c:1", C)
     yield "registerSubscriber", ("/c", "/t", "x/Y", A)
     yield "lookupNode", ("/n", "/c")

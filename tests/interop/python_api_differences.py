@@ -1,6 +1,6 @@
-"""Where the Python API differs from genuine ROS on purpose, and why: one table for test and documentation.
+"""The deliberate differences of the Python API, with reasons: one table for test and documentation.
 
-Names are patterns of full names, `module.Name` or `module.Class.member`, in which `*` stands for anything.
+Names are patterns of full names, `module.Name` or `module.Class.member`, in which `*` matches any characters.
 `docs/differences.md` has the same table: `python -m tests.interop.python_api_differences` prints it.
 """
 
@@ -11,7 +11,7 @@ from enum import Enum
 
 
 class Kind(Enum):
-    """What is different."""
+    """The kind of difference."""
 
     NAMED = "can be imported and named, no more"
     ABSENT = "does not exist"
@@ -270,7 +270,7 @@ DIFFERENCES = [
 
 
 def as_markdown() -> str:
-    """The table of the documentation."""
+    """Return the table of the documentation."""
     rows = ["| names | what | why |", "| --- | --- | --- |"]
     for difference in DIFFERENCES:
         names = ", ".join(f"`{name}`" for name in difference.names)

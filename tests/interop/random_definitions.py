@@ -1,4 +1,4 @@
-"""Makes up message definitions: every field type, awkward names, constants, nesting."""
+"""Random message definitions: every field type, awkward names, constants, nesting."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CONSTANTS = [
 
 
 def full_text(seed: int) -> str:
-    """The full text of a made-up type and the types that it embeds; the same for the same seed."""
+    """Return the full text of a random type and its embedded types; the same for the same seed."""
     rng = random.Random(seed)  # noqa: S311
     embedded: list[str] = []
     parts: list[str] = []

@@ -1,4 +1,4 @@
-"""Goals between pipros and genuine ROS, in either direction, end in the same way."""
+"""Goals between pipros and genuine ROS have the same outcome in either direction."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_the_table_of_clients_is_that_of_genuine() -> None:
         text=True,
     )
 
-    # -1 stays, -2 cannot be; DONE is left by nothing, so it is not in our table.
+    # -1: no change, -2: impossible; DONE has no transitions, so it is not in our table.
     theirs = {
         (state, status): [number for number in way if number != -1]
         for state, status, way in json.loads(genuine.stdout)
@@ -48,7 +48,7 @@ def test_the_table_of_clients_is_that_of_genuine() -> None:
     ("server", "client"),
     [("pipros", "genuine"), ("genuine", "pipros"), ("pipros", "pipros"), ("roscpp", "pipros")],
 )
-def test_goals_end_alike(plain_ros: RosSystem, server: str, client: str) -> None:
+def test_goals_have_the_same_outcome(plain_ros: RosSystem, server: str, client: str) -> None:
     plain_ros.serve_master()
     sides = {"pipros": plain_ros.pipros, "genuine": plain_ros.genuine}
     if server == "roscpp":

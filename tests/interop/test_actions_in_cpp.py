@@ -64,7 +64,7 @@ print(result.status.goal_id.id, result.status.status, result.result.said.data)
 
 
 def build(workspace: Path, *targets: str) -> str:
-    """What genuine catkin_make prints, which must not fail."""
+    """Return the output of genuine catkin_make, which must succeed."""
     built = subprocess.run(
         ["catkin_make", "-C", str(workspace), *targets],
         env=genuine_environment(workspace, "http://127.0.0.1:1") | {"CMAKE_PREFIX_PATH": "/usr"} | CPP_ONLY,
@@ -137,7 +137,7 @@ def expected(type_name: str, text: str) -> dict[str, str]:
         "int8 a # ---\n ---\n---\n---\nint8 b",
     ],
 )
-def test_the_messages_of_an_action_are_those_that_python_makes_of_it(tmp_path: Path, text: str) -> None:
+def test_the_messages_of_an_action_equal_those_of_the_python_code(tmp_path: Path, text: str) -> None:
     ended = expand(tmp_path, text)
 
     assert ended.returncode == 0, ended.stderr
@@ -157,7 +157,7 @@ def test_an_action_with_other_than_three_parts_is_refused(tmp_path: Path, text: 
 
 
 def expand(folder: Path, text: str) -> subprocess.CompletedProcess[str]:
-    """Calls the function behind `add_action_files` alone."""
+    """Call the function behind `add_action_files` alone."""
     (folder / "Do.action").write_bytes(text.encode())
     (folder / "genmsgConfig.cmake").touch()
     script = folder / "expand.cmake"

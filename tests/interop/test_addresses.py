@@ -1,6 +1,6 @@
-"""The case study on machines with several addresses and names, with genuine nodes on either side.
+"""The case study on machines with several addresses and names, with pipros and genuine nodes.
 
-Each machine is a network of its own with an /etc/hosts of its own.
+Each machine is a separate network with its own /etc/hosts.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class Machine:
         return side.run(*self._network.command(*argv), timeout_s=60)
 
     def start_master(self, side: Side) -> None:
-        """`roscore`; of genuine ROS only the master, which takes a quarter of the time."""
+        """Start `roscore`; of genuine ROS only the master, which starts four times as fast."""
         if side is self.ros.genuine:
             self.start(side, "rosmaster", "--core", "-p", str(self.ros.port))
         else:
@@ -111,7 +111,7 @@ def network() -> Iterator[LoneNetwork]:
 
 
 @pytest.mark.parametrize(("master", "place"), PAIRS)
-def test_all_listeners_that_were_first_hear_all_talkers(
+def test_listeners_started_first_hear_all_talkers(
     network: LoneNetwork, ros: RosSystem, master: str, place: str
 ) -> None:
     machine = Machine(ros, network, place)
@@ -157,7 +157,7 @@ def far() -> Iterator[FarNetwork]:
 def test_a_master_in_another_network_namespace_that_calls_from_another_address(
     far: FarNetwork, ros: RosSystem, listener: str
 ) -> None:
-    """As one in a container: it is reached at one address, and its calls come from another."""
+    """A master as in a container: it is reached at one address, and calls from another."""
     second = far.give_second_address()
     uri = f"http://{second}:{ros.port}"
     core = ros.pipros.start(*far.command("roscore", "-p", str(ros.port)), ROS_IP=second, ROS_MASTER_URI=uri)

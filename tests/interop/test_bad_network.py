@@ -1,4 +1,4 @@
-"""Genuine nodes and pipros on both sides of the fault proxy."""
+"""Genuine nodes and pipros nodes that communicate through the fault proxy."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ PEERS = {
 
 
 class Scene:
-    """A node of pipros; a relay behind the proxy; a history of what went there and came back."""
+    """A node of pipros, a relay behind the proxy, and a history of the messages in both directions."""
 
     def __init__(self, ros: RosSystem, proxy: FaultProxy, peer: Sequence[str]) -> None:
         self.history = History()
@@ -71,7 +71,7 @@ class Scene:
         wait_until(comes, LIMIT_S, lambda: self.relay.output)
 
     def say_and_wait(self, count: int, size: int = 0) -> None:
-        """Sends so many messages, few at a time (topic_tools' relay has queues of ten); waits for all."""
+        """Send this number of messages, few at a time (topic_tools' relay has queues of 10); wait for all."""
         for _ in range(count):
             wait_until(lambda: self.history.sent("near") - self.history.last("near") < 8, LIMIT_S)
             self.say(size)
@@ -92,7 +92,7 @@ def scene(request: pytest.FixtureRequest, plain_ros: RosSystem, proxy: FaultProx
     found.node.shutdown("end of the test")
 
 
-def test_all_comes_back_over_a_bad_network(scene: Scene, proxy: FaultProxy) -> None:
+def test_all_messages_return_over_a_bad_network(scene: Scene, proxy: FaultProxy) -> None:
     proxy.inject("topics", "nodes", "master", split_bytes=40, jitter_s=0.0005)
     scene.say_and_wait(300, size=100)
     proxy.inject(stall_every_bytes=100_000, stall_s=0.05)
@@ -103,9 +103,7 @@ def test_all_comes_back_over_a_bad_network(scene: Scene, proxy: FaultProxy) -> N
 
 
 @pytest.mark.parametrize("scene", ["roscpp", "pipros"], indirect=True)
-def test_links_that_are_cut_are_made_again(
-    scene: Scene, proxy: FaultProxy, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_cut_links_are_reopened(scene: Scene, proxy: FaultProxy, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(publisher_connector, "RETRY_LONGEST_S", 0.2)
     for _ in range(5):
         for _ in range(20):
@@ -113,15 +111,15 @@ def test_links_that_are_cut_are_made_again(
         assert proxy.cut() >= 1
         scene.say_until_one_comes()
 
-    # A message that was on its way through a link that was cut is lost, on either side of the relay.
+    # Messages in transit on a cut link are lost, on either side of the relay.
     assert scene.history.problems(breaks=10) == []
 
 
 @pytest.mark.parametrize("reset", [True, False])
-def test_a_cut_link_to_a_rospy_publisher_is_made_again(
+def test_a_cut_link_to_a_rospy_publisher_is_reopened(
     plain_ros: RosSystem, proxy: FaultProxy, monkeypatch: pytest.MonkeyPatch, reset: bool
 ) -> None:
-    """A subscriber of rospy got no message for 8 s after this, in one trial."""
+    """In one trial, a subscriber of rospy got no message for 8 s after this."""
     monkeypatch.setattr(publisher_connector, "RETRY_LONGEST_S", 0.2)
     plain_ros.genuine.start("/usr/bin/python3", "-c", TALKER, ROS_MASTER_URI=proxy.uri)
     history = History()

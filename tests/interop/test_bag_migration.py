@@ -1,4 +1,4 @@
-"""The rules that Debian's packages have do to messages what genuine rosbag does by running them."""
+"""The rules of Debian's packages migrate messages as in genuine rosbag, which runs them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def sides(tmp_path: Path, bare_tools: Path) -> Any:
 
 
 def fill(message: Any, count: list[int]) -> None:
-    """Gives each field another value."""
+    """Give each field another value."""
     classes = message_classes_from_text(message._type, message._full_text)
     for name, kind in zip(message.__slots__, message._slot_types, strict=True):
         base, _, length = kind.partition("[")
@@ -49,7 +49,7 @@ def fill(message: Any, count: list[int]) -> None:
 
 
 def old_message(rule: Rule) -> Any:
-    """A message of the old definition of a rule."""
+    """Return a message of the old definition of a rule."""
     message: Any = message_classes_from_text(rule.old[0], rule.old_text)[rule.old[0]]()
     fill(message, [0])
     if "depth" in message.__slots__:
@@ -66,7 +66,7 @@ def topic_of(rule: Rule) -> str:
 
 
 def old_bag(rules: Sequence[Rule]) -> bytes:
-    """A bag with one message for each rule, on a topic of its own."""
+    """A bag with one message for each rule, on its own topic."""
     file = io.BytesIO()
     writer = BagWriter(file)
     for number, rule in enumerate(rules):
@@ -82,8 +82,8 @@ def old_bag(rules: Sequence[Rule]) -> bytes:
 RULES = parse_rules(FILE.read_text(), str(FILE)) if FILE.exists() else []
 
 
-def test_rules_of_packages_do_what_they_do_in_genuine_rosbag(sides: RosSystem) -> None:
-    """All in one bag: a start of genuine rosbag takes longer than all migrations."""
+def test_rules_of_packages_have_the_effect_of_genuine_rosbag(sides: RosSystem) -> None:
+    """All in one bag, because starting genuine rosbag takes longer than all migrations."""
     assert len(RULES) > 10
     (sides.home / "old.bag").write_bytes(old_bag(RULES))
     found: list[dict[str, Any]] = []

@@ -1,4 +1,4 @@
-"""Bags of either side are read by both, and both say the same of them."""
+"""Bags of either side are read by both, with the same results."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ NOWHERE = "http://127.0.0.1:1"
 
 
 def run(home: Path, python: str, *arguments: str) -> str:
-    """What the program, or a command, prints."""
+    """Return the output of the program or command."""
     if python == GENUINE:
         environment = genuine_environment(home, NOWHERE)
     else:
@@ -75,7 +75,7 @@ def sides(claimed_port: ClaimedPort, tmp_path: Path, bare_tools: Path) -> Iterat
 
 
 def received(system: RosSystem) -> dict[str, int]:
-    """How many messages the subscriber of /number, a node of roscpp, has read of each of its topics."""
+    """Return the number of messages that the roscpp subscriber of /number has read from each topic."""
     master: Any = ServerProxy(system.master_uri)
     (node,) = system.subscribers("/number")
     api: Any = ServerProxy(master.lookupNode("/a_test", node)[2])
@@ -100,7 +100,7 @@ def test_messages_played_by_one_are_recorded_by_the_other(recorder: str, sides: 
 
     play = ("rosbag", "play", "-d", "3", "--hz", "50", "--clock", "in.bag")
     if recorder == "genuine":
-        # It forgets what it has not read yet when it is stopped. So the player keeps its links until it has.
+        # A stopped recorder discards unread messages, so the player keeps its links until they were read.
         played = playing.start(*play, "--keep-alive")
         everything = {"/number": 300, "/text": 1}
         wait_until(lambda: received(sides) == everything, 60, lambda: f"{received(sides)}: {played.output}")
@@ -119,7 +119,7 @@ def test_messages_played_by_one_are_recorded_by_the_other(recorder: str, sides: 
 
 
 def test_bags_of_format_1_2_are_described_alike(tmp_path: Path) -> None:
-    """Genuine rosbag of today cannot read their messages, but tells what is in them."""
+    """Today's genuine rosbag cannot read their messages, but describes their contents."""
     file = tmp_path / "old.bag"
     file.write_bytes(old_bag_bytes(some_rows()))
     script = (

@@ -1,4 +1,4 @@
-"""Benchmarks run, and print pipros and genuine ROS beside each other."""
+"""Benchmarks run, and print the figures of pipros and genuine ROS side by side."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bonds between processes of both sides: formed, broken, and their other side gone."""
+"""Bonds between processes of both sides: formed, broken, and lost."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def hold(ros: RosSystem, side: str, *arguments: str) -> Process:
 
 
 def said(process: Process) -> list[str]:
-    """What it printed, without the callbacks, which come from other threads."""
+    """Return the output without that of the callbacks, which run in other threads."""
     process.wait(60)
     return [line for line in process.stdout if not line.startswith("callback")]
 
@@ -71,7 +71,7 @@ def test_a_bond_breaks_when_the_other_process_is_gone(ros: RosSystem, one: str, 
     assert "callback: broken" in waiting.stdout
 
 
-def test_a_side_alone_gives_up_alike(ros: RosSystem) -> None:
+def test_both_sides_give_up_alike_without_a_peer(ros: RosSystem) -> None:
     ours, genuine = (hold(ros, side, side, "alone") for side in ("pipros", "genuine"))
 
     assert said(ours)[1:] == said(genuine)[1:]
@@ -93,7 +93,7 @@ def test_a_bond_with_bondcpp(ros: RosSystem, bondcpp: Path, breaks: str) -> None
 
 @pytest.fixture(scope="module")
 def bondcpp() -> Path:
-    """A program of one side of a bond that stands on genuine bondcpp."""
+    """A program of one side of a bond, built with genuine bondcpp."""
     return compile_program(PROGRAM.with_suffix(".cpp"), "bondcpp")
 
 

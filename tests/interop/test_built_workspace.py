@@ -18,7 +18,7 @@ LAUNCH = """
 
 @pytest.fixture
 def sourced(ros: RosSystem, catkin_workspace: CatkinWorkspace) -> RosSystem:
-    """What `source devel/setup.bash` leaves, in the environment of pipros."""
+    """Return the variables after `source devel/setup.bash` in the environment of pipros."""
     for name in ("CMAKE_PREFIX_PATH", "ROS_PACKAGE_PATH"):
         ros.pipros.environment[name] = catkin_workspace.variables[name]
     return ros

@@ -21,7 +21,7 @@ PointStamped: Any = load_message_class("geometry_msgs/PointStamped")
 
 
 @pytest.mark.timeout(300)
-def test_either_side_finds_what_the_camera_of_either_side_sees(plain_ros: RosSystem) -> None:
+def test_images_of_either_side_are_detected_on_either_side(plain_ros: RosSystem) -> None:
     plain_ros.serve_master()
     spots: dict[str, list[Any]] = {}
     environment = Environment(master_uri=plain_ros.pipros.environment["ROS_MASTER_URI"])
@@ -42,7 +42,7 @@ def test_either_side_finds_what_the_camera_of_either_side_sees(plain_ros: RosSys
     points = [found[0].point for found in spots.values()]
     for found in spots.values():
         assert found[0].header.frame_id == "camera_optical"
-    expected = points[-1]  # genuine's, of genuine's camera
+    expected = points[-1]  # the genuine result for the genuine camera
     assert 0.1 < expected.x < 0.3
     for point in points:
         assert (point.x, point.y, point.z) == pytest.approx((expected.x, expected.y, expected.z), abs=1e-9)

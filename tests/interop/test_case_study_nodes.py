@@ -1,4 +1,4 @@
-"""The case study's nodes with genuine ROS on the other side, with genuine master and with ours."""
+"""The case study's nodes with genuine peers, and with either master."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_talker_and_listener_connect_in_either_order_and_again_after_a_restart(
 ) -> None:
     heard = listener(side(ros, listening))
     ros.wait_for_subscriber("/battery_topic")
-    for how in (signal.SIGINT, signal.SIGKILL):  # of a talker that ends, and of one that is killed
+    for how in (signal.SIGINT, signal.SIGKILL):  # one talker ends, the other is killed
         said = talker(side(ros, talking))
         hears(heard)
         said.send_signal(how)
@@ -59,7 +59,7 @@ def test_talker_and_listener_connect_in_either_order_and_again_after_a_restart(
 
 
 def hears(heard: Process) -> None:
-    """Waits until a listener hears two messages, from now on."""
+    """Wait until a listener receives two further messages."""
     mark = heard.mark()
     heard.wait_for(HEARD, since=mark)
     mark = heard.mark()
@@ -130,12 +130,12 @@ def test_pipros_rosnode_info_reads_a_genuine_node_as_genuine_does(ros: RosSystem
         theirs = ros.genuine.run("rosnode", "info", "/talker_node").stdout
         return ours == theirs and any("/listener_node" in line for line in ours)
 
-    # Links to /rosout come and go while nodes start, so two looks may fall on either side of one.
+    # Links to /rosout change while nodes start, so two queries may differ.
     wait_until(reports_agree, 20, what="the same report from both")
 
 
 @pytest.mark.usefixtures("master")
-def test_a_pipros_listener_hears_every_message_of_a_roscpp_talker_in_order(ros: RosSystem) -> None:
+def test_a_pipros_listener_gets_every_message_of_a_roscpp_talker_in_order(ros: RosSystem) -> None:
     heard = listener(ros.pipros)
     ros.wait_for_subscriber("/battery_topic")
     ros.genuine.start_node("cpp_battery", "battery_talker")
@@ -146,7 +146,7 @@ def test_a_pipros_listener_hears_every_message_of_a_roscpp_talker_in_order(ros: 
 
 
 @pytest.mark.usefixtures("master")
-def test_a_roscpp_listener_hears_a_pipros_talker_and_knows_its_name(ros: RosSystem) -> None:
+def test_a_roscpp_listener_gets_messages_and_the_name_of_a_pipros_talker(ros: RosSystem) -> None:
     said = talker(ros.pipros)
     heard = ros.genuine.start_node("cpp_battery", "battery_listener")
 
@@ -164,7 +164,7 @@ def _levels(heard: Process, at_least: int) -> list[int]:
 
 
 def _like(lines: list[str], pattern: str) -> str:
-    """The line that looks like the pattern, else the pattern, so that a comparison shows what lacks."""
+    """Return the line that matches the pattern, else the pattern, so that a comparison shows it."""
     return next((line for line in lines if re.fullmatch(pattern, line)), pattern)
 
 

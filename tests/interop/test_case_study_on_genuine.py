@@ -13,7 +13,7 @@ from tests.support.ros import RosSystem
 PACKAGE = EXAMPLES / "composiv_tryouts"
 
 
-def test_nothing_in_the_package_knows_of_pipros() -> None:
+def test_the_package_does_not_depend_on_pipros() -> None:
     files = [file for file in PACKAGE.rglob("*") if file.is_file() and file.suffix != ".pyc"]
 
     assert len(files) == 7
@@ -34,7 +34,7 @@ def test_catkin_make_builds_it(catkin_workspace: CatkinWorkspace) -> None:
     assert (generated / "_BatteryLevel.py").exists()
 
 
-def test_rosmsg_knows_its_message(ros: RosSystem) -> None:
+def test_rosmsg_shows_its_message(ros: RosSystem) -> None:
     shown = ros.genuine.run("rosmsg", "show", "composiv_tryouts/BatteryLevel")
     digest = ros.genuine.run("rosmsg", "md5", "composiv_tryouts/BatteryLevel")
 
@@ -57,7 +57,7 @@ def test_talker_listener_and_test_run_by_rosrun(ros: RosSystem) -> None:
     assert (test.returncode, test.stdout[1]) == (0, "[Testcase: test_talker_publishing] ... ok")
 
 
-def test_roslaunch_runs_the_two_nodes_and_leaves_the_test_out(ros: RosSystem) -> None:
+def test_roslaunch_runs_the_two_nodes_without_the_test(ros: RosSystem) -> None:
     launch = ros.genuine.start("roslaunch", "--screen", "composiv_tryouts", "composiv_tryout.launch")
 
     launch.wait_for("Battery level of vehicle: %25")

@@ -82,7 +82,7 @@ def test_catkin_find_prints_the_same(ros: RosSystem, spaces: Path, words: str) -
     answers = []
     for side in (ros.pipros, ros.genuine):
         ended = ask(side, "catkin_find", *words.split(), CMAKE_PREFIX_PATH=path)
-        # Both have one more workspace: the packages that come with pipros, and those of Debian.
+        # Both have one more workspace: the packages included in pipros, and those of Debian.
         other = (str(SHARED_PACKAGES.parent), "/usr", "/etc")
         printed = [line for line in ended.stdout if not line.startswith(other)]
         errors = [line for line in ended.stderr if not line.startswith(other)]
@@ -130,7 +130,7 @@ def test_wrong_command_lines_of_catkin_make_isolated_end_alike(
 
 
 def built(side: Side, base: Path, *words: str) -> tuple[int | None, list[str], list[str], list[str]]:
-    """Exit code, headlines, the workspaces of a shell that sourced the result, and what it can import."""
+    """Return exit code and headlines, and the workspaces and modules of a shell that sourced the result."""
     side.environment.pop("ROS_PACKAGE_PATH", None)
     made = side.processes.run("catkin_make_isolated", *words, cwd=base, timeout_s=240)
     headlines = [line for line in made.stdout if line.startswith(("~~", "==> Proc", "<== "))]

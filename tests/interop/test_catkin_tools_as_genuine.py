@@ -28,7 +28,7 @@ CREATE = [
     "a rospy rospy", "a --rosdistro melodic", "", "a --nope", "a -V", "a -V bad", "a/b", "a a",
 ]  # fmt: skip
 
-# Folder and command line; later ones find what earlier ones made.
+# Folder and command line; later ones use the files of earlier ones.
 IN_A_WORKSPACE = [
     (".", "catkin_make"),
     (".", "catkin_make -j 4 VERBOSE=1 -k"),
@@ -66,7 +66,7 @@ def files_below(folder: Path) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("words", CREATE)
-def test_a_new_package_is_the_same(ros: RosSystem, words: str, tmp_path: Path) -> None:
+def test_a_new_package_equals_that_of_genuine_catkin(ros: RosSystem, words: str, tmp_path: Path) -> None:
     made = []
     for name, side in (("genuine", ros.genuine), ("pipros", ros.pipros)):
         folder = tmp_path / name
@@ -87,7 +87,7 @@ def test_command_lines_end_as_they_do_in_genuine_catkin(ros: RosSystem, tmp_path
 
 
 def carried_out(side: Side, base: Path) -> list[tuple[str, int | None, list[str]]]:
-    """Each command line with its exit code and, where it failed, the complaint."""
+    """Return each command line with its exit code and, if it failed, the error."""
     package = base / "src" / "one"
     for folder in (package, base / "empty", base / "results"):
         folder.mkdir(parents=True)
@@ -107,7 +107,7 @@ def carried_out(side: Side, base: Path) -> list[tuple[str, int | None, list[str]
 
 
 def plain(line: str, base: Path) -> str:
-    """A line without colours and paths; empty for what only one side says, and for options of make."""
+    """Return a line without colours and paths; empty for lines of only one side, and for options of make."""
     line = re.sub(r"\033\[\d+m", "", line).replace(str(base), "BASE")
     line = re.sub(r'Invoking "make (.*?)( -[jl]\d+)* ?" failed', r'Invoking "make \1" failed', line)
     return "" if line.startswith("Call catkin_make in") else line

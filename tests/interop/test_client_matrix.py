@@ -1,7 +1,7 @@
-"""Every pair of {pipros, genuine rospy, genuine roscpp} does everything with each other, with both masters.
+"""Every pair of {pipros, genuine rospy, genuine roscpp} uses every feature, with both masters.
 
-Three peers, one of each kind, do everything with each other at the same time and print what they
-found; see `client_matrix/peer.py`. One such run for each master serves all tests of this file.
+Three peers, one of each kind, use all features with each other concurrently and print their findings;
+see `client_matrix/peer.py`. One such run for each master serves all tests of this file.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ With two marks, every peer must find it: what the second relayed, what the secon
 
 
 def cells() -> list[tuple[str, str, str, str]]:
-    """All combinations of master, aspect and two peers in which pipros takes part."""
+    """Return all combinations of master, aspect and two peers in which pipros takes part."""
     return [
         (master, aspect, first, second)
         for master in ("genuine", "pipros")
@@ -67,7 +67,7 @@ def findings_with(
     bare_tools: Path,
     catkin_workspace: CatkinWorkspace,
 ) -> Callable[[str], Findings]:
-    """What the three peers print with a master; run once, whatever the number of pytest's workers."""
+    """Return the output of the three peers with a master; run once for all workers of pytest."""
     shared = shared_folder(tmp_path_factory, worker_id)
 
     def findings(master: str) -> Findings:
@@ -78,7 +78,7 @@ def findings_with(
                 home.mkdir()
                 try:
                     found = run(master, home, bare_tools, catkin_workspace)
-                except AssertionError as error:  # for all tests, not to be tried again by each
+                except AssertionError as error:  # once for all tests
                     found = {"error": [str(error)]}
                 kept.write_text(json.dumps(found))
         result: Findings = json.loads(kept.read_text())
@@ -89,7 +89,7 @@ def findings_with(
 
 
 def run(master: str, home: Path, tools: Path, workspace: CatkinWorkspace) -> Findings:
-    """Run the peers under a master until they have found everything, or the time is up."""
+    """Run the peers with a master until they have reported all findings, or time out."""
     port = ClaimedPort()
     ros = RosSystem(port.number, home, tools)
     ros.genuine.environment.update(workspace.variables)
@@ -105,7 +105,7 @@ def run(master: str, home: Path, tools: Path, workspace: CatkinWorkspace) -> Fin
             "roscpp": ros.genuine.start_node("cpp_battery", "battery_peer", "roscpp"),
         }
         expected = len(PEERS) * len(DIRECT) + len(PEERS) ** 2 * len(SEEN_BY_ALL)
-        with contextlib.suppress(AssertionError):  # the tests say what is missing
+        with contextlib.suppress(AssertionError):  # the tests report what is missing
             wait_until(lambda: all(count(peer) >= expected for peer in peers.values()), RUN_TIMEOUT_S)
         result = {name: list(peer.lines) for name, peer in peers.items()}
         for peer in peers.values():
@@ -124,7 +124,7 @@ def count(peer: Process) -> int:
 
 @pytest.mark.timeout(240)
 @pytest.mark.parametrize(("master", "aspect", "first", "second"), cells())
-def test_they_understand_each_other(
+def test_both_implementations_interoperate(
     findings_with: Callable[[str], Findings], master: str, aspect: str, first: str, second: str
 ) -> None:
     findings = findings_with(master)

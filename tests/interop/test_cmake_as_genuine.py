@@ -1,4 +1,4 @@
-"""The language of CMake: scripts that print what they compute, carried out by CMake and by pipros."""
+"""The language of CMake: scripts that print their results, run by CMake and by pipros."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ set_property(GLOBAL PROPERTY P)
 
 
 @pytest.mark.parametrize("name", ["language", "files"])
-def test_a_script_prints_what_it_prints_with_cmake(
+def test_a_script_prints_the_same_as_with_cmake(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     script = tmp_path / f"{name}.cmake"
@@ -41,7 +41,7 @@ def test_a_script_prints_what_it_prints_with_cmake(
 
 
 @pytest.mark.parametrize("text", MISTAKES)
-def test_a_mistake_is_one_for_cmake_too_and_named_with_its_line(
+def test_errors_are_also_errors_of_cmake_and_name_their_line(
     text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     script = tmp_path / "mistake.cmake"

@@ -28,7 +28,7 @@ rospy.Publisher("battery_topic", BatteryLevel)
 
 
 def shown(side: Side, script: str, **variables: str) -> str:
-    """What a script prints on a terminal, with times and its own place left open."""
+    """Return the output of a script on a terminal, with placeholders for times and its path."""
     terminal = side.open_terminal()
     file = side.home / "script.py"
     file.write_text(script)
@@ -71,6 +71,6 @@ def test_the_warning_about_a_missing_queue_size_looks_the_same(ros: RosSystem) -
 
 
 def _without_internals(text: str) -> str:
-    """The lines that the script asked for: at DEBUG, each side tells about its own work as well."""
+    """Return the lines of the script: at DEBUG, each side also logs its own work."""
     said = ("a debug line", "25 % of 100", "a warning", "an error", "the end", "two", "lines, é", "once")
     return "".join(line for line in text.splitlines(keepends=True) if any(part in line for part in said))

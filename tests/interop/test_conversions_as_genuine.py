@@ -1,4 +1,4 @@
-"""tf_conversions of both sides, on the PyKDL of Debian."""
+"""tf_conversions of both sides, with Debian's PyKDL."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""diagnostic_updater of both sides reports alike."""
+"""diagnostic_updater of both sides publishes the same reports."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_recorded_diagnostics_are_exported_alike(plain_ros: RosSystem) -> None:
     for side in ("genuine", "pipros"):
         runner = getattr(plain_ros, side)
         program = ["rosrun", "diagnostic_analysis", "export_csv.py"]
-        if side == "genuine":  # its first line names no Python that there is
+        if side == "genuine":  # its first line names a Python that does not exist
             program = ["python3", "/usr/lib/diagnostic_analysis/export_csv.py"]
         ended = runner.run(*program, "-d", side, bag)
         assert "Processing file robot.bag. File 1 of 1." in ended.stdout, ended.output

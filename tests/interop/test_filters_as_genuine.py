@@ -1,4 +1,4 @@
-"""message_filters of both sides make the same sets of the same sequences, in the same order."""
+"""message_filters of both sides form the same sets from the same sequences, in the same order."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""rosgraph.impl.graph, by which rqt_graph draws a system, finds what genuine rosgraph finds in it.
+"""rosgraph.impl.graph, the library behind rqt_graph, finds the same as genuine rosgraph.
 
-rqt_graph itself is in no archive that tests can use; `examine_graph.py` reads what it reads.
+rqt_graph itself is not packaged by Debian; `examine_graph.py` reads the same parts.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""image_transport compared with genuine's, and pictures of OpenCV with those of Pillow."""
+"""image_transport compared with the genuine one, and images of OpenCV with those of Pillow."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Image: Any = load_message_class("sensor_msgs/Image")
 
 
 @pytest.mark.parametrize("out_transport", [["raw"], []])
-def test_raw_images_go_on_as_with_genuine(plain_ros: RosSystem, out_transport: list[str]) -> None:
+def test_raw_images_are_forwarded_as_by_genuine(plain_ros: RosSystem, out_transport: list[str]) -> None:
     plain_ros.serve_master()
     got: dict[str, list[AnyMsg]] = {"genuine": [], "pipros": []}
     environment = Environment(master_uri=plain_ros.pipros.environment["ROS_MASTER_URI"])
@@ -65,6 +65,6 @@ def test_pillow_reads_what_opencv_compressed() -> None:
 
     for name, (kind, data, image) in json.loads(ended.stdout).items():
         ours, _ = decompressed(kind, base64.b64decode(data), PillowCodec(Pictures))
-        # JPEG's arithmetic may differ by what rounding leaves.
+        # JPEG values may differ by rounding errors.
         limit = 0 if "png" in kind else 4
         assert np.abs(ours.astype(int) - np.array(image)).max() <= limit * (256 if "16;" in name else 1), name

@@ -1,6 +1,6 @@
-"""ROS_IPV6=on: pipros, genuine rospy and roscpp nodes understand each other over IPv6, with both masters.
+"""ROS_IPV6=on: pipros, genuine rospy and roscpp nodes communicate over IPv6, with both masters.
 
-Genuine nodes do so by names that mean an IPv6 address, so it happens in a network of its own that has one.
+Genuine nodes use names that resolve to an IPv6 address, so the tests run in a separate network that has one.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ KINDS = ("pipros", "rospy", "roscpp")
 
 
 class Scene:
-    """Programs of both sides in a network of their own."""
+    """Programs of both sides in their own network."""
 
     def __init__(self, ros: RosSystem, network: LoneNetwork, host: str) -> None:
         self.ros = ros
@@ -55,7 +55,7 @@ class Scene:
             )
 
     def start_master(self, side: Side) -> None:
-        """`roscore`; of genuine ROS only the master, which takes a quarter of the time. Nodes wait for it."""
+        """Start `roscore`; of genuine ROS only the master, which is four times as fast. Nodes wait for it."""
         if side is self.ros.genuine:
             self._start(side, "rosmaster", "--core", "-p", str(self.ros.port))
         else:
@@ -97,15 +97,13 @@ def test_topics_and_services(network: LoneNetwork, ros: RosSystem, master: str, 
     for listener in listeners:
         for kind in KINDS:
             listener.wait_for(rf"heard %\d+ from /{kind}_talker")
-    # Genuine tools call genuine services wherever their addresses are right, which the links have shown.
+    # Genuine tools reach genuine services if their addresses are right, which the links have shown.
     for side, kinds in ((ros.pipros, KINDS), (ros.genuine, ("pipros",))):
         for kind in kinds:
             assert "level:" in scene.run(side, "rosservice", "call", f"/{kind}_talker/get_loggers")
 
 
-def test_nodes_of_pipros_need_no_name_and_are_understood_by_genuine_ones_that_have_one(
-    network: LoneNetwork, ros: RosSystem
-) -> None:
+def test_nodes_of_pipros_without_a_name_work_with_genuine_ones(network: LoneNetwork, ros: RosSystem) -> None:
     scene = Scene(ros, network, "localhost")
     del ros.pipros.environment["ROS_HOSTNAME"]
     scene.start_master(ros.pipros)

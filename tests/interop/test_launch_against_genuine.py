@@ -106,7 +106,7 @@ def test_the_inspections_print_the_same(ros: RosSystem, package: Path, option: s
 
 
 def test_the_files_are_the_same(ros: RosSystem, package: Path) -> None:
-    # Genuine roslaunch prints them in an order that differs from run to run.
+    # Genuine roslaunch prints them in an order that varies between runs.
     assert sorted(inspect(ros.pipros, "--files")) == sorted(inspect(ros.genuine, "--files"))
 
 
@@ -137,7 +137,7 @@ CORNER_CASES = [
 
 
 @pytest.mark.timeout(240)
-def test_files_with_something_odd_are_inspected_alike(ros: RosSystem, package: Path) -> None:
+def test_unusual_files_are_inspected_alike(ros: RosSystem, package: Path) -> None:
     for name, text in CORNERS.items():
         (package / f"{name}.launch").write_text(text)
     for option, name in CORNER_CASES:
@@ -149,7 +149,7 @@ def test_files_with_something_odd_are_inspected_alike(ros: RosSystem, package: P
 
 
 def outcome(ended: Answer) -> tuple[int, list[str], list[str]]:
-    """Exit code, what was found, and what was complained of."""
+    """Return the exit code, the findings and the errors."""
     found = [line for line in ended.stdout if line.startswith(("/", "{", "No arguments"))]
     complaints = (
         "Unable to load file",
@@ -160,7 +160,7 @@ def outcome(ended: Answer) -> tuple[int, list[str], list[str]]:
 
 
 def probed(ros: RosSystem, side: Side, label: str, core: Side) -> tuple[dict[str, Any], Any]:
-    """What each node saw of its surroundings, and the parameters, paths of this run taken out."""
+    """Return the environment of each node, and the parameters, without paths of this run."""
     master = core.start_master()
     run = side.start("roslaunch", "probes", "everything.launch", PROBE_FILE=str(ros.home / label))
     assert run.wait(30) == 0, run.output
@@ -172,7 +172,7 @@ def probed(ros: RosSystem, side: Side, label: str, core: Side) -> tuple[dict[str
         text = re.sub(r"[0-9a-f]{8}-[0-9a-f-]{27}", "RUN", file.read_text())
         text = re.sub(r"roslaunch-[\w-]+?-\d+\.log", "LAUNCHER.log", text)
         what = json.loads(text)
-        # pipros sets what setup files set; genuine ROS ran here without one that knows its distribution.
+        # pipros sets the variables of setup files; genuine ROS ran without one that sets its distribution.
         of_setup_files = ("ROS_DISTRO", "ROS_PYTHON_VERSION", "ROS_VERSION")
         for own in ("ROS_IP", "ROS_PACKAGE_PATH", *of_setup_files):
             what["environment"].pop(own, None)
@@ -181,7 +181,7 @@ def probed(ros: RosSystem, side: Side, label: str, core: Side) -> tuple[dict[str
     return seen, [line for line in parameters if not line.strip().startswith(unstable)]
 
 
-def test_nodes_see_the_same_world(ros: RosSystem, package: Path) -> None:
+def test_nodes_have_the_same_environment(ros: RosSystem, package: Path) -> None:
     genuine, genuine_parameters = probed(ros, ros.genuine, "genuine", ros.genuine)
     ours, our_parameters = probed(ros, ros.pipros, "ours", ros.pipros)
     assert sorted(genuine) == ["four", "one", "three", "two"]

@@ -1,4 +1,4 @@
-"""The Python API of roslaunch behaves as genuine roslaunch's: one program, run with both, prints the same."""
+"""The Python API of roslaunch behaves like the genuine one: a program prints the same with both."""
 
 from __future__ import annotations
 
@@ -93,13 +93,13 @@ def package(ros: RosSystem) -> Path:
 
 
 def outcomes(side: Side, program: str, folder: Path) -> list[str]:
-    """`label | outcome` lines of what the program printed."""
+    """Return the `label | outcome` lines of the program's output."""
     ended = side.run("python3", "-W", "ignore", PROGRAMS / program, folder, timeout_s=120, ROS_IP="127.0.0.1")
     assert ended.returncode == 0, ended.output
     found = []
     for line in ended.stdout:
         if line.startswith("@@"):
-            # Behind it may stand what a thread wrote before the end of the line.
+            # The output of a thread may follow before the end of the line.
             label, outcome = json.JSONDecoder().raw_decode(line[2:])[0]
             if label not in DIFFERENT:
                 found.append(f"{label} | {json.dumps(outcome)}")

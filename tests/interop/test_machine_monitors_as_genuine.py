@@ -1,4 +1,4 @@
-"""The monitors of diagnostic_common_diagnostics report under the same names as genuine's."""
+"""The monitors of diagnostic_common_diagnostics report under the names of the genuine ones."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_names_and_keys_are_those_of_genuine(
     assert seen["pipros"].keys() == seen["genuine"].keys()
     for name, (hardware_id, keys) in seen["genuine"].items():
         assert seen["pipros"][name][0] == hardware_id
-        # Sensors differ with what can be read, and genuine's fails to read the room on disks under Python 3.
+        # Sensors depend on the hardware, and the genuine monitor cannot read disk space under Python 3.
         if name.endswith("Information"):
             assert seen["pipros"][name][1] == keys
 
@@ -60,7 +60,7 @@ def test_faulty_transforms_are_reported_as_by_genuine(plain_ros: RosSystem) -> N
 
 
 def faults_told(ros: RosSystem, side: str) -> dict[str, tuple[int, str, frozenset[str]]]:
-    """Level, message and texts of each status of tf_monitor.py, once it has heard all nodes."""
+    """Return level, message and texts of each status of tf_monitor.py, once it has data of all nodes."""
     came: dict[str, tuple[int, str, frozenset[str]]] = {}
 
     def keep(array: Any) -> None:
@@ -90,7 +90,7 @@ def faults_told(ros: RosSystem, side: str) -> dict[str, tuple[int, str, frozense
 def reported(
     ros: RosSystem, side: str, program: str, arguments: list[str], ends: list[str]
 ) -> Mapping[str, tuple[str, list[str]]]:
-    """The hardware and the keys of each status of a program, once all have come with values."""
+    """Return the hardware and the keys of each status of a program, once all have values."""
     came: dict[str, Any] = {}
     with Node(f"probe_{side}", environment=Environment(master_uri=ros.master_uri)) as node:
         node.subscribe(

@@ -1,4 +1,4 @@
-"""The same calls to genuine rosmaster and to ours: the same codes, texts, values and notices."""
+"""The same calls to genuine rosmaster and to ours: the same codes, texts, values and notifications."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Slave:
 
 
 class Side:
-    """One master and the nodes that it knows."""
+    """A master and its nodes."""
 
     def __init__(self, uri: str) -> None:
         self.uri = uri
@@ -113,7 +113,7 @@ def _answers(side: Side) -> bool:
     return True
 
 
-def test_some_hundred_calls_are_answered_and_announced_as_genuine_rosmaster_does(ros: RosSystem) -> None:
+def test_hundreds_of_calls_have_the_responses_and_notifications_of_genuine_rosmaster(ros: RosSystem) -> None:
     with genuine(ros) as theirs, Master(port=0) as master:
         ours = Side(master.uri)
         try:
@@ -138,11 +138,11 @@ def test_random_calls_are_answered_as_by_genuine_rosmaster(ros: RosSystem, seed:
     with genuine(ros) as theirs, Master(port=0) as master:
         ours = Side(master.uri)
         try:
-            # Before the first service there is, genuine rosmaster has other words for one that is not.
+            # Until the first service exists, genuine rosmaster has another text for unknown services.
             first = ("registerService", ("/z", "/z", "rosrpc://z:1", "http://127.0.0.1:99/"))
             for method, params in [first, *random_calls(1500, seed)]:
                 expected, got = theirs.call(method, params), ours.call(method, params)
-                if "is not iterable" not in str(expected):  # where it fails itself
+                if "is not iterable" not in str(expected):  # for which it raises
                     assert got == expected, (method, params)
         finally:
             ours.close()

@@ -1,6 +1,6 @@
-"""Genuine rospy and roscpp nodes live with our master: names, kills, restarts.
+"""Genuine rospy and roscpp nodes with our master: names, kills, restarts.
 
-Each test has a talker of one kind and a listener of the other, and is done both ways round.
+Each test has a talker of one kind and a listener of the other, in both combinations.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ BOTH_WAYS = pytest.mark.parametrize(
 
 
 class Scene:
-    """Our master in a process of its own, and genuine nodes."""
+    """Our master in its own process, and genuine nodes."""
 
     def __init__(self, ros: RosSystem, folder: Path) -> None:
         self._ros = ros
@@ -57,7 +57,7 @@ class Scene:
         self.master = MasterClient(ros.master_uri, "/test", timeout_s=5)
 
     def start_master(self, *, resumes: bool = False) -> Process:
-        # With loopback told, as the genuine nodes of these tests are.
+        # With an explicit loopback address, like the genuine nodes of these tests.
         command = (sys.executable, "-m", "pipros.cli.rosmaster", "--core", "-p", str(self._ros.port))
         options = ("--resume", str(self.store)) if resumes else ()
         process = self._ros.pipros.start(*command, *options, ROS_IP="127.0.0.1")
@@ -65,7 +65,7 @@ class Scene:
         return process
 
     def start_talker(self, kind: str, name: str = "talker") -> Process:
-        """A node that publishes and, as all nodes do, has services and a parameter of its own."""
+        """A node that publishes and, like all nodes, has its own services and a parameter."""
         own = (f"__name:={name}", "_started:=true")
         if kind == "rospy":
             return self._start_script(ROSPY_TALKER, *own)
@@ -82,18 +82,18 @@ class Scene:
         return self._ros.genuine.start("/usr/bin/python3", str(file), *arguments)
 
     def registered(self, table: int, key: str = TOPIC) -> list[str]:
-        """The nodes that stand in one of the tables of `getSystemState` under a topic or service."""
+        """Return the nodes of a topic or service in one of the tables of `getSystemState`."""
         return dict(self.master.get_system_state()[table]).get(key, [])
 
     def api_of(self, node: str) -> str | None:
         return self._answers(lambda: self.master.lookup_node(node))
 
     def has_met(self, count: int) -> bool:
-        """True when so many nodes have answered the master, which then notices their end."""
+        """Return True if this number of nodes has responded to the master, which then detects their end."""
         return bool(self.master.call("pipros.getStatistics")["nodes_met"] == count)
 
     def has_kept_all(self) -> bool:
-        """True when the store has all that is registered, and the talker's parameter."""
+        """Return True if the store has all registrations and the talker's parameter."""
         state = self.master.get_system_state()
         expected = {
             (table, key, node) for table, rows in enumerate(state) for key, nodes in rows for node in nodes
@@ -118,12 +118,12 @@ def scene(ros: RosSystem, tmp_path: Path) -> Scene:
 
 
 def hears(listener: Process, talker: str = "/talker") -> None:
-    """Waits until the listener hears the talker, from now on."""
+    """Wait until the listener receives further messages of the talker."""
     listener.wait_for(rf"heard %\d+ from {talker}\b", since=listener.mark())
 
 
 @BOTH_WAYS
-def test_they_meet(scene: Scene, talker: str, listener: str) -> None:
+def test_talker_and_listener_connect(scene: Scene, talker: str, listener: str) -> None:
     scene.start_master()
     scene.start_talker(talker)
 
@@ -172,7 +172,7 @@ def test_nodes_that_are_killed_are_forgotten_without_rosnode_cleanup(
 
 
 @BOTH_WAYS
-def test_links_carry_on_without_a_master_and_all_is_known_again_after_a_resume(
+def test_links_survive_a_master_restart_and_resume_restores_registrations(
     scene: Scene, talker: str, listener: str
 ) -> None:
     first = scene.start_master(resumes=True)
@@ -211,6 +211,6 @@ def test_without_resume_a_restarted_master_knows_nothing_of_them_but_serves_new_
     scene.start_master()
 
     assert scene.master.get_system_state() == [[], [], []]
-    hears(staying)  # they live on
+    hears(staying)  # they continue to run
     scene.start_talker(talker, "late_talker")
     hears(scene.start_listener(listener, "late"), "/late_talker")

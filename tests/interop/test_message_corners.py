@@ -1,4 +1,4 @@
-"""Messages, their tools and times, in corners where genpy and genmsg have ways of their own."""
+"""Messages, their tools and times, in corner cases of genpy and genmsg."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tests.interop.programs.examine_corners import __file__ as script
 
 
 def test_every_corner_looks_as_in_genuine_ros() -> None:
-    # The texts of genuine ROS' definitions, comments and all.
+    # The texts of genuine ROS' definitions, including comments.
     path = {"ROS_PACKAGE_PATH": "/usr/share"}
     genuine = answers("/usr/bin/python3", {"PATH": "/usr/bin:/bin", **path})
     own = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")} | path

@@ -1,4 +1,4 @@
-"""Messages of pipros and of genuine genpy, asked the same questions."""
+"""Messages of pipros compared with those of genuine genpy."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_made_up_types_look_the_same_to_a_program(first: int) -> None:
 
 
 def is_own_accident(answer: Any) -> bool:
-    """True when genuine genpy stumbled over code that it generated itself, which happens."""
+    """Return True if genuine genpy failed in its own generated code, as it sometimes does."""
     return isinstance(answer, list) and answer[1] in ("SyntaxError", "AttributeError", "NameError")
 
 
@@ -80,6 +80,6 @@ def test_values_that_do_not_fit_a_field_are_refused_with_genpys_text() -> None:
             ):
                 assert mine == theirs, where
                 compared += 1
-            else:  # genuine leaks an AttributeError, or a text about its own internals
+            else:  # genuine ROS raises AttributeError, or prints a text about its internals
                 assert mine[:2] == ["raised", "SerializationError"], where
     assert compared > 1500

@@ -25,7 +25,7 @@ RUNTIME = (
 MANIFEST = """<package format="2"><name>finds</name><version>1.0.0</version><description>d</description>
 <maintainer email="m@example.org">m</maintainer><license>none</license>
 <buildtool_depend>catkin</buildtool_depend>{more}</package>"""
-# A generator expression leaves the package to CMake.
+# Because of a generator expression, the package is passed to CMake.
 CMAKE = """cmake_minimum_required(VERSION 3.0.2)
 project(finds)
 find_package(catkin REQUIRED COMPONENTS {names})
@@ -37,7 +37,7 @@ SOURCED = ". devel/setup.bash && catkin_make"
 
 @dataclass(frozen=True, slots=True)
 class Build:
-    """A command, its exit code and what it printed."""
+    """Return a command with its exit code and output."""
 
     command: str
     code: int
@@ -66,7 +66,7 @@ def workspace(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Path:
 
 
 def names_to_find() -> list[str]:
-    """The packages of ROS that are installed, and those of Python that are not and come with pipros."""
+    """Return the installed ROS packages, and the Python packages that only pipros includes."""
     shipped = {file.parent.name for file in SHARED_PACKAGES.glob("*/package.xml")}
     built = {file.parent.name for file in SHARED_PACKAGES.glob("*/CMakeLists.txt")}
     return [name for name in FOUND_BY_CMAKE if is_installed(name, {}) or name in shipped - built]
@@ -89,7 +89,7 @@ def build(workspace: Path, command: str) -> Build:
 
 
 def source(side: Side, setup: Path) -> None:
-    """Gives programs of pipros the environment of a terminal that sourced a setup file."""
+    """Give programs of pipros the environment of a terminal that sourced a setup file."""
     side.environment.pop("ROS_PACKAGE_PATH", None)
     listing = side.run("bash", "-c", f". '{setup}' && env -0").stdout[0]
     side.environment.update(entry.split("=", 1) for entry in listing.split("\0") if "=" in entry)
@@ -129,7 +129,7 @@ def test_it_is_built_in_isolation_and_runs_on_pipros(plain_ros: RosSystem, tmp_p
 
 
 def check_that_all_works(ros: RosSystem, prefix: Path) -> None:
-    """Runs both nodes by roslaunch and by rosrun, and looks at them with the tools."""
+    """Run both nodes with roslaunch and rosrun, and inspect them with the tools."""
     side = ros.pipros
     assert Path(side.environment["ROS_ROOT"]).is_dir()
     assert Path(side.environment["ROS_ETC_DIR"]).is_dir()

@@ -1,4 +1,4 @@
-"""Setup files of three workspaces, sourced in many orders, give the same environment as genuine ones."""
+"""Setup files of three workspaces, sourced in many orders, set the same variables as genuine ones."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FILES = {
     "tool": "#!/bin/sh\n",
 }
 
-# `under` is below `over`; `other` stands alone. SETUP is the file for the shell.
+# `under` is below `over`; `other` is independent. SETUP is the file for the shell.
 SEQUENCES = [
     ". under/devel/SETUP",
     ". over/devel/SETUP",
@@ -68,7 +68,7 @@ def base(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Path:
 
 @pytest.fixture(scope="session")
 def sides(base: Path, bare_tools: Path) -> dict[str, Processes]:
-    """Programs of pipros and genuine ROS without a workspace set up; each has the three, built once."""
+    """Programs of pipros and genuine ROS before a setup file is sourced; both have three workspaces."""
     uri = "http://127.0.0.1:1"
     kept = machine_folder("overlays", (Path(__file__), CATKIN))
     made = {}
@@ -109,7 +109,7 @@ def test_the_environment_is_that_of_genuine_setup_files(
 
 
 def environment(side: Processes, shell: str, script: str) -> list[str]:
-    """What the variables are, with the folders of each side's own left out."""
+    """Return the variables without the folders of either implementation."""
     ended = side.run(shell, "-c", script)
     assert ended.returncode == 0, ended.output
     own = {"/usr/lib/python3/dist-packages", *side.environment["PATH"].split(":")}

@@ -1,7 +1,7 @@
-"""One package with all that packages without compiled code have, built by genuine catkin and by pipros.
+"""A package with all features that need no compiler, built by genuine catkin and by pipros.
 
-The install spaces hold the same files with the same modes and contents, the tests leave results of the same
-names, and the setup files carry out the same hooks.
+The install spaces contain the same files with the same modes and contents, the tests write results of the
+same names, and the setup files run the same hooks.
 """
 
 from __future__ import annotations
@@ -125,7 +125,7 @@ def make_workspace(side: Side, base: Path) -> None:
 
 
 def installed(base: Path) -> dict[str, tuple[str, bytes]]:
-    """Path, mode and content of what the package installed."""
+    """Return path, mode and content of the installed files."""
     install = base / "install"
     found = {}
     for path in install.rglob("*"):
@@ -136,11 +136,11 @@ def installed(base: Path) -> dict[str, tuple[str, bytes]]:
 
 
 def results(base: Path) -> set[str]:
-    """The names of the result files."""
+    """Return the names of the result files."""
     return {path.name for path in (base / "build/test_results").rglob("*.xml")}
 
 
-def test_a_package_comes_out_as_from_genuine_catkin(ros: RosSystem, tmp_path: Path) -> None:
+def test_a_package_is_built_and_installed_as_by_genuine_catkin(ros: RosSystem, tmp_path: Path) -> None:
     genuine, pipros = machine_folder("everything", (Path(__file__), CATKIN)), tmp_path / "pipros"
     make_once(genuine, lambda: make_workspace(ros.genuine, genuine))
     make_workspace(ros.pipros, pipros)
@@ -156,7 +156,7 @@ def test_a_package_comes_out_as_from_genuine_catkin(ros: RosSystem, tmp_path: Pa
 
 
 def hooks(ros: RosSystem, space: Path, shell: str) -> str:
-    """What the hooks of a space say when it is sourced twice in a shell."""
+    """Return the output of the hooks of a space that is sourced twice."""
     source = f". ./setup.{shell}"
     ended = ros.genuine.processes.run(
         shell, "-c", f'{source}; {source}; echo "$HOOKS"', cwd=space,

@@ -1,4 +1,4 @@
-"""The graph of the page is what genuine rosgraph finds in the same system."""
+"""The graph of the page equals that of genuine rosgraph for the same system."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def genuine_edges(ros: RosSystem) -> dict[str, Any]:
 
 
 def observe(ros: RosSystem, nodes: int) -> Observation:
-    """Looks until all nodes have answered or failed, as the page does: 60 nodes at most each time."""
+    """Poll until all nodes have responded or failed, as the page does: at most 60 nodes each time."""
     observer = SystemObserver(MasterClient(ros.master_uri, "/page", timeout_s=30))
     observation = observer.poll()
     for _ in range(nodes // 50):
@@ -51,7 +51,7 @@ def arrows(observation: Observation, options: GraphOptions) -> list[list[str]]:
 
 
 def of_genuine(edges: list[list[str]]) -> list[list[str]]:
-    """Genuine's edges between nodes and topics, which it tells apart by a space, as arrows of the page."""
+    """Convert genuine edges between nodes and topics, marked by a space, to arrows of the page."""
     return sorted(
         [_key(start), _key(end), start[1:] if start.startswith(" ") else end[1:]] for start, end, _ in edges
     )
@@ -89,7 +89,7 @@ def test_the_case_study(ros: RosSystem) -> None:
 
 
 class RandomSystem:
-    """Nodes of which only `getBusInfo` and `getBusStats` are real, with random topics between them.
+    """Nodes with only `getBusInfo` and `getBusStats`, and random topics between them.
 
     Of a connection one end or both tell. Some topics have no publisher, some no subscriber; some nodes are
     dead.
@@ -166,20 +166,20 @@ def random_system() -> Iterator[RandomSystem]:
     system.close()
 
 
-@pytest.mark.timeout(240)  # either side may take its minutes on a busy machine
+@pytest.mark.timeout(240)  # either side may take minutes on a busy machine
 def test_300_nodes_and_1000_topics(plain_ros: RosSystem, random_system: RandomSystem) -> None:
     plain_ros.serve_master()
     with ServerProxy(plain_ros.master_uri) as master:
         random_system.register(master)
     dead = {f"/node{node}" for node in random_system.dead}
-    # On a busy machine a node may miss the deadline of either side. Ours asks again, genuine's are left out.
+    # On a busy machine a node may miss the deadline of either side. Ours retries, genuine ones are skipped.
     observation = wait_until(lambda: _with_dead(observe(plain_ros, NODES), dead), 60, "only the dead to fail")
     genuine = genuine_edges(plain_ros)
     silent = set(genuine["bad"])
     assert dead <= silent
     assert sorted(observation.nodes) == genuine["nodes"]
 
-    # Genuine rqt_graph learns about a connection from the subscriber only.
+    # Genuine rqt_graph learns about a connection only from the subscriber.
     ours = sorted([each.publisher, each.subscriber, each.topic] for each in observation.connections)
     assert [each for each in ours if each[1] not in silent] == genuine["connections"]
     assert [each for each in ours if each[1] not in dead] == sorted(
@@ -194,4 +194,4 @@ def test_300_nodes_and_1000_topics(plain_ros: RosSystem, random_system: RandomSy
     elapsed_s = time.perf_counter() - begin_s
     print(f"{len(graph.vertices)} vertices, {len(graph.arrows)} arrows: laid out in {elapsed_s:.2f} s")
     assert len(scene.boxes) == len(graph.vertices) >= 1200
-    assert elapsed_s < 30  # 2 s are promised, on a quiet machine
+    assert elapsed_s < 30  # 2 s on an idle machine

@@ -1,6 +1,6 @@
-"""Every public name of genuine ROS's Python packages is here, and can be called as there.
+"""Every public name of genuine ROS's Python packages exists, with the same arguments.
 
-What differs on purpose is listed in `python_api_differences.py`, and nothing else may differ.
+`python_api_differences.py` lists the only allowed differences.
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ def dump(python: str, environment: dict[str, str]) -> Described:
 
 @cache
 def listed(name: str) -> Difference | None:
-    """The entry of the table that covers a name, if one does."""
+    """Return the entry of the table that covers a name, if one does."""
     for difference in DIFFERENCES:
         if any(fnmatch.fnmatchcase(name, pattern) for pattern in difference.names):
             return difference
@@ -131,7 +131,7 @@ def listed(name: str) -> Difference | None:
 
 
 def differences(genuine: Described, ours: Described) -> Iterator[tuple[str, str]]:
-    """What is missing or cannot be called as there: `(full name, what is wrong)`."""
+    """Return missing names and different signatures as `(full name, difference)`."""
     for module, names in genuine.items():
         for name, there in names.items():
             here = ours.get(module, {}).get(name)
@@ -165,13 +165,13 @@ def differences_of(name: str, there: Described, here: Described) -> Iterator[tup
 
 
 def takes(here: list[Parameter] | None, there: list[Parameter] | None) -> bool:
-    """Whether everything that may be given to a function there may be given to it here."""
+    """Return True if the function accepts every argument that the genuine one accepts."""
     if there is None:
         return True
     if here is None:
         return False
     if here[:1] and here[0][0] == "self" and (not there or there[0][0] != "self"):
-        here = here[1:]  # a method that was made by a decorator there
+        here = here[1:]  # a method that genuine ROS creates with a decorator
     for place, (name, kind, has_default, default) in enumerate(there):
         if kind.startswith("VAR_"):
             if not any(parameter[1] == kind for parameter in here):
@@ -194,7 +194,9 @@ def shown(parameters: list[Parameter] | None) -> str:
 
 
 @pytest.mark.timeout(240)
-def test_every_public_name_is_here_and_can_be_called_as_there(both: tuple[Described, Described]) -> None:
+def test_every_public_name_of_genuine_ros_exists_with_its_arguments(
+    both: tuple[Described, Described],
+) -> None:
     wrong = []
     for name, what in differences(*both):
         known = listed(name) or listed(name.rpartition(".")[0])
@@ -204,7 +206,7 @@ def test_every_public_name_is_here_and_can_be_called_as_there(both: tuple[Descri
 
 
 @pytest.mark.timeout(240)
-def test_no_difference_is_listed_that_there_is_not(both: tuple[Described, Described]) -> None:
+def test_every_listed_difference_exists(both: tuple[Described, Described]) -> None:
     different = [name for name, _ in differences(*both)]
     different += [name.rpartition(".")[0] for name in different]
     named = [f"{module}.{name}" for module, names in both[0].items() for name in names]
@@ -247,7 +249,9 @@ def test_private_names_that_published_packages_use_are_here(tmp_path: Path) -> N
 
 @pytest.mark.timeout(120)
 @pytest.mark.parametrize(("script", "outcomes"), SCRIPTS.items(), ids=list(SCRIPTS))
-def test_functions_that_take_plain_input_do_as_there(script: str, outcomes: int, tmp_path: Path) -> None:
+def test_functions_with_plain_arguments_return_the_same_as_in_genuine_ros(
+    script: str, outcomes: int, tmp_path: Path
+) -> None:
     uri = "http://127.0.0.1:1"
     tools = make_tool_folder(tmp_path / "tools")
     genuine = outcomes_of(script, "/usr/bin/python3", genuine_environment(tmp_path, uri))
@@ -258,7 +262,7 @@ def test_functions_that_take_plain_input_do_as_there(script: str, outcomes: int,
 
 
 def outcomes_of(script: str, python: str, environment: dict[str, str]) -> list[str]:
-    """What the program printed, one call a line, without addresses of objects."""
+    """Return the output of the program, one call per line, without addresses of objects."""
     program = Path(__file__).parent / "programs" / script
     ran = subprocess.run(
         [python, str(program)],
@@ -269,7 +273,7 @@ def outcomes_of(script: str, python: str, environment: dict[str, str]) -> list[s
     )
     assert ran.returncode == 0, ran.stderr
     lines = (line for line in ran.stdout.splitlines() if line.startswith("@@"))
-    # Errors in definitions name file, line and column here.
+    # Errors in definitions name file, line and column in pipros.
     plain = (re.sub(r'\["InvalidMsgSpec", .*', "InvalidMsgSpec", line) for line in lines)
     return [re.sub(r"0x[0-9a-f]+", "…", line) for line in plain]
 
@@ -304,7 +308,7 @@ USED_WITHOUT_IMPORT = (
 
 
 def test_scripts_use_modules_that_rospy_imports(tmp_path: Path) -> None:
-    """As in gazebo_ros, whose scripts write `import xml` and then use `xml.etree.ElementTree`."""
+    """Like gazebo_ros, whose scripts use `xml.etree.ElementTree` after `import xml`."""
     program = (
         "import functools, importlib, rospy\n"
         f"for name in {USED_WITHOUT_IMPORT}:\n"

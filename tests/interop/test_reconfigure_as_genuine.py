@@ -1,4 +1,4 @@
-"""dynamic_reconfigure between pipros and genuine ROS, in either direction: the same traffic and answers."""
+"""dynamic_reconfigure between pipros and genuine ROS in either direction: the same traffic and responses."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ exit(gen.generate(PACKAGE, "tuning", "Tuning"))
 
 
 @pytest.mark.parametrize("words", [(), ("frobnicate",), ("get",), ("set", "node")])
-def test_a_wrong_command_line_of_dynparam_ends_alike(plain_ros: RosSystem, words: tuple[str, ...]) -> None:
+def test_wrong_command_lines_of_dynparam_exit_alike(plain_ros: RosSystem, words: tuple[str, ...]) -> None:
     codes = [
         side.run("rosrun", "dynamic_reconfigure", "dynparam", *words).wait()
         for side in (plain_ros.genuine, plain_ros.pipros)
@@ -59,7 +59,7 @@ def test_parameters_change_alike(plain_ros: RosSystem, tmp_path: Path) -> None:
     expected = seen["genuine", "genuine"]
     assert len(expected[0]) == 12
     for pair, found in seen.items():
-        # The words of the two errors are our own.
+        # The texts of the two errors are our own.
         differing = [
             (a, b) for a, b in zip(found[0], expected[0], strict=True) if a != b and "param" not in a
         ]

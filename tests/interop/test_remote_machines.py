@@ -1,4 +1,4 @@
-"""Nodes on another machine, by genuine roslaunch and by ours, over a real ssh to this one."""
+"""Nodes on another machine, started by genuine roslaunch and ours over a real ssh connection."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def programs(ros: RosSystem) -> Path:
 
 
 def loader_of(side: Side, folder: Path) -> Path:
-    """An env-loader that gives what is started by ssh the environment of a side, and nothing else."""
+    """An env-loader with only the environment of one side, for programs started by ssh."""
     loader = folder / "loader"
     variables = "".join(
         f" '{name}={value}'" for name, value in side.environment.items() if name != "ROS_MASTER_URI"
@@ -84,7 +84,7 @@ def loader_of(side: Side, folder: Path) -> Path:
 def launch_on_genuine(
     ros: RosSystem, sshd: SshServer, programs: Path, other: str = "waits", more: str = ""
 ) -> Process:
-    """Genuine roslaunch here, ours as its child there. Genuine roslaunch takes the address 0 for another
+    """Genuine roslaunch as the parent, ours as its child. Genuine roslaunch treats the address 0 as another
     machine; it connects to this one."""
     file = programs / "x.launch"
     loader = loader_of(ros.pipros, programs)
@@ -93,7 +93,7 @@ def launch_on_genuine(
 
 
 def told(ros: RosSystem, node: str) -> list[str]:
-    """What a node of the type `tell` was given: its arguments and its environment."""
+    """Return the arguments and the environment of a node of the type `tell`."""
     return wait_until(lambda: (ros.home / node).exists() and (ros.home / node).read_text().splitlines())
 
 
@@ -128,7 +128,7 @@ def test_the_child_of_a_genuine_parent_ends_with_a_required_node(
     running = launch_on_genuine(ros, sshd, programs, "ends", 'required="true"')
     running.wait_for(r"\[0-0\]: =+REQUIRED process \[other-2\] has died!")
     running.wait_for(r"\[0-0\]: \[g/there-1\] killing on exit")
-    running.wait_for(r"\[0-0\] process has died")  # a genuine parent stays, as it does with a genuine child
+    running.wait_for(r"\[0-0\] process has died")  # a genuine parent keeps running, as with a genuine child
     ros.pipros.processes.assert_nothing_left()
 
 
@@ -147,7 +147,7 @@ def test_nothing_of_the_child_outlives_a_genuine_parent_that_is_killed(
     running.wait_for("done launching nodes")
     running.kill()
     ros.pipros.processes.assert_nothing_left(timeout_s=15.0)
-    for line in ros.genuine.processes.left():  # genuine ROS leaves a master behind
+    for line in ros.genuine.processes.left():  # genuine ROS leaves a master running
         with suppress(ProcessLookupError):
             os.kill(int(line.partition(":")[0]), signal.SIGKILL)
 

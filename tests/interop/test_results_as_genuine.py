@@ -100,7 +100,7 @@ def package(ros: RosSystem, tmp_path: Path) -> Path:
 
 
 def run(side: Side, *command: str) -> tuple[Process, dict[str, str]]:
-    """The ended program, and the result files that it left, by name."""
+    """Return the ended program, and its result files by name."""
     results = Path(side.environment["ROS_HOME"]) / "results"
     ended = side.run(*command, ROS_TEST_RESULTS_DIR=str(results))
     left = {file.name: file.read_text() for file in results.rglob("*.xml")}
@@ -110,11 +110,11 @@ def run(side: Side, *command: str) -> tuple[Process, dict[str, str]]:
 
 
 def comparable(text: str) -> str:
-    """The text without what differs from run to run, and without the frames of unittest and rostest."""
+    """Return the text without parts that vary between runs, and without frames of unittest and rostest."""
     text = re.sub(r'time="[\d.]+"', "time", text)
     text = re.sub(r"rostest-[\w.-]+-\d+\.log", "rostest.log", text)
     text = re.sub(r'(?m)^  File "[^"]*/(unittest|rostest|rosunit|roslaunch|rospkg)/.*\n(    .*\n)*', "", text)
-    # Genuine puts these before reasons that are complete without them.
+    # Genuine ROS puts these before reasons that are complete without them.
     return text.replace("False is not true : ", "").replace("[Errno 111] ", "")
 
 
@@ -155,7 +155,7 @@ def test_rostest_reports_and_ends_as_genuine_does(
 
     assert (ours.returncode, theirs.returncode) == (code, code), ours.output
     assert comparable("\n".join(ours.stdout)) == comparable("\n".join(theirs.stdout))
-    # Genuine leaves an empty shell of a result file behind a program that was ended.
+    # The genuine one writes an empty result file for a program that was ended.
     their_files = {name: text for name, text in their_files.items() if "<testsuite" in text}
     assert sorted(our_files) == sorted(their_files)
     for name in our_files:
@@ -181,7 +181,7 @@ def test_rostest_reports_and_ends_as_genuine_does(
     ],
     ids=lambda options: " ".join(options) or "nothing",
 )
-def test_options_of_rostest_mean_what_they_mean_in_genuine(
+def test_options_of_rostest_have_the_effect_of_genuine_ones(
     ros: RosSystem, package: Path, options: list[str]
 ) -> None:
     options = [option.replace("{package}", str(package)) for option in options]
@@ -225,7 +225,7 @@ def test_the_command_rosunit_runs_a_test_program_as_genuine_does(
 
 
 def _cases(text: str) -> list[str]:
-    """The cases of a result file with how they ended, without what was printed meanwhile."""
+    """Return the cases of a result file with their outcomes, without output."""
     cases = comparable(text).partition("<system-out>")[0]
     return re.sub(r'type="\w+"', "type", cases).splitlines()
 
@@ -263,7 +263,7 @@ def make_results(ros: RosSystem) -> Path:
         "check_test_ran.py results/three/rosunit-gone.xml",
     ],
 )
-def test_the_helper_programs_of_rosunit_do_as_there(ros: RosSystem, words: str) -> None:
+def test_the_helper_programs_of_rosunit_behave_like_genuine_ones(ros: RosSystem, words: str) -> None:
     outcomes = []
     for side in (ros.genuine, ros.pipros):
         folder = make_results(ros)

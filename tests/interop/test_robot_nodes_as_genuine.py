@@ -1,4 +1,4 @@
-"""robot_state_publisher and joint_state_publisher with those of the other side, on one graph."""
+"""robot_state_publisher and joint_state_publisher of both sides, on one graph."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ PARAMETERS = {
 
 
 def program(side: str, name: str) -> list[str]:
-    """How a node is started: Debian's packages of both are found by path."""
+    """Return the command line of a node: Debian's packages of both are found by path."""
     return ["rosrun", name, name] if side == "pipros" else [f"/usr/lib/{name}/{name}"]
 
 
@@ -55,7 +55,7 @@ def test_the_frames_and_joints_are_the_same(plain_ros: RosSystem, chosen: str) -
     described = pipros.run("rosrun", "xacro", "xacro", package / "urdf" / "arm.urdf.xacro")
     pipros.run("rosparam", "set", "robot_description", "\n".join(described.stdout))
     (plain_ros.home / "collect.py").write_text(COLLECT)
-    # Genuine's joint_state_publisher is Python: unmodified, it runs on rospy of pipros, too.
+    # The genuine joint_state_publisher is Python: unmodified, it runs on pipros' rospy, too.
     modules = plain_ros.home / "modules"
     shutil.copytree(MODULES / "joint_state_publisher", modules / "joint_state_publisher")
     collected = {}

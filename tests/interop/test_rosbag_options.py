@@ -1,4 +1,4 @@
-"""Every option of genuine rosbag is one of ours, with the same letters and the same need of a value."""
+"""Our rosbag has every option of the genuine one, with the same letters and the same values."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def sides(claimed_port: ClaimedPort, tmp_path: Path, bare_tools: Path) -> Iterat
 
 
 def options(side: Side, *argv: str) -> dict[str, tuple[frozenset[str], bool]]:
-    """The options of a help text by each name: all their names, and whether a value follows."""
+    """Return the options of a help text by each name: all their names, and whether a value follows."""
     done = side.run(*argv, "--help")
     assert done.returncode == 0, done.output
     found = {}
@@ -36,7 +36,7 @@ def options(side: Side, *argv: str) -> dict[str, tuple[frozenset[str], bool]]:
         if match is None:
             continue
         text = match[1].replace("[ ", ", ").replace(" ]", "")  # boost writes -h [ --help ]
-        text = text.replace("[=arg", "")  # --split had a size once, and may still be given one
+        text = text.replace("[=arg", "")  # --split once took a size, and still accepts one
         names = frozenset(re.findall(r"(?<![\w-])--?[A-Za-z][\w-]*", text))
         takes_value = bool(re.search(r"=[A-Z]| [A-Z]| arg", text))
         found.update(dict.fromkeys(names, (names, takes_value)))
@@ -60,7 +60,7 @@ def test_the_options_of_the_programs_are_those_of_genuine_ones(program: str, sid
         options(sides.pipros, "rosbag", program),
     )
 
-    for several in ("--topics", "--pause-topics"):  # take words up to the next option, as rosbag's own do
+    for several in ("--topics", "--pause-topics"):  # take words up to the next option, like genuine ones
         assert genuine.pop(several, None) or program == "record"
     assert len(genuine) > 20
     assert {name: ours.get(name) for name in genuine} == genuine

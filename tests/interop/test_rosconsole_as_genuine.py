@@ -46,7 +46,7 @@ MISTAKES = (
 
 @pytest.fixture(params=["genuine", "pipros"])
 def speaker(request: pytest.FixtureRequest, ros: RosSystem) -> Process:
-    """A node that logs, of either side, with a master of the other."""
+    """A logging node of one implementation, with a master of the other."""
     side, other = (ros.genuine, ros.pipros) if request.param == "genuine" else (ros.pipros, ros.genuine)
     if other is ros.genuine:
         other.start_bare_master()
@@ -58,17 +58,17 @@ def speaker(request: pytest.FixtureRequest, ros: RosSystem) -> Process:
     return process
 
 
-def test_both_get_the_same_answers(ros: RosSystem, speaker: Process) -> None:
+def test_both_get_the_same_responses(ros: RosSystem, speaker: Process) -> None:
     assert differences(ros, QUESTIONS) == {}
 
 
 @pytest.mark.parametrize("speaker", ["pipros"], indirect=True)
-def test_both_understand_mistakes_alike(ros: RosSystem, speaker: Process) -> None:
+def test_both_handle_errors_alike(ros: RosSystem, speaker: Process) -> None:
     assert differences(ros, MISTAKES) == {}
 
 
 def differences(ros: RosSystem, commands: Sequence[str]) -> dict[str, object]:
-    """What both did, where it was not the same."""
+    """Return the outcomes that differ."""
     different: dict[str, object] = {}
     for command in commands:
         outcomes = []
@@ -83,7 +83,7 @@ def differences(ros: RosSystem, commands: Sequence[str]) -> dict[str, object]:
 def _plain(lines: list[str]) -> list[str]:
     """Without colours, which genuine rosconsole prints into pipes, and without times."""
     text = re.sub(r"\x1b\[\d+m", "", "\n".join(lines))
-    text, _, _ = text.partition("Exception in thread")  # genuine rosconsole, at times, when it ends
+    text, _, _ = text.partition("Exception in thread")  # genuine rosconsole, sometimes, at its end
     return re.sub(r"\[\d{4}-.* \([\d.]+\)\]", "[WHEN]", text).split("\n")
 
 

@@ -31,7 +31,7 @@ CALLS = [
 
 
 def _changes(ros: RosSystem, side: Side, log: Path) -> list[str]:
-    """What a master logs about the calls: the lines that begin with a plus or a minus."""
+    """Return the log lines of a master about the calls, which begin with a plus or a minus."""
     master = side.start("rosmaster", "--core", "-p", str(ros.port), f"__log:={log}")
     for caller, method, *params in CALLS:
         client = MasterClient(ros.master_uri, caller, timeout_s=10)
@@ -51,7 +51,7 @@ def _is_up(client: MasterClient) -> bool:
         return False
 
 
-def test_master_log_tells_of_changes_in_the_same_lines(ros: RosSystem, tmp_path: Path) -> None:
+def test_master_log_has_the_same_lines(ros: RosSystem, tmp_path: Path) -> None:
     ours, genuine = (
         [re.sub(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d,\d{3}", "TIME", line) for line in _changes(ros, side, log)]
         for side, log in ((ros.pipros, tmp_path / "ours.log"), (ros.genuine, tmp_path / "genuine.log"))
@@ -70,7 +70,7 @@ def test_master_log_tells_of_changes_in_the_same_lines(ros: RosSystem, tmp_path:
         "rosservice uri /rosout/get_loggers",
     ],
 )
-def test_the_same_is_there_after_roscore(ros: RosSystem, question: str) -> None:
+def test_a_new_roscore_gives_tools_the_same_answers(ros: RosSystem, question: str) -> None:
     answers = []
     for side in (ros.pipros, ros.genuine):
         core = side.start_master()

@@ -22,7 +22,7 @@ def test_tools_are_programs_of_their_packages(ros: RosSystem, package: str) -> N
     assert (ours.returncode, ours.output) == (genuine.returncode, genuine.output)
 
 
-def test_the_launch_files_of_the_package_roslaunch_are_where_genuine_ones_are(ros: RosSystem) -> None:
+def test_the_package_roslaunch_has_the_launch_files_of_the_genuine_one(ros: RosSystem) -> None:
     for name in ("example.launch", "example-min.launch", "example-include.launch"):
         for side in (ros.pipros, ros.genuine):
             listed = ask(side, "roslaunch", "--files", "roslaunch", name)
@@ -32,7 +32,7 @@ def test_the_launch_files_of_the_package_roslaunch_are_where_genuine_ones_are(ro
 
 @pytest.mark.parametrize("arguments", [["example-args.launch", "who:=me"], ["example-min.launch"]])
 def test_genuine_roslaunch_reads_our_examples_as_we_do(ros: RosSystem, arguments: list[str]) -> None:
-    """Those without `$(find roslaunch)`, which is genuine roslaunch's own folder there."""
+    """The files without `$(find roslaunch)`, which is the genuine folder in genuine ROS."""
     folder = ros.pipros.run("rospack", "find", "roslaunch").stdout[0]
     file, *rest = arguments
     path = f"{folder}/resources/{file}"

@@ -1,4 +1,4 @@
-"""rospack gives the same answers, errors and exit codes as the genuine one, on the same packages."""
+"""rospack has the same output, errors and exit codes as the genuine one, on the same packages."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def test_the_answer_is_that_of_genuine_rospack(
     answer = ask(genuine, "rospack", *words)
     theirs = comparable(words, answer.returncode, answer.stdout, answer.stderr)
 
-    # In this process: the interpreter's start would take longer than all else.
+    # In this process, because starting the interpreter would take most of the time.
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
     monkeypatch.chdir(base)
@@ -135,9 +135,9 @@ def test_the_answer_is_that_of_genuine_rospack(
 
 
 def comparable(words: list[str], code: int, out: list[str], err: list[str]) -> tuple[int, list[str], str]:
-    """Exit code, answer and complaint, the last without what only genuine rospack says of itself."""
+    """Return exit code, output and errors, without the lines that only genuine rospack prints."""
     complaint = "\n".join(itertools.dropwhile(lambda line: not line.startswith("[rospack]"), err))
     answer = sorted(out) if words and words[0] in UNSORTED else out
     if code and answer == [""]:
-        answer = []  # an empty line in spite of the mistake
+        answer = []  # an empty line despite the error
     return code, answer, re.sub(r".*(pkg-config --\S+ \S+)'.*", r"\1", complaint)

@@ -1,4 +1,4 @@
-"""Every public function of rospy, with good and bad arguments, does what genuine rospy does.
+"""Every public function of rospy behaves like genuine rospy, with valid and invalid arguments.
 
 Each script runs under genuine rospy and under pipros, and has to print the same.
 """
@@ -59,7 +59,7 @@ SCRIPTS = {
 
 
 def run(side: Side, python: str, script: str, *arguments: str) -> list[str]:
-    """What the script printed, as `part | label | outcome` lines without addresses."""
+    """Return the output of the script: `part | label | outcome` lines without addresses."""
     path = str(Path(__file__).parent / "programs" / script)
     process: Process = side.run(python, path, *arguments, timeout_s=50, ROS_NAMESPACE="ns")
     assert process.returncode == 0, process.output
@@ -78,7 +78,7 @@ def run(side: Side, python: str, script: str, *arguments: str) -> list[str]:
 
 @pytest.mark.timeout(120)
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: f"{script[0]}-{script[-1]}")
-def test_rospy_does_what_genuine_rospy_does(ros: RosSystem, script: tuple[str, ...]) -> None:
+def test_rospy_behaves_like_genuine_rospy(ros: RosSystem, script: tuple[str, ...]) -> None:
     with Master(port=ros.port):
         genuine = run(ros.genuine, "/usr/bin/python3", *script)
     with Master(port=ros.port):

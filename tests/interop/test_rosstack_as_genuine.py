@@ -1,4 +1,4 @@
-"""`rosstack`, `rosclean`, `rosversion` and `roslaunch-complete` answer like those of genuine ROS."""
+"""`rosstack`, `rosclean`, `rosversion` and `roslaunch-complete` print the same as genuine ones."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ STACK_COMMANDS = (
 
 @pytest.fixture
 def packages(ros: RosSystem) -> Path:
-    """A metapackage of two packages, one with a launch file, as the only thing on the path of both sides."""
+    """A metapackage of two packages, one with a launch file, alone on the path of both sides."""
     source = ros.home / "src"
     contents = {
         "one": "",
@@ -144,5 +144,5 @@ def test_both_clean_alike(ros: RosSystem) -> None:
 
 
 def _without_sizes(line: str) -> str:
-    """File systems differ in what folders take, which shows in the last digit."""
+    """File systems use different sizes for folders, which changes the last digit."""
     return re.sub(r"^([\d.]+)[KM] ", "SIZE ", line)

@@ -1,4 +1,4 @@
-"""The test nodes of rostest have the parameters, cases and exit codes of the genuine ones."""
+"""The test nodes of rostest have the same parameters, cases and exit codes as the genuine ones."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def system(tmp_path_factory: pytest.TempPathFactory, bare_tools: Path) -> Iterat
 
 @pytest.mark.parametrize("scene", SCENES, ids=[f"{scene.node} {scene.params}" for scene in SCENES])
 def test_a_genuine_test_node_ends_as_ours_does(system: LevelSystem, scene: Scene) -> None:
-    """That ours ends this way is tested by tests/graph/test_rostest_nodes.py, with the same scenes."""
+    """tests/graph/test_rostest_nodes.py tests our outcomes with the same scenes."""
     ended, cases = system.run(scene, f"scene_{SCENES.index(scene)}")
 
     assert ended.returncode == (0 if scene.passes else 1), ended.output

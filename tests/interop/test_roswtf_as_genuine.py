@@ -51,7 +51,7 @@ _LEFT_OUT = re.compile(
 
 @pytest.fixture
 def environment(ros: RosSystem) -> dict[str, str]:
-    """What both sides get: an empty package path, and folders that can be written."""
+    """The environment of both sides: an empty package path, and writable folders."""
     root = ros.home / "share" / "ros"
     packages = ros.home / "src"
     for folder in (root, packages, ros.home / ".ros" / "log"):
@@ -65,7 +65,7 @@ def environment(ros: RosSystem) -> dict[str, str]:
 
 
 def findings(side: Side, environment: dict[str, str], *arguments: str) -> list[str]:
-    """The lines of what roswtf prints, without colours, those of rules that are left out, and their count."""
+    """Return the output of roswtf without colours, the lines of omitted rules, and their count."""
     run = ask if "--offline" in arguments else Side.run
     done = run(side, "roswtf", *arguments, timeout_s=60.0, **environment)
     assert done.returncode == 0, done.output
@@ -106,13 +106,13 @@ def test_both_find_the_same_in_an_environment(ros: RosSystem, environment: dict[
     assert different == {}
 
 
-def test_both_doubt_a_foreign_ip(ros: RosSystem, environment: dict[str, str]) -> None:
+def test_both_warn_about_a_foreign_ip(ros: RosSystem, environment: dict[str, str]) -> None:
     for lines in both(ros, {**environment, "ROS_IP": "192.0.2.77"}, "--offline"):
         text = "WARNING ROS_IP may be incorrect: ROS_IP [192.0.2.77] does not appear to be an IP address"
         assert any(line.startswith(text) for line in lines)
 
 
-def test_both_say_how_to_use_them(ros: RosSystem) -> None:
+def test_both_print_the_same_usage(ros: RosSystem) -> None:
     for arguments in (["-h"], ["--nonsense"]):
         genuine, pipros = (ask(side, "roswtf", *arguments) for side in (ros.genuine, ros.pipros))
         assert (genuine.returncode, genuine.stdout) == (pipros.returncode, pipros.stdout)
@@ -121,7 +121,7 @@ def test_both_say_how_to_use_them(ros: RosSystem) -> None:
 
 @pytest.mark.timeout(180)
 @pytest.mark.parametrize("master", ["genuine", "pipros"])
-def test_both_find_the_same_in_a_sick_system(
+def test_both_find_the_same_faults_in_a_broken_system(
     ros: RosSystem, environment: dict[str, str], master: str
 ) -> None:
     (ros.genuine if master == "genuine" else ros.pipros).start_master()
@@ -148,7 +148,7 @@ def test_both_find_the_same_in_a_sick_system(
 def test_both_find_the_same_in_contradicting_transforms(ros: RosSystem, environment: dict[str, str]) -> None:
     rules = ros.home / "rules" / "tf_rules"  # Debian has the plugin, and no package that exports it
     rules.mkdir(parents=True)
-    (rules / "manifest.xml").write_text(  # of a package.xml it would ask rosdep's database
+    (rules / "manifest.xml").write_text(  # for a package.xml it would query rosdep's database
         "<package><description>d</description><author>m</author><license>x</license>"
         "<depend package='roswtf'/><export><roswtf plugin='tf.tfwtf'/></export></package>"
     )
@@ -168,7 +168,7 @@ def test_both_find_the_same_in_contradicting_transforms(ros: RosSystem, environm
 
 
 @pytest.mark.timeout(180)
-def test_both_look_at_launch_files(ros: RosSystem, environment: dict[str, str]) -> None:
+def test_both_check_launch_files(ros: RosSystem, environment: dict[str, str]) -> None:
     package = ros.home / "src" / "mine"
     package.mkdir()
     (package / "package.xml").write_text(

@@ -1,4 +1,4 @@
-"""Genuine catkin generates C++ from packages that come with pipros: linked or handed over."""
+"""Genuine catkin generates C++ from packages included in pipros: linked, or passed by our catkin_make."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What nodes answer to others, right or wrong: by XML-RPC, and to connections of topics and services."""
+"""Responses of nodes to valid and invalid XML-RPC calls, and to topic and service connections."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ HEADERS: list[dict[str, str]] = [
 
 def links(uri: str) -> list[list[object]]:
     """Direction, protocol and topic of each link that names port and socket."""
-    # Genuine rospy does not know the socket of a subscriber.
+    # Genuine rospy does not report the socket of a subscriber.
     pattern = r"TCPROS connection on port \d+ to \[.* on socket (\d+|None)\]"
     with ServerProxy(uri) as slave:
         described: Any = slave.getBusInfo("/me")
@@ -68,7 +68,7 @@ def links(uri: str) -> list[list[object]]:
 
 
 def slave_answers(uri: str) -> list[object]:
-    """Code and value of each answer, and its words where it refuses."""
+    """Return code and value of each response, and the text of a refusal."""
     answers: list[object] = []
     with ServerProxy(uri) as slave:
         for method, arguments in CALLS:
@@ -82,7 +82,7 @@ def slave_answers(uri: str) -> list[object]:
 
 
 def plain(text: str) -> str:
-    """Without numbers of ports, and where the words differ, in pipros' words."""
+    """Replace port numbers, and texts that differ by those of pipros."""
     text = re.sub(r"\d{2,}", "N", text.replace("]. Dropping connection.", "] Dropping connection."))
     return text.replace("is not a provider of  [", "does not provide the service [")
 
@@ -95,14 +95,14 @@ def connect(uri: str) -> socket.socket:
 
 
 def received(connection: socket.socket) -> bytes:
-    """All that comes until the peer closes or ends its answer."""
+    """Return all bytes until the peer closes the connection or its response ends."""
     with connection:
         connection.shutdown(socket.SHUT_WR)
         return b"".join(iter(lambda: connection.recv(4096), b""))
 
 
 def refusals(uri: str) -> list[str]:
-    """What each header was answered, by the names of its fields and the words of a refusal."""
+    """Return the response to each header: the names of its fields and the text of a refusal."""
     answers = []
     for header in HEADERS:
         connection = connect(uri)
@@ -114,7 +114,7 @@ def refusals(uri: str) -> list[str]:
 
 
 def called(uri: str) -> tuple[dict[str, str], str]:
-    """The header of a service's answer, and the words about a handler that returned nonsense."""
+    """Return the header of a service response, and the error about a handler that returned garbage."""
     with connect(uri) as connection:
         connection.sendall(encode_header({**SERVICE, "service": "/ask"}))
         stream = connection.makefile("rb")
@@ -149,6 +149,6 @@ def uri_of(master_uri: str) -> str:
 
 
 @pytest.mark.timeout(120)
-def test_a_node_answers_as_a_genuine_one(ros: RosSystem) -> None:
+def test_a_node_responds_like_a_genuine_one(ros: RosSystem) -> None:
     genuine, ours = outcomes(ros, ros.genuine), outcomes(ros, ros.pipros)
     assert ours == genuine

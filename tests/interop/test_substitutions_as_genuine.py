@@ -1,4 +1,4 @@
-"""`$(…)`, above all `$(eval …)`, gives the same texts as genuine roslaunch."""
+"""`$(…)`, above all `$(eval …)`, has the same results as in genuine roslaunch."""
 
 from __future__ import annotations
 
@@ -142,8 +142,8 @@ def outcomes(side: Side) -> list[dict[str, Any]]:
     return [json.loads(line) for line in ended.stdout]
 
 
-def test_each_text_gives_what_it_gives_there(ros: RosSystem) -> None:
-    """Errors have to be errors; of which class they are is compared where a script would look."""
+def test_each_text_has_the_same_result_as_in_genuine_ros(ros: RosSystem) -> None:
+    """Errors must be errors; their classes are compared only if scripts catch them."""
     ours, genuine = outcomes(ros.pipros), outcomes(ros.genuine)
     share = "/usr/share/"
     different = []

@@ -1,4 +1,4 @@
-"""The programs of topic_tools, ours and genuine's: what passes, subscriptions, what services answer."""
+"""The programs of topic_tools of both sides: forwarded messages, subscriptions, service responses."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ String: Any = load_message_class("std_msgs/String")
 
 
 class Graph:
-    """A master, a node of the test, and programs of one side.
+    """A master, a node of the test, and programs of one implementation.
 
     Attributes:
-        got: what arrived, with its topic.
+        got: the received messages, with their topics.
     """
 
     def __init__(self, ros: RosSystem, node: Node) -> None:
@@ -80,7 +80,7 @@ def graph(plain_ros: RosSystem) -> Iterator[Graph]:
 
 
 @pytest.mark.parametrize("side", SIDES)
-def test_a_relay_passes_the_type_of_roscpp_and_rospy_on(graph: Graph, side: str) -> None:
+def test_a_relay_forwards_the_type_of_roscpp_and_rospy(graph: Graph, side: str) -> None:
     other = SIDES[1 - SIDES.index(side)]
     publish = graph.publisher("/in")
     graph.listen("/out")
@@ -136,7 +136,7 @@ def test_in_stealth_mode_the_monitored_topic_decides(graph: Graph, side: str) ->
     graph.ros.wait_for_publisher("/out")
     wait_until(lambda: not graph.ros.subscribers("/in"), 30, "no subscriber of /in")
 
-    if side == "genuine":  # which does not subscribe again, whoever watches
+    if side == "genuine":  # which does not subscribe again
         return
     graph.publisher("/watched")
     graph.listen("/out")
@@ -155,7 +155,7 @@ def test_the_first_of_every_few_messages_are_dropped(graph: Graph, side: str, ar
     graph.listen("/in_drop")
     program = graph.start(side, "drop", "/in", *arguments.split())
     graph.wait_for_link_to("/in")
-    for number in range(of):  # whatever of these arrives, counting starts over after them
+    for number in range(of):  # the count restarts after them, however many arrive
         publish(f"-{number}")
     graph.wait_for_link_from("/in_drop")
 
@@ -178,7 +178,7 @@ def test_the_first_of_every_few_messages_are_dropped(graph: Graph, side: str, ar
     ],
 )
 @pytest.mark.parametrize("side", SIDES)
-def test_a_throttle_passes_as_much_as_it_may(
+def test_a_throttle_forwards_up_to_its_limit(
     graph: Graph, side: str, arguments: list[str], passing: int
 ) -> None:
     publish = graph.publisher("/in")
@@ -201,7 +201,7 @@ def test_a_throttle_passes_as_much_as_it_may(
 
 
 @pytest.mark.parametrize("side", SIDES)
-def test_a_mux_passes_the_selected_topic_on(graph: Graph, side: str) -> None:
+def test_a_mux_forwards_the_selected_topic(graph: Graph, side: str) -> None:
     one, two = graph.publisher("/one"), graph.publisher("/two")
     graph.listen("/out")
     graph.listen("/mux/selected")
@@ -315,7 +315,7 @@ def test_expressions_make_messages(graph: Graph, side: str) -> None:
     }
     if (
         side == "genuine"
-    ):  # whose relay_field knows Python 2 only, and whose `import std_msgs` alone does not bring std_msgs.msg
+    ):  # whose relay_field needs Python 2, and whose `import std_msgs` does not import std_msgs.msg
         programs["point"][-3:] = ["geometry_msgs.msg", "std_msgs.msg", "numpy", "std_msgs", "geometry_msgs"]
         del programs["field"]
     publisher = graph.node.advertise("/in", Quaternion, queue_size=5, latch=True)

@@ -13,7 +13,7 @@ from tests.support.ros import RosSystem, Side
 from tests.support.terminal import Terminal
 from tests.support.waiting import wait_until
 
-# What differs from run to run, and what each side says about itself.
+# Text that varies between runs, and lines that each side prints about itself.
 OPEN = (
     # On a terminal, pipros says whose line it is.
     (r"(?m)^\x1b\[\d+m\[\w+-\d+\]\x1b\[0m ", ""),
@@ -25,16 +25,16 @@ OPEN = (
     (r"ROS_MASTER_URI=http://\S+?(?=\x1b)", "ROS_MASTER_URI=URI"),
     (r"http://\S+:\d+/?", "URI"),
     (r"/rosdistro: \w+", "/rosdistro: NAME"),
-    # What this computer shares with others is said by pipros alone.
+    # Only pipros prints whether the master is open to the network.
     (r"(?m)^master listens on .*\n", ""),
     (r"\^C", ""),
     (r"/\S+/catkin_ws/src/", "WORKSPACE/"),
-    # Genuine roslaunch says so from one thread for each node, and lines run into each other.
+    # Genuine roslaunch prints this from one thread for each node, and lines are mixed.
     (r"killing on exit(?=\[)", "killing on exit\n"),
     (r"(?m)(?<=killing on exit\n)\n", ""),
-    # Genuine nodes race for the link to the newest log folder, and tell who lost.
+    # Genuine nodes race for the link to the newest log folder, and log who lost.
     (r"(?m)^INFO: cannot create a symlink.*\n", ""),
-    # The nodes' own lines come when they come, between those of the launcher.
+    # Lines of nodes appear at any time between those of the launcher.
     (r"(?m)^(\x1b\[\d+m)?\[(INFO|WARN)\].*\n(\x1b\[0m)?", ""),
     (r"(?m)^.*SyntaxWarning.*\n  pub = .*\n", ""),
 )
@@ -45,9 +45,9 @@ _NODE_ENDS = re.compile(r"\[\w+-(\d+)\] killing on exit")
 def screen(
     side: Side, command: str, is_up: Callable[[], object] | None = None, last_line: str = ""
 ) -> tuple[int, list[str]]:
-    """Exit code and screen of a command that ends by itself, or that Ctrl-C ends once it is up.
+    """Return exit code and screen of a command that exits, or that Ctrl-C ends once it is ready.
 
-    `last_line` is a pattern of what the command prints last before Ctrl-C.
+    `last_line` is a pattern for the last line before Ctrl-C.
     """
     terminal = side.open_terminal()
     terminal.type(command)
@@ -59,7 +59,7 @@ def screen(
 
 
 def screens(side: Side, commands: Sequence[str]) -> list[tuple[int, list[str]]]:
-    """As `screen`, of commands that end by themselves, one after the other."""
+    """Like `screen`, for several commands that exit."""
     terminal = side.open_terminal()
     found = []
     for command in commands:
@@ -70,7 +70,7 @@ def screens(side: Side, commands: Sequence[str]) -> list[tuple[int, list[str]]]:
 
 
 def shown(terminal: Terminal) -> tuple[int, list[str]]:
-    """Exit code and output of the command typed last, without what differs from run to run."""
+    """Return exit code and output of the last command, without text that varies between runs."""
     code = terminal.wait_for_prompt()
     text = terminal.output.removesuffix(f"[{code}]> ")
     for pattern, name in OPEN:
@@ -151,7 +151,7 @@ MISTAKES = (
 
 @pytest.mark.timeout(180)
 def test_mistakes(ros: RosSystem) -> None:
-    """All in one terminal of each side: to start a master takes longer than a command."""
+    """All in one terminal of each side, because starting a master takes longer than a command."""
     ros.genuine.start_bare_master()
     ours, theirs = (
         screens(side, [command.format(port=ros.port) for command in MISTAKES])

@@ -1,4 +1,4 @@
-"""The programs of tf and tf2_ros, and servers and clients of buffers, with those of the other side."""
+"""The programs of tf and tf2_ros, and buffer servers and clients, together with genuine ones."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PAIRS = [("pipros", "genuine"), ("genuine", "pipros"), ("pipros", "pipros")]
 
 
 def program(side: str, package: str, name: str) -> list[str]:
-    """How a program is started.
+    """The command line of a program.
 
     Debian's package of tf has no package.xml, so that its rosrun does not find it.
     """
@@ -31,7 +31,7 @@ def sides(plain_ros: RosSystem) -> dict[str, Side]:
 
 @pytest.mark.timeout(200)
 @pytest.mark.parametrize(("server", "client"), PAIRS)
-def test_a_buffer_is_asked_over_the_graph(sides: dict[str, Side], server: str, client: str) -> None:
+def test_a_buffer_client_looks_up_transforms(sides: dict[str, Side], server: str, client: str) -> None:
     started = [
         sides["pipros"].start(
             "rosrun",
@@ -93,7 +93,7 @@ def test_wrong_arguments_end_alike(sides: dict[str, Side], package: str, argumen
 
 @pytest.mark.timeout(200)
 def test_both_sides_monitor_remap_and_echo_alike(sides: dict[str, Side]) -> None:
-    """The numbers differ, and genuine's monitor does not know who sends; the rest is the same."""
+    """Numbers differ, and the genuine monitor does not name publishers; everything else is the same."""
     for name in ("genuine", "pipros"):
         sides[name].start(
             *program(name, "tf", "static_transform_publisher"),
@@ -159,7 +159,7 @@ def test_the_tree_is_drawn(sides: dict[str, Side], plain_ros: RosSystem) -> None
 
 
 @pytest.mark.timeout(200)
-def test_both_sides_tell_of_the_same_moves(sides: dict[str, Side]) -> None:
+def test_both_sides_report_the_same_changes(sides: dict[str, Side]) -> None:
     sides["pipros"].run(
         "rosparam", "set", "/notifier/frame_pairs", "[{source_frame: hand, target_frame: odom}]"
     )

@@ -1,4 +1,4 @@
-"""tf.transformations of both sides answers alike, function by function, on random arguments."""
+"""tf.transformations of both sides has the same results, function by function, for random arguments."""
 
 from __future__ import annotations
 
@@ -40,6 +40,6 @@ def test_every_function_has_the_same_results(seed: int) -> None:
 
     assert len(genuine) == len(ours)
     differing = [(one, other) for one, other in zip(genuine, ours, strict=True) if not is_near(one, other)]
-    # By the digits that eigenvalues lose, each side sometimes refuses a matrix that shears.
+    # Because eigenvalues lose digits, each side sometimes refuses a shear matrix.
     refused = ["shear_from_matrix", "raises ValueError"]
     assert [pair for pair in differing if refused not in pair] == []

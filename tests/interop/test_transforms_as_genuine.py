@@ -1,4 +1,4 @@
-"""Transforms of both sides: the same answers to the same questions, and on one graph."""
+"""Transforms of both sides: the same results for the same queries, and on one graph."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_messages_are_transformed_alike() -> None:
 @pytest.mark.parametrize(
     ("sender", "asker"), [("pipros", "genuine"), ("genuine", "pipros"), ("pipros", "pipros")]
 )
-def test_nodes_of_both_sides_know_each_others_frames(plain_ros: RosSystem, sender: str, asker: str) -> None:
+def test_nodes_of_both_sides_exchange_frames(plain_ros: RosSystem, sender: str, asker: str) -> None:
     plain_ros.serve_master()
     sides = {"pipros": plain_ros.pipros, "genuine": plain_ros.genuine}
     sending = sides[sender].start("python3", PROGRAMS / "send_frames.py")

@@ -1,4 +1,4 @@
-"""The packages of users that tests/graph runs, with half of their nodes on genuine ROS."""
+"""The realistic packages of tests/graph, with half of their nodes on genuine ROS."""
 
 from __future__ import annotations
 
@@ -14,9 +14,7 @@ PAIRS = [("pipros", "genuine"), ("genuine", "pipros"), ("genuine", "genuine")]
 
 
 @pytest.mark.parametrize(("base", "patrol"), PAIRS)
-def test_a_robot_with_actions_and_transforms_goes_on_patrol(
-    plain_ros: RosSystem, base: str, patrol: str
-) -> None:
+def test_a_robot_with_actions_and_transforms_patrols(plain_ros: RosSystem, base: str, patrol: str) -> None:
     sides = with_packages(plain_ros)
     plain_ros.serve_master()
 
@@ -40,7 +38,7 @@ def test_a_state_machine_runs_an_errand(plain_ros: RosSystem, world: str, machin
 
 
 def with_packages(ros: RosSystem) -> dict[str, Side]:
-    """Both sides by name, knowing the packages."""
+    """Return both sides by name, with the packages on their paths."""
     sides = {"pipros": ros.pipros, "genuine": ros.genuine}
     for side in sides.values():
         paths = (str(PACKAGES), side.environment["ROS_PACKAGE_PATH"])

@@ -1,4 +1,4 @@
-"""Images and cameras: the libraries of both sides answer alike on random arguments."""
+"""Images and cameras: the libraries of both sides have the same results for random arguments."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_scans_and_angles_have_the_same_values() -> None:
 
 
 def test_vectors_of_kdl_move_as_points_of_messages() -> None:
-    """Genuine tf2_kdl cannot say: it fails with the PyKDL that Debian has."""
+    """Not compared with genuine tf2_kdl, which fails with Debian's PyKDL."""
     genuine = asked(GENUINE, "examine_kdl", "messages")
     ours = asked(GENUINE, "examine_kdl", "kdl", PYTHONPATH=SOURCE_PATH)
 

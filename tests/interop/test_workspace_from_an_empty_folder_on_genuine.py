@@ -1,4 +1,4 @@
-"""The workspace that is typed with pipros, afterwards built and tested by genuine catkin and genuine ROS."""
+"""A workspace created with pipros, then built and tested by genuine catkin and genuine ROS."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Packages of the shapes that public repositories have, built by genuine catkin and by pipros.
+"""Packages like those in public repositories, built by genuine catkin and by pipros.
 
 The same packages build, `message()` prints the same, the same interfaces are installed, and the Python
 modules of the devel space can be imported.
@@ -133,7 +133,7 @@ def write_package(base: Path, name: str, depends: str, cmake: str, files: dict[s
 
 
 def built(side: Side, base: Path) -> tuple[list[str], list[str], str]:
-    """The lines of `message()`, the installed definitions, and the output of a program with imports."""
+    """Return the output of `message()`, the installed definitions, and the output of a program."""
     for name, (depends, cmake, contents) in PACKAGES.items():
         write_package(base, name, depends, cmake, contents)
     side.environment.pop("ROS_PACKAGE_PATH", None)
@@ -154,7 +154,9 @@ def built(side: Side, base: Path) -> tuple[list[str], list[str], str]:
 
 
 @pytest.mark.timeout(300)
-def test_packages_of_all_shapes_come_out_as_from_genuine_catkin(ros: RosSystem, tmp_path: Path) -> None:
+def test_all_kinds_of_packages_are_built_and_installed_as_by_genuine_catkin(
+    ros: RosSystem, tmp_path: Path
+) -> None:
     folder = machine_folder("shapes", (Path(__file__), CATKIN))
     outcome = folder / "outcome.json"
     make_once(folder, lambda: outcome.write_text(json.dumps(built(ros.genuine, folder / "workspace"))))

@@ -1,4 +1,4 @@
-"""CVE-2021-37146: one crafted call kept ROS' C++ XML-RPC server busy for ever."""
+"""CVE-2021-37146: one crafted call kept ROS' C++ XML-RPC server busy forever."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CRAFTED = {
 
 
 @pytest.mark.parametrize("sent", CRAFTED.values(), ids=CRAFTED)
-def test_a_request_that_never_ends_is_given_up_while_others_are_answered(sent: bytes) -> None:
+def test_an_endless_request_is_aborted_while_others_are_answered(sent: bytes) -> None:
     with (
         Master(port=0, limits=Limits(request_s=0.2)) as master,
         socket.create_connection(("127.0.0.1", master.port), 20) as peer,

@@ -1,4 +1,4 @@
-"""ros_comm#152, #149, roslibpy#27, rosbridge_suite#905: calls waited for ever, or failed without a reason."""
+"""ros_comm#152, #149, roslibpy#27, rosbridge_suite#905: calls waited forever, or failed without a reason."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_a_call_that_takes_too_long_ends_and_the_next_one_works(
     gate.set()
 
 
-def test_a_server_that_accepts_and_never_answers_is_given_up(make_node: MakeNode, master: Master) -> None:
+def test_a_server_that_accepts_and_never_responds_times_out(make_node: MakeNode, master: Master) -> None:
     with socket.create_server(("127.0.0.1", 0)) as silent:
         register = MasterClient(master.uri, "/silent")
         register.register_service(

@@ -38,4 +38,4 @@ def test_queue_size_1_is_the_newest_message_whatever_its_size(
         publisher.publish(Image(data=bytes([number]) * size))
     gate.set()
     wait_until(lambda: seen[-1] == 19)
-    assert len(seen) <= 4  # those under way in a full socket, and the newest
+    assert len(seen) <= 4  # those in a full socket, and the newest

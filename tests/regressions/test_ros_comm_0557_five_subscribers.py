@@ -1,7 +1,7 @@
 """ros_comm#373, #557, #432, #1362: with five subscribers, or a queue_size, 100 Hz fell to 5 or 10.
 
-A queue that slept, a message serialised again for each subscriber, and Nagle's algorithm (which keeps small
-messages back) were the reasons.
+The causes were a sleeping queue, a message that was serialised for each subscriber, and Nagle's algorithm,
+which delays small messages.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class RawSubscriber:
         assert not reader.rest
 
     def take_now(self, count: int) -> bytes:
-        """So many bytes that have arrived already; raises BlockingIOError when they have not."""
+        """Return this number of bytes that have arrived; raise BlockingIOError if they have not."""
         return self.sock.recv(count, socket.MSG_DONTWAIT | socket.MSG_WAITALL)
 
     def close(self) -> None:
@@ -52,7 +52,7 @@ def test_five_subscribers_get_every_message_and_it_is_serialised_once(
     encoded: list[object] = []
 
     class Counted(UInt8MultiArray):
-        """The same type, which keeps a record of what is serialised."""
+        """The same type, which records each serialisation."""
 
         __slots__ = ()
 

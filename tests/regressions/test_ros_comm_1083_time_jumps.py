@@ -22,7 +22,7 @@ S = 1_000_000_000
 
 
 class Simulator:
-    """Publishes the time that a node follows."""
+    """Publish the simulated time."""
 
     def __init__(self, make_node: MakeNode, node: Node) -> None:
         self.publisher = make_node("simulator").advertise("/clock", Clock, queue_size=10)
@@ -54,7 +54,7 @@ def test_a_sleeper_is_notified_when_time_is_set_back(make_node: MakeNode, node: 
     sleeper = threading.Thread(target=sleep, daemon=True)
     sleeper.start()
     wait_until(lambda: simulator.set(101) or told or sleeper.is_alive())
-    # A sleeper that has not begun yet does not see the jump, so jumps go on until it has.
+    # A thread that is not sleeping yet misses the jump, so jumps are repeated until it sleeps.
     wait_until(lambda: simulator.set(50) or simulator.set(51) or told)
     assert told[0] < 0
 

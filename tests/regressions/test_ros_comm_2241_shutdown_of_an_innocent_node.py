@@ -1,7 +1,7 @@
-"""ros_comm#2241, #2067: a node died, another one got its port, and was shut down in its place.
+"""ros_comm#2241, #2067: a node died, another one got its port and was shut down instead.
 
-The master had the address of the dead node still. When a node of the same name came, it sent
-`shutdown` there, to whoever listened by then.
+The master still had the address of the dead node. When a node of the same name registered, it sent
+`shutdown` to that address, which another node had meanwhile.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def wait_until_all_is_delivered(master: Master) -> None:
 def test_a_node_with_the_address_of_a_dead_node_is_left_alone(
     master: Master, innocent_is_registered: bool
 ) -> None:
-    # A Python node tells its name; of a C++ node the master knows by its own registration.
+    # A Python node returns its name; for a C++ node the master uses its registration.
     innocent, successor = FakeSlave(name="" if innocent_is_registered else "/innocent"), FakeSlave(name="/n")
     register(master, "/n", innocent.api)
     if innocent_is_registered:

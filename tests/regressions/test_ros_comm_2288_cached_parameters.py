@@ -14,7 +14,7 @@ from tests.support.waiting import wait_until
 
 
 def cached(node: Any, name: str) -> Any:
-    """The cached value; None when it is not set."""
+    """Return the cached value; None when it is not set."""
     try:
         return node.params.get_cached(name)
     except NotFound:
@@ -53,11 +53,11 @@ def test_an_old_notice_does_not_undo_a_later_change_by_the_node(make_node: MakeN
     assert cached(node, "/speed") == 1
     node.params.set("/speed", 3)
     with RpcClient(node.uri) as master:
-        master.call("paramUpdate", "/master", "/speed/", 2)  # was under way for longer
+        master.call("paramUpdate", "/master", "/speed/", 2)  # was in transit for longer
     assert cached(node, "/speed") == 3
 
 
-def test_a_change_while_the_first_value_is_on_its_way_is_not_missed(
+def test_a_change_during_the_first_fetch_is_not_missed(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     reader, writer = make_node("reader"), make_node("writer")
@@ -75,7 +75,7 @@ def test_a_change_while_the_first_value_is_on_its_way_is_not_missed(
     def subscribe_slowly(api: str, key: str) -> Any:
         value = subscribe(api, key)
         writer.params.set("/speed", 2)
-        wait_until(lambda: notices)  # the notice has overtaken the answer
+        wait_until(lambda: notices)  # the notification has overtaken the response
         return value
 
     monkeypatch.setattr(

@@ -1,4 +1,4 @@
-"""ros_comm#2373, #544, #495: descriptors, threads and buffers of topics given up were never freed."""
+"""ros_comm#2373, #544, #495: descriptors, threads and buffers of unregistered topics were never freed."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_subscribing_and_unsubscribing_leaves_no_resources(make_node: MakeNode) 
     meet()
     before = count()
     callbacks = [meet() for _ in range(50)]
-    # Each node asks the master once a second over a connection of its own; both its ends are in this process.
+    # Each node calls the master once a second over its own connection; both ends are in this process.
     before = (before[0] + 4, before[1])
     wait_until(lambda: count() <= before, what=lambda: f"{before} became {count()}")
     gc.collect()

@@ -1,4 +1,4 @@
-"""rosbridge_suite#86, morse#770: a subscriber out of wifi range stopped the publisher for everybody."""
+"""rosbridge_suite#86, morse#770: a subscriber out of wifi range blocked the publisher for all others."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ Image: Any = load_message_class("sensor_msgs/Image")
 
 
 @pytest.mark.parametrize("queue_size", [None, 1, 10])
-def test_a_subscriber_that_reads_nothing_stops_no_other(make_node: MakeNode, queue_size: int | None) -> None:
+def test_a_subscriber_that_does_not_read_does_not_affect_others(
+    make_node: MakeNode, queue_size: int | None
+) -> None:
     camera, viewer, inbox = make_node("camera", limits=Limits(stall_s=0.05)), make_node("viewer"), Inbox()
     publisher = camera.advertise("image", Image, queue_size=queue_size)
     with socket.create_connection(("127.0.0.1", camera.endpoints.port), 10) as vanished:

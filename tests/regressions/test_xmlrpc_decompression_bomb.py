@@ -1,4 +1,4 @@
-"""Python's documentation warns of it: a small gzip body that becomes gigabytes in `xmlrpc`."""
+"""Python's documentation warns about small gzip bodies that expand to gigabytes in `xmlrpc`."""
 
 from __future__ import annotations
 

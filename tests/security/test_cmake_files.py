@@ -1,4 +1,4 @@
-"""A `CMakeLists.txt` that asks for too much: its package fails, with file and line; the others are built."""
+"""A `CMakeLists.txt` beyond the limits fails its package, with file and line; the others are built."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""TAB and Enter in real shells, while peers and files have names that a shell would run."""
+"""TAB and Enter in real shells, with names of peers and files that contain shell syntax."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def open_shell(ros: RosSystem, program: str) -> Terminal:
 
 
 @pytest.mark.parametrize("program", SHELLS)
-def test_a_name_that_a_shell_would_run_is_not_completed(ros: RosSystem, program: str) -> None:
+def test_a_name_with_shell_syntax_is_not_completed(ros: RosSystem, program: str) -> None:
     ros.pipros.start_master()
     peer = MasterClient(ros.master_uri, "/zz_evil_node" + HOSTILE)
     peer.register_publisher("/zz_evil" + HOSTILE, "std_msgs/String", API)

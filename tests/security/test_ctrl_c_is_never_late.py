@@ -1,4 +1,4 @@
-"""Ctrl-C ends a node at once, whatever it waits for: silent peers, and unknown host names."""
+"""Ctrl-C ends a node at once, whatever it waits for: silent peers, unknown host names."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def mute() -> Iterator[socket.socket]:
 
 @pytest.fixture
 def full(mute: socket.socket) -> Iterator[socket.socket]:
-    """A server that takes no further connections: they get no answer."""
+    """A server with a full backlog: further connection attempts get no answer."""
     mute.listen(0)
     waiting = [socket.socket() for _ in range(8)]
     for sock in waiting:
@@ -246,7 +246,7 @@ def answers(client: MasterClient) -> bool:
 
 
 def states_of_connections_to(port: int, pid: int) -> list[str]:
-    """What Linux says of the TCP connections of a process to a port of this machine."""
+    """Return the states of a process's TCP connections to a port of this machine, as Linux reports them."""
     names = {"01": "ESTABLISHED", "02": "SYN_SENT"}
     files = []
     for descriptor in Path(f"/proc/{pid}/fd").iterdir():

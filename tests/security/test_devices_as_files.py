@@ -1,4 +1,4 @@
-"""Pipes and devices in the place of files from strangers: none is waited for, or read into memory."""
+"""Pipes and devices in place of untrusted files never block, and are not read into memory."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ KINDS = ["pipe", "device", "link to a device"]
 
 
 def plant(path: Path, kind: str) -> str:
-    """Puts a pipe or a device there; returns the path that leads to it."""
+    """Put a pipe or a device at the path, and return the path."""
     if kind == "device":
         return "/dev/zero"
     if kind == "pipe":
@@ -39,7 +39,7 @@ def source(ros: RosSystem) -> Path:
 
 
 def run(ros: RosSystem, *argv: str) -> Process:
-    """Runs a tool that would not end, or not within this memory, if it read what was planted."""
+    """Run a tool that would not end, or exhaust this memory, if it read the planted file."""
     return ros.pipros.run("sh", "-c", 'ulimit -v 2000000; exec "$@"', "sh", *argv)
 
 

@@ -1,4 +1,4 @@
-"""Peers cannot make the goals of an action server grow for ever, nor its timer spin."""
+"""Peers cannot make the goals of an action server grow without limit, nor its timer spin."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bags of strangers that would take far more memory or time than their size are refused."""
+"""Untrusted bags that would take far more memory or time than their size suggests are refused."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MIB = 1 << 20
 
 
 def changed(data: bytes, change: Callable[[BagLayout], None], more: bytes = b"") -> bytes:
-    """A bag with `more` behind its chunks, and the index of the changed layout."""
+    """Return a bag with `more` after its chunks, and the index of the changed layout."""
     file = io.BytesIO(data)
     layout = BagReader(file).layout
     file.seek(layout.end)
@@ -116,7 +116,7 @@ def test_a_chunk_beyond_the_decompression_limit_is_refused() -> None:
     rebuilt = BagReader(io.BytesIO(data), rebuild_index=True, limits=limits)
     assert rebuilt.message_count == 1
     assert "bag_expanded_bytes in PIPROS_LIMITS" in rebuilt.damage[0]
-    assert sum(1 for _ in BagReader(io.BytesIO(data)).raw_messages()) == 2  # blank images are as small
+    assert sum(1 for _ in BagReader(io.BytesIO(data)).raw_messages()) == 2  # blank images are just as small
 
 
 def test_a_bag_that_expands_to_too_many_messages_is_not_indexed() -> None:

@@ -1,4 +1,4 @@
-"""MCAP files of strangers that would take far more memory or time than their size are refused."""
+"""Untrusted MCAP files that would take far more memory or time than their size suggests are refused."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MIB = 1 << 20
 
 
 def read(data: bytes, limits: Limits | None = None) -> list[int]:
-    """The times of all messages in ns."""
+    """Return the times of all messages in ns."""
     reader = McapReader(io.BytesIO(data), limits=limits or Limits())
     return [seconds * 10**9 + nanoseconds for _, seconds, nanoseconds, *_ in reader.raw_messages()]
 

@@ -15,7 +15,7 @@ SetLoggerLevel: Any = load_service_class("roscpp/SetLoggerLevel")
 
 
 def level_of(name: str) -> int | None:
-    """The level of a logger, None if it does not exist."""
+    """Return the level of a logger, None if it does not exist."""
     found = logging.Logger.manager.loggerDict.get(name)
     return found.level if isinstance(found, logging.Logger) else None
 

@@ -1,4 +1,4 @@
-"""Definitions of a peer that would take the memory or the time of a reader are refused before they do."""
+"""Definitions of peers that would exhaust memory or time are refused early."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def refusal(text: str, limits: Limits | None = None) -> str:
 
 
 class TestReading:
-    """A handful of bytes never makes more than a handful of objects."""
+    """A few bytes create only a few objects."""
 
     FIXED_IN_ELEMENTS = text_of("E[] es", E="C[50000] cs", C="")
     ONE_BYTE_FOR_MANY = text_of("E[] es", E="uint8 x\nC[50000] cs", C="")
@@ -53,7 +53,7 @@ class TestReading:
         assert_refused_without_memory(cls, data)
 
     def test_arrays_of_empty_messages_are_counted_together(self) -> None:
-        """Twenty of 60,000 each, every one of which would be allowed alone."""
+        """Twenty arrays of 60,000, each of which would be allowed alone."""
         cls = made(text_of("E[] es", E="C[] cs", C=""))
 
         assert_refused_without_memory(cls, (20).to_bytes(4, "little") + (60_000).to_bytes(4, "little") * 20)
@@ -103,7 +103,7 @@ class TestCompiling:
     def test_a_message_that_holds_too_much_without_bytes_is_refused_before_one_is_made(
         self, text: str
     ) -> None:
-        """A class of the second would build 3.9 million objects for each message of no bytes at all."""
+        """A class of the second type would create 3.9 million objects for each empty message."""
         tracemalloc.start()
         try:
             assert "values more than its bytes pay for" in refusal(text)
@@ -113,7 +113,7 @@ class TestCompiling:
         assert peak < 20_000_000
 
     def test_the_fields_of_the_message_itself_are_counted(self) -> None:
-        """As many as a connection header has room for; each of them was once compiled, in 16 seconds."""
+        """As many as fit into a connection header; compiling all of them once took 16 seconds."""
         words = refusal("\n".join(f"string f{i}" for i in range(60_000)))
 
         assert (
@@ -149,7 +149,7 @@ class TestCompiling:
 
         assert f"nested deeper than {DEPTH_LIMIT}" in words
 
-    def test_the_caller_sets_the_limits(self) -> None:
+    def test_the_limits_of_the_caller_apply(self) -> None:
         assert "longer than 3 characters" in refusal("int32 x", Limits(definition_bytes=3))
         assert "more than 1 types" in refusal(text_of("int32 x", U=""), Limits(definition_types=1))
         assert "fields together; the limit is 1 (" in refusal("int32 x\nint32 y", Limits(definition_fields=1))

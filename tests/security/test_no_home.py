@@ -1,4 +1,4 @@
-"""A container that is started with a user number and nothing more: no HOME, no account."""
+"""A container that is started with only a user number: no HOME, no account."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ rospy.spin()
 
 @pytest.fixture
 def homeless(ros: RosSystem) -> Path:
-    """The folder that stands in for the home of the programs of `ros`."""
+    """Return the folder that replaces the home of the programs of `ros`."""
     temporary = ros.home / "tmp"
     temporary.mkdir()
     for name in ("HOME", "ROS_HOME"):

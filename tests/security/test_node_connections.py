@@ -1,4 +1,4 @@
-"""Peers that open connections to a node and leave them: the others have theirs, and nothing grows."""
+"""Peers that open connections and abandon them: others can connect, and no resource grows."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ FEW = Limits(tcpros_connections=40, handshakes=8)
 
 
 class Attacker:
-    """Opens connections to a node, and closes them with the test."""
+    """Opens connections to a node, and closes them after the test."""
 
     def __init__(self) -> None:
         self.peers = ExitStack()
@@ -79,7 +79,7 @@ def service_threads() -> int:
 
 
 @pytest.mark.parametrize("fields", [SERVICE, {**SERVICE, "persistent": "1"}], ids=["one call", "persistent"])
-def test_idle_clients_of_a_service_cost_no_thread_and_lock_no_other_out(
+def test_idle_service_clients_need_no_thread_and_do_not_block_others(
     make_node: MakeNode, attacker: Attacker, fields: dict[str, str]
 ) -> None:
     log, lines = listening_log()
@@ -134,7 +134,7 @@ def test_a_flood_of_topic_links_keeps_older_ones_and_admits_new_ones(
     assert publisher.connection_count <= 40
 
 
-def test_one_address_takes_no_more_than_its_share(make_node: MakeNode, attacker: Attacker) -> None:
+def test_one_address_cannot_exceed_its_share(make_node: MakeNode, attacker: Attacker) -> None:
     node = make_node(
         "node", limits=Limits(tcpros_connections=40, handshakes=8, tcpros_connections_per_peer=5)
     )
@@ -164,7 +164,7 @@ def test_a_persistent_client_may_be_idle_for_longer_than_a_request_may_take(
     node.serve("set", SetBool, answer)
     patient = attacker.connect(node, {**SERVICE, "persistent": "1"})
     hasty = attacker.connect(node, SERVICE)
-    assert hasty.recv(1) == b""  # its time is up
+    assert hasty.recv(1) == b""  # it times out
     for _ in range(2):
         patient.sendall(REQUEST)
         assert patient.recv(14, socket.MSG_WAITALL).endswith(b"done")
@@ -217,14 +217,14 @@ def test_an_unread_reply_holds_no_thread_and_is_dropped_at_its_deadline(
     wait_until(lambda: len(node.connections) == 0)
 
 
-def test_replies_that_are_not_read_have_a_total(make_node: MakeNode, attacker: Attacker) -> None:
+def test_unread_replies_have_a_total_limit(make_node: MakeNode, attacker: Attacker) -> None:
     node = make_node("node", limits=Limits(bodies_bytes=50_000_000))
     service = LargeAnswers(node)
     deaf = [attacker.connect(node, SERVICE) for _ in range(10)]
     for number, peer in enumerate(deaf, 1):
         peer.sendall(REQUEST)
         wait_until(lambda: service.answered == number)  # noqa: B023
-    wait_until(lambda: len(node.connections) <= 3)  # 20 MB each, less what the system holds
+    wait_until(lambda: len(node.connections) <= 3)  # 20 MB each, minus the bytes in socket buffers
 
 
 def test_a_reply_that_is_read_slowly_arrives(make_node: MakeNode, attacker: Attacker) -> None:
@@ -299,7 +299,7 @@ def test_a_failing_error_handler_does_not_hide_the_error(make_node: MakeNode) ->
     assert lines == ["the error handler of service [/set] failed"]
 
 
-def test_a_subscriber_with_a_name_invalid_in_xml_hides_no_other(
+def test_a_subscriber_with_a_name_invalid_in_xml_does_not_hide_others(
     make_node: MakeNode, attacker: Attacker
 ) -> None:
     node = make_node("node")
@@ -324,7 +324,7 @@ def is_refused(port: int) -> bool:
 def test_a_forked_child_does_not_keep_the_ports_of_a_node_open(make_node: MakeNode) -> None:
     node = make_node("node")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # there are threads: that is the point
+        warnings.simplefilter("ignore", DeprecationWarning)  # threads are available: this is what is tested
         child = os.fork()
     if not child:
         while True:
@@ -332,14 +332,16 @@ def test_a_forked_child_does_not_keep_the_ports_of_a_node_open(make_node: MakeNo
     try:
         ports = node.endpoints.port, int(node.uri.rpartition(":")[2].strip("/"))
         node.shutdown("the end")
-        for port in ports:  # the child may not have run yet, and lets go of them first thing
+        for port in ports:  # the child may not have run yet; it closes them first
             wait_until(lambda port=port: is_refused(port), 30.0, f"port {port} to be closed")
     finally:
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
 
 
-def test_unfinished_requests_of_the_slave_api_have_a_total(make_node: MakeNode, attacker: Attacker) -> None:
+def test_unfinished_requests_to_the_slave_api_have_a_total_limit(
+    make_node: MakeNode, attacker: Attacker
+) -> None:
     node = make_node("node", limits=Limits(bodies_bytes=1_000_000))
     port = int(node.uri.rpartition(":")[2].strip("/"))
     half = b"POST / HTTP/1.1\r\nContent-Length: 400000\r\n\r\n" + b"x" * 300_000

@@ -1,4 +1,4 @@
-"""Peers and bags whose types have the names of well-known ones, and other fields."""
+"""Peers and bags with types that have the names of well-known ones, but other fields."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What other machines and other users of this machine cannot have a node, a master or a launcher do."""
+"""Calls of other machines and other users that nodes, masters and launchers refuse."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def far() -> Iterator[FarNetwork]:
 
 
 @needs_network
-def test_rosnode_kill_on_another_machine_says_that_it_was_refused(far: FarNetwork, ros: RosSystem) -> None:
+def test_rosnode_kill_on_another_machine_reports_the_refusal(far: FarNetwork, ros: RosSystem) -> None:
     uri = f"http://{far.near}:{ros.port}"
     ros.pipros.environment["ROS_MASTER_URI"] = uri
     ros.master_uri = uri
@@ -127,5 +127,5 @@ def test_another_user_cannot_have_a_roslaunch_child_start_programs(ros: RosSyste
         return ran.stdout
 
     assert order(STRANGER).startswith("refused ")
-    assert launch(parent, ("ours", "sleeper"))[0] == 1  # so the other one was not the first
+    assert launch(parent, ("ours", "sleeper"))[0] == 1  # so the first one was the other
     assert "has already launched its nodes" in order(0)

@@ -1,4 +1,4 @@
-"""The page while browsers and peers send what no honest one sends."""
+"""The page with hostile browsers and peers."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def test_statistics_that_json_lacks_do_not_end_the_graph(ros: RosSystem) -> None
 
 @contextmanager
 def strange_node(ros: RosSystem) -> Iterator[Callable[[], int]]:
-    """A registered node that says to have sent infinity; yields how often it was asked."""
+    """A registered node that reports infinite statistics; yields the number of queries."""
     asked: list[str] = []
     row = [1, "/peer", "o", "TCPROS", "/level"]
     loop = BackgroundLoop("strange node")

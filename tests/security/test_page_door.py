@@ -1,4 +1,4 @@
-"""The server of the page: who gets in, what strangers may hold, and that nothing keeps it from ending."""
+"""The server of the page: access, limits for unauthenticated clients, and shutdown."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ serve_page.serve_page(serve_page.PageOptions(opens_browser=False))
 
 
 class Strangers:
-    """Connections to a page that send what they are told to, and read nothing unless asked."""
+    """Connections to a page that send the given bytes, and read only on request."""
 
     def __init__(self) -> None:
         self.open = ExitStack()
@@ -82,7 +82,7 @@ class Strangers:
         return peer
 
     def stalled_browser(self, page: Page, **request: Any) -> socket.socket:
-        """A browser that has logged in, requested a view, and reads only what it got before."""
+        """A browser that has logged in and requested a view, and then stops reading."""
         client = ClientProtocol(parse_uri(f"ws://{page.host}/live"), origin=Origin(f"http://{page.host}"))
         client.send_request(client.connect())
         peer = self.connect(page, b"".join(client.data_to_send()))
@@ -106,7 +106,7 @@ def unread_bytes(peer: socket.socket) -> int:
 
 
 def has_ended(peer: socket.socket) -> bool:
-    """Whether the other side has closed the connection. Waits for that up to a time limit."""
+    """Return whether the other side closes the connection within a time limit."""
     try:
         return not peer.recv(1)
     except ConnectionResetError:
@@ -114,7 +114,7 @@ def has_ended(peer: socket.socket) -> bool:
 
 
 def close_code(socket: ClientConnection) -> int:
-    """How the server closed a WebSocket."""
+    """Return the code with which the server closed a WebSocket."""
     with pytest.raises(ConnectionClosed) as closed:
         socket.recv(timeout=30)
     assert closed.value.rcvd is not None
@@ -125,7 +125,7 @@ def close_code(socket: ClientConnection) -> int:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_browser_that_does_not_read_delays_no_end(
+def test_a_browser_that_does_not_read_does_not_delay_shutdown(
     ros: RosSystem, strangers: Strangers, number: signal.Signals
 ) -> None:
     ros.pipros.start_master()
@@ -144,7 +144,7 @@ def test_a_browser_that_does_not_read_delays_no_end(
     assert page.process.wait(AT_ONCE_S) == 0
 
 
-def test_a_service_that_hangs_delays_no_end(ros: RosSystem, strangers: Strangers) -> None:
+def test_a_hung_service_does_not_delay_shutdown(ros: RosSystem, strangers: Strangers) -> None:
     ros.pipros.start_master()
     page = Page(ros)
     with socket.create_server(("127.0.0.1", 0)) as service, page.connect() as browser:
@@ -157,7 +157,7 @@ def test_a_service_that_hangs_delays_no_end(ros: RosSystem, strangers: Strangers
         assert page.process.wait(AT_ONCE_S) == 0
 
 
-def test_an_action_that_blocks_the_loop_delays_no_end(ros: RosSystem) -> None:
+def test_an_action_that_blocks_the_loop_does_not_delay_shutdown(ros: RosSystem) -> None:
     ros.pipros.start_master()
     page = Page(ros, command=sys.executable, prefix=("sh", "-c", 'exec "$1" -c "$0"', BLOCKS))
     with page.connect() as browser:
@@ -167,7 +167,7 @@ def test_an_action_that_blocks_the_loop_delays_no_end(ros: RosSystem) -> None:
         assert page.process.wait(AT_ONCE_S) == 0
 
 
-def test_silent_connections_delay_no_end(ros: RosSystem, strangers: Strangers) -> None:
+def test_silent_connections_do_not_delay_shutdown(ros: RosSystem, strangers: Strangers) -> None:
     ros.pipros.environment["PIPROS_LIMITS"] = "login_s=100"
     ros.pipros.start_master()
     page = Page(ros)
@@ -179,7 +179,7 @@ def test_silent_connections_delay_no_end(ros: RosSystem, strangers: Strangers) -
     assert page.process.wait(AT_ONCE_S) == 0
 
 
-def test_unfinished_tls_handshakes_delay_no_end(ros: RosSystem, strangers: Strangers) -> None:
+def test_unfinished_tls_handshakes_do_not_delay_shutdown(ros: RosSystem, strangers: Strangers) -> None:
     ros.pipros.environment["PIPROS_LIMITS"] = "login_s=100"
     ros.pipros.start_master()
     page = Page(ros, "--cert", CERTIFICATES / "cert.pem", "--key", CERTIFICATES / "key.pem")
@@ -204,7 +204,7 @@ def test_a_second_signal_ends_the_process_at_once(ros: RosSystem) -> None:
 
 
 def answered(page: Page) -> None:
-    """A TLS handshake with the page, which comes after all that were begun before."""
+    """Complete a TLS handshake with the page, after all that were started before."""
     context = ssl.create_default_context(cafile=str(CERTIFICATES / "cert.pem"))
     context.check_hostname = False
     host, _, port = page.host.rpartition(":")
@@ -273,7 +273,7 @@ def test_a_websocket_without_the_token_is_closed(ros: RosSystem) -> None:
         with page.connect(first=first) as browser:
             assert close_code(browser.socket) == 1008
     with connect(f"ws://{page.host}/live", origin=Origin(f"http://{page.host}"), proxy=None) as socket:
-        assert close_code(socket) == 1008  # it said nothing
+        assert close_code(socket) == 1008  # it was silent
 
 
 def test_bytes_before_the_token_are_limited(ros: RosSystem) -> None:
@@ -284,9 +284,9 @@ def test_bytes_before_the_token_are_limited(ros: RosSystem) -> None:
         page.connect(first=json.dumps({"padding": "x" * 100_000, "token": page.token})) as browser,
     ):
         browser.socket.recv(timeout=30)
-    with page.connect() as browser:  # and is not afterwards
-        assert "there is no action" in browser.act("nothing")["error"]
-        assert "there is no action" in browser.act("x" * 100_000)["error"]
+    with page.connect() as browser:  # and not afterwards
+        assert "unknown action" in browser.act("nothing")["error"]
+        assert "unknown action" in browser.act("x" * 100_000)["error"]
 
 
 def test_no_cookie_is_set_and_none_opens_anything(ros: RosSystem) -> None:
@@ -313,7 +313,7 @@ def test_no_cookie_is_set_and_none_opens_anything(ros: RosSystem) -> None:
 
 @pytest.fixture
 def serve(caplog: pytest.LogCaptureFixture) -> Iterator[Callable[[Services], Access]]:
-    """Serves views and actions of a test; returns the access to them."""
+    """Serve views and actions of a test, and return an access to them."""
     with ExitStack() as stack:
 
         def start(services: Services) -> Access:
@@ -369,7 +369,7 @@ def test_a_failing_view_reports_the_error_and_continues(
     with browser_of(serve(Services({"view": view}, {"fail": action}))) as browser:
         values = browser.watch("view")
         assert kind in next(values)["error"]
-        assert next(values) == 3  # nothing of the second failure, which was the same
+        assert next(values) == 3  # not the second failure, which was the same
         for _ in range(3):
             assert kind in browser.act("fail")["error"]
     assert [record.getMessage().split()[0] for record in caplog.records] == ["view", "fail"]
@@ -388,7 +388,7 @@ def test_a_refused_view_is_not_tried_again(serve: Callable[[Services], Access]) 
         assert browser.act("alive") is True
 
 
-def test_infinite_numbers_do_not_end_a_view(serve: Callable[[Services], Access]) -> None:
+def test_infinite_numbers_do_not_stop_a_view(serve: Callable[[Services], Access]) -> None:
     async def view(_: Mapping[str, Any]) -> AsyncIterator[Any]:
         yield {"rate": float("inf")}
         yield {"rate": float("nan")}
@@ -408,7 +408,7 @@ def test_another_origin_is_refused(serve: Callable[[Services], Access]) -> None:
         pass
 
 
-def test_the_token_is_in_no_log_at_any_level(
+def test_the_token_is_not_logged_at_any_level(
     serve: Callable[[Services], Access], caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO, logger="websockets.client")  # the test's own
@@ -416,5 +416,5 @@ def test_the_token_is_in_no_log_at_any_level(
         caplog.set_level(logging.DEBUG, logger=name)
     access = serve(Services())
     with browser_of(access) as browser:
-        assert "there is no action" in browser.act("nothing")["error"]
+        assert "unknown action" in browser.act("nothing")["error"]
     assert access.secret.token not in caplog.text

@@ -1,4 +1,4 @@
-"""Lists of publishers that a peer or a master makes up: the good ones among them are heard."""
+"""Forged lists of publishers from a peer or master: the real publishers in them are connected."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ String: Any = load_message_class("std_msgs/String")
 
 
 class SilentHost:
-    """Accepts connections, counts those that are open at a time, and never says anything."""
+    """Accepts connections, counts concurrent ones, and never sends anything."""
 
     def __init__(self) -> None:
         self.listener = socket.create_server(("127.0.0.1", 0), backlog=1000)
@@ -63,7 +63,7 @@ def attempts_under_way(node: Node) -> int:
     return node.endpoints.attempts.under_way
 
 
-def test_thousands_of_dead_publishers_are_tried_a_few_at_a_time_and_named_once(make_node: MakeNode) -> None:
+def test_thousands_of_dead_publishers_are_tried_a_few_at_a_time_and_logged_once(make_node: MakeNode) -> None:
     log, lines = listening_log()
     listener, talker = make_node("listener", log=log), make_node("talker")
     subscriber = listener.subscribe("chat", String, Inbox())
@@ -76,7 +76,7 @@ def test_thousands_of_dead_publishers_are_tried_a_few_at_a_time_and_named_once(m
     talker.advertise("chat", String)
 
     wait_until_connected(subscriber)
-    # Of 10,000. On a busy machine attempts take long, and each slow one lets another one begin.
+    # Of 10,000. On a busy machine attempts are slow, and each slow one lets another one start.
     assert most[0] <= Limits().connection_attempts * (1 + SLOW_FACTOR)
     assert len([line for line in lines if "cannot receive" in line or "publishers" in line]) <= 4
     with RpcClient(listener.uri, timeout_s=10) as peer:

@@ -1,4 +1,4 @@
-"""Any peer may set `/run_id`, which names the folder of log files: paths and texts of lines are not taken."""
+"""Any peer may set `/run_id`, which names the folder of log files: paths and line breaks are refused."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def launch_nothing(ros: RosSystem, *options: str) -> tuple[int, str]:
 
 
 @pytest.mark.parametrize("value", HOSTILE)
-def test_a_value_that_cannot_name_a_folder_names_no_run(value: str) -> None:
+def test_an_invalid_folder_name_is_not_a_run_id(value: str) -> None:
     assert not is_run_id(value)
 
 

@@ -1,4 +1,4 @@
-"""The name of a workspace's folder is data for the setup files: no shell runs what is in it."""
+"""Setup files treat the name of a workspace's folder as data: no shell executes it."""
 
 from __future__ import annotations
 

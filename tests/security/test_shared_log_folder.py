@@ -1,4 +1,4 @@
-"""Log files in a folder where other users can write: what they could have planted is not written to."""
+"""Log files in a folder where other users can write: planted files are not written to."""
 
 from __future__ import annotations
 

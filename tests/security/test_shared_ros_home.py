@@ -1,4 +1,4 @@
-"""Caches in a folder where other users can write: what they could have put there is not used."""
+"""Caches in a folder where other users can write: planted files are not used."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no
 
 @pytest.fixture
 def shared_home(tmp_path: Path) -> Path:
-    """A ROS_HOME in which everybody may make and rename files."""
+    """A ROS_HOME in which every user can create and rename files."""
     home = tmp_path / "shared"
     home.mkdir()
     home.chmod(0o777)
@@ -97,7 +97,7 @@ def test_files_that_others_could_have_written_are_not_read(
     assert cache.read("thing") is None
 
 
-def test_a_file_that_another_process_replaces_just_now_is_read(
+def test_a_file_that_is_being_replaced_is_read(
     cache: CacheFolder, shared_home: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fstat = os.fstat
@@ -166,7 +166,7 @@ def test_a_link_of_the_user_to_ros_home_is_followed(cache: CacheFolder, shared_h
 
 @needs_other_users
 def test_nothing_is_left_in_the_home_of_another_user(shared_home: Path) -> None:
-    """As after `sudo -E`: the owner could not use a cache of root's, nor replace it."""
+    """As after `sudo -E`: the owner could neither use nor replace a cache created by root."""
     give_away(shared_home)
 
     CacheFolder(str(shared_home / "pipros" / "things")).write("thing", b"mine")

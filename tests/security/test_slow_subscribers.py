@@ -1,4 +1,4 @@
-"""What a subscriber can cost its publisher, and the other subscribers, by reading slowly or never."""
+"""The cost of slow and stuck subscribers for their publisher and for other subscribers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def in_thread(function: Any, *args: Any) -> threading.Thread:
 
 
 @pytest.mark.parametrize("queue_size", [None, 0, 1])
-def test_a_subscriber_that_drips_costs_one_wait_and_no_more(
+def test_a_subscriber_that_reads_slowly_costs_a_single_wait(
     make_node: MakeNode, queue_size: int | None
 ) -> None:
     talker, listener, inbox = make_node("talker", limits=Limits(stall_s=1.0)), make_node("listener"), Inbox()
@@ -42,7 +42,7 @@ def test_a_subscriber_that_drips_costs_one_wait_and_no_more(
             published = in_thread(publisher.publish, LARGE)
             wait_until(lambda thread=published: not thread.is_alive(), what="the end of publish()")  # type: ignore[misc]
             inbox.wait(number)
-        # One wait of a second; to wait for each message would take 8 s, and to wait for all of it 200 s.
+        # One wait of a second; waiting for each message would take 8 s, and for all data 200 s.
         assert time.monotonic() - began < 6
 
 
@@ -57,14 +57,14 @@ def test_many_slow_subscribers_together_cost_one_wait(make_node: MakeNode) -> No
         began = time.monotonic()
         publisher.publish(LARGE)
 
-        assert time.monotonic() - began < 6  # one after the other they would take 12
+        assert time.monotonic() - began < 6  # one after the other would take 12
 
 
 def test_others_get_a_message_while_publish_waits_for_a_slow_one(make_node: MakeNode) -> None:
     talker, listener, inbox = make_node("talker", limits=Limits(stall_s=60)), make_node("listener"), Inbox()
     publisher = talker.advertise("chat", UInt8MultiArray, queue_size=None)
     with raw_subscriber(talker, "/chat"):
-        wait_until_connected(publisher, 1)  # the slow one comes first
+        wait_until_connected(publisher, 1)  # the slow one is first
         listener.subscribe("chat", UInt8MultiArray, inbox)
         wait_until_connected(publisher, 2)
 
@@ -75,7 +75,7 @@ def test_others_get_a_message_while_publish_waits_for_a_slow_one(make_node: Make
     wait_until(lambda: not published.is_alive(), what="publish() after the slow one has left")
 
 
-def test_a_stalled_subscriber_that_caught_up_is_waited_for_again(make_node: MakeNode) -> None:
+def test_publish_waits_again_for_a_subscriber_that_has_caught_up(make_node: MakeNode) -> None:
     talker = make_node("talker", limits=Limits(stall_s=0.2))
     publisher = talker.advertise("chat", UInt8MultiArray, queue_size=None)
     with raw_subscriber(talker, "/chat") as sock:
@@ -110,5 +110,5 @@ def test_the_messages_that_wait_for_one_subscriber_have_a_limit_in_bytes(
         while newest not in received[-len(newest) :]:
             received += sock.recv(1 << 20)
 
-        # A frame, and what the system took besides, was out; ten messages waited.
+        # One frame, and the bytes in the socket buffer, were sent; ten messages were queued.
         assert publisher.statistics()["frames"] - sent["frames"] <= 11

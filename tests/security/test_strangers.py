@@ -1,4 +1,4 @@
-"""Callers of a node that may not be its master: what they say is not believed, and is not lost either."""
+"""Callers of a node that may not be its master: their calls are verified, and not lost."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ STRANGER = Caller("198.51.100.7", 4711, "10.0.0.1", 11311)
 
 
 def call(node: Node, method: str, *params: Any, caller: Caller = STRANGER) -> Any:
-    """What a node answers to a call that comes over a connection of `caller`."""
+    """Return a node's response to a call over a connection of `caller`."""
 
     async def answer() -> Any:
         return node._started._rpc.call(method, params, caller=caller)
@@ -35,7 +35,7 @@ def call(node: Node, method: str, *params: Any, caller: Caller = STRANGER) -> An
 
 @pytest.fixture
 def unknown_master(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The master calls from an address that nodes cannot know for its own, as behind NAT."""
+    """The master calls from an address that nodes do not know, as behind NAT."""
     monkeypatch.setattr(Caller, "is_here", False)
     monkeypatch.setattr(MasterClient, "addresses", ())
 
@@ -45,14 +45,14 @@ def test_a_master_that_calls_from_an_unexpected_address_is_obeyed_nevertheless(m
     log, lines = listening_log()
     inbox = Inbox()
     make_node("listener", log=log).subscribe("chat", String, inbox)
-    for name in ("one", "two"):  # the second notice comes while the first is still looked into
+    for name in ("one", "two"):  # the second notification arrives while the first is being verified
         make_node(name).advertise("chat", String, latch=True).publish(String(name))
     assert {message.data for message in inbox.wait(2)} == {"one", "two"}
     [warning] = [line for line in lines if "publisherUpdate" in line]
     assert "of [/master] came from 127.0.0.1, which is neither the address of the master nor" in warning
 
 
-def test_a_stranger_cannot_name_publishers(make_node: MakeNode, master: Master) -> None:
+def test_an_untrusted_caller_cannot_name_publishers(make_node: MakeNode, master: Master) -> None:
     listener, inbox = make_node("listener"), Inbox()
     listener.subscribe("chat", String, inbox)
     subscription = listener.endpoints.subscription("/chat")
@@ -69,7 +69,7 @@ def test_a_stranger_cannot_name_publishers(make_node: MakeNode, master: Master) 
         assert subscription.attempts == 1  # to reach a publisher: the talker
 
 
-def test_a_stranger_that_calls_a_thousand_times_costs_the_master_next_to_nothing(
+def test_a_thousand_untrusted_calls_cost_the_master_only_a_few_calls(
     make_node: MakeNode, master: Master
 ) -> None:
     log, lines = listening_log()
@@ -84,7 +84,7 @@ def test_a_stranger_that_calls_a_thousand_times_costs_the_master_next_to_nothing
     assert len(lines) == 2  # one for each kind of call
 
 
-def test_a_stranger_cannot_change_the_cached_parameters_of_a_node(make_node: MakeNode) -> None:
+def test_an_untrusted_caller_cannot_change_the_cached_parameters_of_a_node(make_node: MakeNode) -> None:
     node, other = make_node("node"), make_node("other")
     other.params.set("/speed", {"limit": 1})
     assert node.params.get_cached("/speed/limit") == 1
@@ -105,7 +105,9 @@ def test_changes_of_parameters_arrive_from_an_unexpected_address_as_well(make_no
         wait_until(lambda speed=speed: node.params.get_cached("/speed") == speed)
 
 
-def test_a_stranger_cannot_end_a_node_and_gets_the_reason(make_node: MakeNode, master: Master) -> None:
+def test_an_untrusted_caller_cannot_end_a_node_and_gets_the_reason(
+    make_node: MakeNode, master: Master
+) -> None:
     node = make_node("node")
     node.advertise("chat", String)
     code, text, _ = call(node, "shutdown", "/rosnode", "user request")
@@ -128,7 +130,7 @@ def test_a_replaced_node_shuts_down_even_if_the_caller_is_unknown(make_node: Mak
     assert not second.is_shutdown
 
 
-def test_the_master_is_trusted_where_it_was_found(
+def test_the_master_is_trusted_at_its_last_addresses(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Caller, "is_here", False)
@@ -139,7 +141,7 @@ def test_the_master_is_trusted_where_it_was_found(
     assert node.wait_for_shutdown(20)
 
 
-def test_refusing_strangers_looks_up_no_name(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_refusing_untrusted_callers_resolves_no_name(monkeypatch: pytest.MonkeyPatch) -> None:
     looked_up: list[Any] = []
 
     def look_up(host: Any, *more: Any, **options: Any) -> Any:
@@ -162,8 +164,8 @@ JUNK: tuple[Any, ...] = (
 
 
 @pytest.mark.parametrize("junk", JUNK, ids=map(str, JUNK))
-def test_a_master_with_invalid_answers_is_harmless_and_is_queried_again(junk: Any) -> None:
-    """Once it answers as a master does, the node has what it asked for."""
+def test_invalid_responses_of_a_master_have_no_effect_and_are_retried(junk: Any) -> None:
+    """Once the master responds correctly, the node is registered."""
     lies = True
     calls: list[str] = []
 
@@ -198,6 +200,6 @@ def test_a_master_with_invalid_answers_is_harmless_and_is_queried_again(junk: An
             wait_until(lambda: "lookupNode" in calls)
             lies = False
             publisher.settimeout(20)
-            publisher.accept()[0].close()  # the node has learnt who publishes
+            publisher.accept()[0].close()  # the node has received the list of publishers
         loop.run(server.stop())
         loop.stop()

@@ -1,4 +1,4 @@
-"""A subscriber has nothing to say on a topic link."""
+"""Subscribers that send data on a topic link."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.support.waiting import wait_until
 String: Any = load_message_class("std_msgs/String")
 
 
-def test_a_subscriber_that_sends_without_end_is_cut_off(make_node: MakeNode) -> None:
+def test_a_subscriber_that_keeps_sending_is_disconnected(make_node: MakeNode) -> None:
     log, lines = listening_log()
     talker = make_node("talker", log=log)
     publisher = talker.advertise("chat", String)

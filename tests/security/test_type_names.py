@@ -1,4 +1,4 @@
-"""A type name that a peer chose never imports a Python module that is not a message package."""
+"""A type name chosen by a peer imports only modules of message packages."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TEXT_OF_THIS = "Beautiful is better than ugly"
 
 @pytest.fixture
 def modules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A folder on the path with a module, a package and a namespace package that say when they are run."""
+    """A folder on the path with a module, a package and a namespace package that report their execution."""
     loud = "raise AssertionError('was imported')"
     (tmp_path / "loud_module.py").write_text(loud)
     (tmp_path / "loud_package" / "msg").mkdir(parents=True)

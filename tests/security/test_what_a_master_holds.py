@@ -1,4 +1,4 @@
-"""Peers that register and set without end: the master's memory, its answers, and what others notice."""
+"""Peers that keep registering and setting: the master's memory and responses, and the effect on others."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_removed_names_leave_no_memory_behind(ros: RosSystem) -> None:
     with RpcClient(ros.master_uri) as client:
         before = 0.0
         for number in range(3000):
-            if number == 1000:  # buffers have the size by now that names of 16 kB need
+            if number == 1000:  # by now, buffers have the size for names of 16 kB
                 before = resident_mb(core.pid)
             topic = f"/{number:05}" + "x" * 16_000
             assert client.call("registerPublisher", "/hoarder", topic, "std_msgs/String", API)[0] == 1
@@ -38,7 +38,7 @@ def test_removed_names_leave_no_memory_behind(ros: RosSystem) -> None:
     assert ros.pipros.run("rostopic", "info", "/rosout").stdout[0] == "Type: rosgraph_msgs/Log"
 
 
-def test_types_that_were_forgotten_are_not_resumed(tmp_path: Path) -> None:
+def test_discarded_types_are_not_restored(tmp_path: Path) -> None:
     limits = Limits(topic_types=2)
     for _ in range(2):
         with Master(port=0, store=tmp_path / "store", limits=limits) as master:
@@ -54,7 +54,7 @@ def test_types_that_were_forgotten_are_not_resumed(tmp_path: Path) -> None:
 
 
 @pytest.mark.timeout(300)  # 18 MB of YAML take ten seconds of a processor that may be shared
-def test_all_the_parameters_that_were_accepted_can_be_read(ros: RosSystem) -> None:
+def test_all_accepted_parameters_can_be_read(ros: RosSystem) -> None:
     ros.pipros.start_master()
     client = MasterClient(ros.master_uri, "/honest")
     for number in range(18):
@@ -65,10 +65,10 @@ def test_all_the_parameters_that_were_accepted_can_be_read(ros: RosSystem) -> No
     assert (ros.home / "all.yaml").stat().st_size > 18_000_000
 
 
-def test_parameters_have_a_total_and_room_is_made_by_deleting() -> None:
+def test_parameters_have_a_total_limit_and_deletions_make_room() -> None:
     with Master(port=0, limits=Limits(parameter_bytes=1_000_000)) as master:
         client = MasterClient(master.uri, "/n")
-        client.set_param("/list", list(range(20_000)))  # 640,000 bytes, weighed in a thread
+        client.set_param("/list", list(range(20_000)))  # 640,000 bytes, measured in a thread
         with pytest.raises(Refused, match=r"/other would bring the parameters to .* the limit is 1000000"):
             client.set_param("/other", list(range(20_000)))
         assert client.get_param_names() == ["/list"]
@@ -88,7 +88,7 @@ def test_rosparam_says_which_limit_a_parameter_is_above(ros: RosSystem) -> None:
     assert ended.output.startswith("ERROR: cannot set parameter [/big]: Error: invalid arguments: /big would")
 
 
-def test_registrations_have_a_total() -> None:
+def test_registrations_have_a_total_limit() -> None:
     with Master(port=0, limits=Limits(registration_bytes=100_000)) as master:
         client = MasterClient(master.uri, "/n")
         answers = [client.call_raw("registerSubscriber", f"/t{number}", "x/Y", API) for number in range(400)]

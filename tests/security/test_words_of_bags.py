@@ -1,4 +1,4 @@
-"""What a bag says, on terminals: one line for each text, no escape sequences; and exports in their folder."""
+"""Strings of a bag on terminals: one line each, without escape sequences; exports stay in their folder."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ WRITTEN_OUT = r"\x1b]0;OWNED\x07\nforged: line\u202e"
 
 @pytest.fixture
 def bag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A bag with control characters in every text."""
+    """A bag with control characters in every string."""
     monkeypatch.chdir(tmp_path)
     file = io.BytesIO()
     writer = BagWriter(file)
@@ -71,9 +71,7 @@ def bag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "convert x.bag x.mcap",
     ],
 )
-def test_commands_show_texts_of_a_bag_written_out(
-    line: str, bag: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_commands_escape_strings_of_a_bag(line: str, bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
     main(line.split())
 
     taken = capsys.readouterr()
@@ -81,9 +79,7 @@ def test_commands_show_texts_of_a_bag_written_out(
 
 
 @pytest.mark.parametrize("line", ["list -b x.bag", "echo -b x.bag -p /said", "echo -b x.bag -a"])
-def test_rostopic_shows_texts_of_a_bag_written_out(
-    line: str, bag: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_rostopic_escapes_strings_of_a_bag(line: str, bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
     rostopic.main(line.split())
 
     taken = capsys.readouterr()

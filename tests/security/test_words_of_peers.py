@@ -1,4 +1,4 @@
-"""What peers say and how they call themselves, on terminals and in logs: one line, no escape sequences."""
+"""Texts and names of peers on terminals and in logs: one line each, without escape sequences."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pipros.net.master_client import MasterClient
 from pipros.wire.header import encode_header
 from tests.support.ros import RosSystem
 
-# Master and XML carry no ESC; the one-character CSI of terminals, line breaks and an override they do.
+# Master and XML do not allow ESC, but the one-character CSI, line breaks and a bidi override.
 HOSTILE = "\x9b31m\nforged line\u202e"
 WRITTEN_OUT = r"\x9b31m\nforged line\u202e".replace(" ", "_")
 HOSTILE_WRITTEN_OUT = r"\x9b31m\nforged line\u202e"
@@ -46,7 +46,7 @@ rospy.sleep(0.5)
 
 
 class LyingNode(SimpleXMLRPCServer):
-    """A node that answers with control characters."""
+    """A node whose responses contain control characters."""
 
     def __init__(self) -> None:
         super().__init__(("127.0.0.1", 0), logRequests=False)
@@ -71,13 +71,13 @@ def lying_node() -> Iterator[LyingNode]:
 
 
 def assert_plain(text: str) -> None:
-    """Only characters that a terminal shows, and no line that a peer wrote."""
+    """Check that the output has only printable characters, and no line of a peer."""
     for line in text.split("\n"):
         assert PLAIN.fullmatch(line), repr(line)
         assert not line.startswith("forged")
 
 
-def test_listings_show_names_written_out(ros: RosSystem, lying_node: LyingNode) -> None:
+def test_listings_escape_names(ros: RosSystem, lying_node: LyingNode) -> None:
     ros.pipros.start_master()
     peer = MasterClient(ros.master_uri, "/node" + NAME)
     peer.register_publisher("/topic" + NAME, "evil/Type" + NAME, lying_node.api)
@@ -222,7 +222,7 @@ rospy.spin()
 """
 
 
-def test_frames_results_and_servers_are_written_out(ros: RosSystem) -> None:
+def test_frames_results_and_servers_are_escaped(ros: RosSystem) -> None:
     ros.pipros.start_master()
     peer = MasterClient(ros.master_uri, "/reconfigured")
     peer.register_service(f"/server{NAME}/set_parameters", "rosrpc://127.0.0.1:9/", API)

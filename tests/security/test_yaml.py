@@ -1,4 +1,4 @@
-"""YAML of strangers that would crash the process, or take its memory or time, is refused beforehand."""
+"""Untrusted YAML that would crash the process, or exhaust memory or time, is refused."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ def test_roslaunch_refuses_a_file_that_is_nested_too_deep(ros: RosSystem, tmp_pa
 
     run = ros.pipros.run("roslaunch", "--dump-params", launch)
 
-    assert run.returncode == 0  # as of genuine roslaunch, which prints the error and no parameter
+    assert run.returncode == 0  # like genuine roslaunch, which prints only the error
     assert "nested more than 100 deep" in run.output
 
 
-def test_mappings_that_merge_each_other_do_not_double_without_end() -> None:
+def test_merged_mappings_do_not_grow_exponentially() -> None:
     lines = ["a0: &a0 {x: 1}", *(f"a{n}: &a{n} {{<<: [*a{n - 1}, *a{n - 1}]}}" for n in range(1, 60))]
 
     with pytest.raises(YamlError, match="expands to more than 1000000 values"):
@@ -57,7 +57,7 @@ def test_keys_with_one_hash_are_refused() -> None:
         load(text)
 
 
-def test_numbers_in_sixties_are_not_computed_without_end() -> None:
+def test_sexagesimal_numbers_are_limited() -> None:
     with pytest.raises(YamlError, match="longer than 4300 digits"):
         load("1" + ":1" * 300_000)
 

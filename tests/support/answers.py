@@ -17,7 +17,7 @@ from tests.support.genuine import is_required
 from tests.support.once import machine_folder, make_once
 from tests.support.ros import Side
 
-_INSTALLED = Path("/var/lib/dpkg/status")  # which packages there are, with their versions
+_INSTALLED = Path("/var/lib/dpkg/status")  # the installed packages with their versions
 _HOME = "/the/home/of/the/test"
 _MASTER = "http://the.master.of.the.test:11311"
 _OF_A_RUN = ("PIPROS_TEST_RUN", "ROS_MASTER_URI")
@@ -25,7 +25,7 @@ _OF_A_RUN = ("PIPROS_TEST_RUN", "ROS_MASTER_URI")
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """Exit code and lines of a program that has ended."""
+    """The exit code and output lines of a program."""
 
     returncode: int
     stdout: list[str]
@@ -41,9 +41,9 @@ def ask(
 ) -> Answer:
     """Return the output of a program that uses no master and changes no file, by default in the home.
 
-    An answer of genuine ROS is kept for the same words, variables, files below the test's home and packages
+    An answer of genuine ROS is cached for the same words, variables, files below the test's home and packages
     of Debian. The address of the test's master may differ, and is put into the answer.
-    In continuous integration nothing is kept.
+    In continuous integration nothing is cached.
     """
     words, folder = [str(word) for word in argv], cwd or side.home
 

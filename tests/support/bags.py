@@ -59,7 +59,7 @@ def values(rows: Iterable[Row]) -> list[tuple[str, Any, int, int]]:
 
 
 def old_bag_bytes(rows: Iterable[Row], *, is_indexed: bool = True) -> bytes:
-    """A bag of format 1.2, as ROS wrote them until 2010."""
+    """Return a bag of format 1.2, which ROS wrote until 2010."""
     from pipros.bag.records import TIME, U32, U64, record_bytes
 
     out = [b"#ROSBAG V1.2\n", b""]
@@ -72,7 +72,7 @@ def old_bag_bytes(rows: Iterable[Row], *, is_indexed: bool = True) -> bytes:
             "md5": message._md5sum.encode(),
             "type": message._type.encode(),
         }
-        at = position + sum(map(len, out[2:]))  # where an index points to: to the definition, if there is one
+        at = position + sum(map(len, out[2:]))  # an index points to the definition, if there is one
         if topic not in told:
             told.add(topic)
             out.append(record_bytes({"op": b"\x01", **names, "def": message._full_text.encode()}, b""))

@@ -10,12 +10,12 @@ INSTALL = f"apt-get install --no-install-recommends {' '.join(PACKAGES)} && .ven
 
 
 def find_chromium() -> str | None:
-    """The program."""
+    """Return the path of Chromium, or None."""
     return shutil.which("chromium")
 
 
 def missing() -> list[str]:
-    """What this machine lacks."""
+    """Return the missing requirements of this machine."""
     has_playwright = importlib.util.find_spec("playwright") is not None
     return [*([] if find_chromium() else PACKAGES), *([] if has_playwright else ["playwright"])]
 

@@ -1,7 +1,7 @@
-"""Sections 4.1 to 4.5 of the case study, typed from an empty folder: the workspace of `examples/` arises.
+"""Sections 4.1 to 4.5 of the case study, typed in an empty folder: they create the workspace of `examples/`.
 
-What a person writes in an editor is taken from the example; what the document has them uncomment and add
-in generated files is done to those files, and must meet the lines that the document's figures show.
+Text that the reader writes in an editor is taken from the example. Edits of generated files are applied to
+those files, and must match the lines in the document's figures.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def create_message(terminal: Terminal, package: Path) -> None:
 
 
 def write_nodes_test_and_launch_file(terminal: Terminal, package: Path) -> None:
-    """4.3, 4.4 and 4.5, as far as files go."""
+    """The files of 4.3, 4.4 and 4.5."""
     _do(terminal, f"cd ~/{WORKSPACE}/src/composiv_tryouts")
     for folder, files in {
         "scripts": ("composiv_talker.py", "composiv_listener.py"),
@@ -111,7 +111,7 @@ def write_nodes_test_and_launch_file(terminal: Terminal, package: Path) -> None:
 
 
 def edit(file: Path, changes: list[tuple[str, str]], figure: dict[int, str]) -> None:
-    """Makes changes to a generated file, each in its one place; afterwards it must look as in the figure."""
+    """Apply changes to a generated file, each at a unique place; the result must equal the figure."""
     text = file.read_text()
     for before, after in changes:
         assert text.count(before) == 1, f"{before!r} stands {text.count(before)} times in {file}:\n{text}"

@@ -1,4 +1,4 @@
-"""A workspace built by genuine catkin: once on a machine, shared by all runs and workers of pytest-xdist."""
+"""A workspace built by genuine catkin once per machine, for all runs and workers of pytest-xdist."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class CatkinWorkspace:
 
     Attributes:
         folder: with `src`, `build` and `devel` in it.
-        log: what `catkin_make` printed.
-        variables: what `source devel/setup.bash` leaves in an environment that was genuine ROS' before.
+        log: the output of `catkin_make`.
+        variables: the environment of genuine ROS after `source devel/setup.bash`.
     """
 
     folder: Path
@@ -39,7 +39,7 @@ class CatkinWorkspace:
 
 
 def build_once() -> CatkinWorkspace:
-    """The example and the C++ nodes, copied and built by genuine catkin_make.
+    """Return the example and the C++ nodes, copied and built by genuine catkin_make.
 
     The workspace is kept for later runs, as long as neither these packages nor roscpp change.
 
@@ -72,7 +72,7 @@ def _variables_after_sourcing(home: Path, folder: Path) -> dict[str, str]:
         "ROSLISP_PACKAGE_DIRECTORIES",
     )
     variables = {name: value for name, _, value in pairs if name in names}
-    # Debian's packages carry no marker that would make catkin's setup add their folder.
+    # Debian's packages lack the marker for which catkin's setup would add their folder.
     variables["ROS_PACKAGE_PATH"] += os.pathsep + "/usr/share"
     return variables
 

@@ -1,4 +1,4 @@
-"""Small scripts of CMake with their results, and mistakes. Unit tests and `tests/interop` share them."""
+"""Small CMake scripts with their results or errors, shared by unit tests and `tests/interop`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Case:
 
 
 def read_cases(topic: str) -> list[Case]:
-    """The cases of a file in `FOLDER`: each is a script, then the lines of its result behind `#=`."""
+    """Return the cases of a file in `FOLDER`: each is a script, then the lines of its result behind `#=`."""
     cases: list[Case] = []
     script: list[str] = []
     result: list[str] = []
@@ -107,5 +107,5 @@ MISTAKES = [
 
 
 def line_of_mistake(text: str) -> int:
-    """The line of a mistake: the last one, or the first of a block."""
+    """Return the line of a mistake: the last one, or the first of a block."""
     return text.count("\n") + 1 if text.startswith(("set(", "function(f")) else 1

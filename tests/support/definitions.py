@@ -9,7 +9,7 @@ from pipros.msg.language.definitions import Definitions
 
 
 class Packages:
-    """Packages below a folder, and what is read from their definition files."""
+    """Packages below a folder, and the specs of their definition files."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

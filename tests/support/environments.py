@@ -26,12 +26,12 @@ _SHELL_TOOLS = (
 
 
 def source_files() -> list[Path]:
-    """Every Python file of the library and the facades, the shipped packages included."""
+    """Return every Python file of the library and the facades, the shipped packages included."""
     return sorted(file for folder in (SRC, *FACADES) for file in folder.rglob("*.py"))
 
 
 def import_path(file: Path) -> Path:
-    """The path of a source file relative to the folder that is on `sys.path`."""
+    """Return the path of a source file relative to the folder that is on `sys.path`."""
     return file.relative_to(next(folder for folder in (SRC, *FACADES) if file.is_relative_to(folder)))
 
 
@@ -45,7 +45,7 @@ def make_tool_folder(folder: Path) -> Path:
 
 
 def pipros_environment(home: Path, master_uri: str, tools: Path) -> dict[str, str]:
-    """What `. .venv/bin/activate` and a ROS_PACKAGE_PATH give; nothing of a ROS installation in it."""
+    """Return the environment after `. .venv/bin/activate` with a ROS_PACKAGE_PATH, without ROS."""
     return {
         **_common(home, master_uri),
         "PATH": f"{VENV_BIN}{os.pathsep}{tools}",
@@ -55,7 +55,7 @@ def pipros_environment(home: Path, master_uri: str, tools: Path) -> dict[str, st
 
 
 def genuine_environment(home: Path, master_uri: str) -> dict[str, str]:
-    """What a shell on a machine with Debian's ROS packages has: nothing of pipros, nor of its interpreter."""
+    """Return the environment of a shell with Debian's ROS packages, without pipros and its interpreter."""
     return {
         **_common(home, master_uri),
         "PATH": "/usr/bin:/bin",
@@ -75,6 +75,6 @@ def _common(home: Path, master_uri: str) -> dict[str, str]:
         "ROS_MASTER_URI": master_uri,
         "LANG": "C.UTF-8",
         "TERM": "xterm",
-        # A pipe would make Python keep its lines back until the end; a person's terminal does not.
+        # Python would buffer output to a pipe until the end, unlike output to a terminal.
         "PYTHONUNBUFFERED": "1",
     }

@@ -1,4 +1,4 @@
-"""A package as users have it, with state machines of actions and services; and what its run prints."""
+"""A realistic package with state machines of actions and services, and the output of its run."""
 
 from __future__ import annotations
 

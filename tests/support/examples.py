@@ -1,4 +1,4 @@
-"""How many random examples a test tries: all in continuous integration, a part on a developer's machine."""
+"""The number of random examples of a test: all in continuous integration, fewer on other machines."""
 
 from __future__ import annotations
 
@@ -9,5 +9,5 @@ PART = 3
 
 
 def examples(count: int) -> int:
-    """How many of `count` examples to try here."""
+    """Return the number of examples to try in place of `count`."""
     return count if is_required() else max(1, count // PART)

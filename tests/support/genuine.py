@@ -1,4 +1,4 @@
-"""Genuine ROS 1 from Debian's packages: is it there, and what to do when it is not."""
+"""Genuine ROS 1 from Debian's packages: whether it is installed, and what to do if it is not."""
 
 from __future__ import annotations
 
@@ -142,14 +142,14 @@ OTHER_PROGRAMS = "fish git iproute2 openssh-client openssh-server zsh"
 
 
 def missing_packages() -> list[str]:
-    """The Debian packages that interop tests need and this machine lacks; empty when all is there."""
+    """Return the Debian packages that interop tests need and this machine lacks."""
     modules = Path("/usr/lib/python3/dist-packages")
     files = {package for path, package in _FILES.items() if not Path(path).exists()}
     return sorted(files | {package for name, package in _MODULES.items() if not (modules / name).is_dir()})
 
 
 def is_required() -> bool:
-    """True in continuous integration, where a missing peer is a failure, not a reason to leave tests out."""
+    """Return True in continuous integration, where a missing peer is a failure instead of a skip."""
     return os.environ.get("CI", "").lower() in ("1", "true")
 
 

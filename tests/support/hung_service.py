@@ -1,4 +1,4 @@
-"""A service whose server shakes hands and never answers a call."""
+"""A service whose server completes the handshake and never replies to a call."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class HungService:
 
     Attributes:
         name: the service.
-        open_calls: connections on which a call waits for its answer.
+        open_calls: number of connections with an unanswered call.
     """
 
     def __init__(self, master_uri: str, name: str, type_name: str, md5sum: str) -> None:

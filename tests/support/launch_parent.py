@@ -18,7 +18,7 @@ class Parent:
     """The server of a parent; records the calls of its child.
 
     Attributes:
-        is_mute: whether it no longer answers whether it is there.
+        is_mute: whether it no longer responds to liveness checks.
     """
 
     def __init__(self) -> None:

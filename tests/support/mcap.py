@@ -32,7 +32,7 @@ def mcap_bytes(times: Iterable[int], *, chunk_bytes: int = 1 << 20, text: bytes 
 
 
 def with_summary(data: bytes, change: Callable[[Summary], object], more: bytes = b"") -> bytes:
-    """A file with `more` at the end of its data, and a changed summary."""
+    """Return a file with `more` at the end of its data, and a changed summary."""
     summary = read_summary(Source(io.BytesIO(data), "x.mcap", Limits()))
     assert summary is not None
     change(summary)
@@ -57,7 +57,7 @@ def messages_record(times: Iterable[int], channel: int = 1) -> bytes:
 
 
 def chunk_record(content: bytes, *, size: int | None = None, compression: str = "zstd") -> bytes:
-    """The record of a chunk; it may claim another size."""
+    """Return the record of a chunk; it may claim another size."""
     builder: Any = RecordBuilder()
     Chunk(
         compression=compression,

@@ -1,4 +1,4 @@
-"""Limits on the memory that a piece of code takes."""
+"""Limits on the memory that a block of code uses."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from typing import Any
 
 
 def hosts(addresses: Mapping[str, str]) -> Callable[..., list[Any]]:
-    """What looks names up as `socket.getaddrinfo` does, in an /etc/hosts of a test's own; IPv4 only."""
+    """Return a replacement of `socket.getaddrinfo` that reads the test's own /etc/hosts; IPv4 only."""
 
     def resolve(host: str, *_: object, **__: object) -> list[Any]:
         if host not in addresses:

@@ -14,7 +14,7 @@ import pytest
 
 
 def is_available() -> bool:
-    """Return whether namespaces can be made: on Linux, as root, with the `ip` command."""
+    """Return whether namespaces can be created: on Linux, as root, with the `ip` command."""
     if sys.platform != "linux" or os.geteuid() != 0 or shutil.which("ip") is None:
         return False
     name = f"pipros-try-{os.getpid()}"
@@ -36,8 +36,8 @@ class LoneNetwork:
 
         Args:
             hosts: the content of `/etc/hosts` there.
-            nameserver: is asked in vain: nothing gets out.
-            addresses: what it has beside loopback, as `10.98.0.1/24`.
+            nameserver: an address that cannot be reached.
+            addresses: those besides loopback, such as `10.98.0.1/24`.
             hostname: its own name; by default that of this machine.
         """
         self._prefix: list[str] = []
@@ -111,7 +111,7 @@ class FarNetwork:
         _ip("-n", self._name, "address", "add", f"{self.far}/30", "dev", "far0")
 
     def give_second_address(self) -> str:
-        """An address by which the far side can be reached, too; what it sends itself comes from `far`."""
+        """Add an address at which the far side can be reached, too; its own packets come from `far`."""
         address = self.far.replace("10.213.", "10.214.")
         _ip("-n", self._name, "address", "add", f"{address}/32", "dev", "lo")
         _ip("route", "add", f"{address}/32", "via", self.far)

@@ -13,7 +13,7 @@ MakeNode = Callable[..., Node]
 
 
 class Inbox:
-    """A callback that keeps the messages."""
+    """A callback that stores the messages."""
 
     def __init__(self) -> None:
         self.messages: list[Any] = []

@@ -1,4 +1,4 @@
-"""Folders made once for many tests: for all workers of pytest-xdist, or for all runs on this machine."""
+"""Folders created once for many tests: for all workers of pytest-xdist, or for all runs on this machine."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def alone(lock: Path) -> Iterator[None]:
 
 
 def make_once(folder: Path, make: Callable[[], object]) -> Path:
-    """Calls `make`, which fills the folder, unless that has been done; returns the folder."""
+    """Call `make` to fill the folder, unless it is filled; return the folder."""
     made = folder / ".made"
     folder.parent.mkdir(parents=True, exist_ok=True)
     with alone(folder.with_name(f"{folder.name}.lock")):
@@ -44,9 +44,9 @@ def make_once(folder: Path, make: Callable[[], object]) -> Path:
 
 
 def machine_folder(name: str, sources: Iterable[Path]) -> Path:
-    """A folder for what is made of these files and folders, kept for later runs; for `make_once`.
+    """Return a folder for outputs of these files and folders, kept for later runs; for `make_once`.
 
-    Its name has a digest of them all. Those that no run has used for two weeks are removed.
+    Its name contains a digest of all inputs. Folders that were not used for two weeks are removed.
     """
     digest = hashlib.sha256()
     for source in sources:

@@ -45,7 +45,7 @@ class Outcome:
 
 
 def read_outcomes(file: Path) -> list[Outcome]:
-    """The outcomes in `file`, oldest first; a last line that was not written completely is ignored."""
+    """Return the outcomes in `file`, oldest first; an incomplete last line is ignored."""
     lines = file.read_text(encoding="utf-8").split("\n")[:-1] if file.exists() else []
     return [Outcome(**{**fields, "starts": tuple(fields["starts"])}) for fields in map(json.loads, lines)]
 
@@ -88,9 +88,9 @@ def _text(report: pytest.TestReport) -> str:
 
 
 class StartsRecorder:
-    """Notes in the reports which of process, socket and thread a test started.
+    """Record in the reports whether a test started a process, socket or thread.
 
-    A test that uses a fixture of a module or session counts as if it had started what the fixture did.
+    A test that uses a fixture of a module or session is attributed what the fixture started.
     """
 
     def __init__(self) -> None:
@@ -104,7 +104,7 @@ class StartsRecorder:
             self._seen.add(_EVENTS[event])
 
     def _noting(self, start: Callable[[threading.Thread], None]) -> Callable[[threading.Thread], None]:
-        """Return `start` that is noted, because Python 3.11 has no audit event for threads."""
+        """Wrap `start` to record it, because Python 3.11 has no audit event for threads."""
 
         def noted(thread: threading.Thread) -> None:
             self._seen.add("thread")
@@ -134,7 +134,7 @@ class StartsRecorder:
 
 
 def configure(config: pytest.Config) -> None:
-    """Start to record if the command line asks for it."""
+    """Start recording if the option is given."""
     file = config.getoption("--outcomes-to")
     if file is None:
         return

@@ -34,7 +34,7 @@ class Page:
         prefix: Sequence[str] = (),
         **variables: str,
     ) -> None:
-        """`prefix`: a program that starts the command; `variables`: of its environment."""
+        """Start the command, with the program `prefix` and the environment `variables`."""
         self.process: Process = ros.pipros.start(*prefix, command, "--no-browser", *options, **variables)
         self.url = self.process.wait_for(r"http\S+")[0]
         parts = urlsplit(self.url)
@@ -43,18 +43,18 @@ class Page:
         self.token = proof.removeprefix("token=")
 
     def get(self, path: str, **headers: str) -> http.client.HTTPResponse:
-        """The answer to a request; `Host` and others can be given."""
+        """Return the response to a request with the given headers, such as `Host`."""
         connection = http.client.HTTPConnection(self.host, timeout=30)
         connection.request("GET", path, headers=headers)
         return connection.getresponse()
 
     def url_of(self, place: str) -> str:
-        """The address that opens another tab of the page."""
+        """Return the address that opens another tab of the page."""
         return f"http://{self.host}/#token={self.token}/{place}"
 
     @contextlib.contextmanager
     def connect(self, origin: str | None = None, first: str | None = None) -> Iterator[LivePage]:
-        """A connection as the page in a browser has it; `first` replaces the message with the token."""
+        """A connection like that of the page; `first` replaces the message with the token."""
         with connect(
             f"ws://{self.host}/live",
             origin=Origin(f"http://{self.host}" if origin is None else origin),
@@ -73,14 +73,14 @@ class LivePage:
         self._numbers = itertools.count(1)
 
     def watch(self, view: str, **args: Any) -> Iterator[Any]:
-        """What the view sends, without end. Only one view may be read at a time."""
+        """Yield the updates of a view, endlessly. Only one view may be read at a time."""
         number = next(self._numbers)
         self.socket.send(json.dumps({"id": number, "view": view, "args": args}))
         while True:
             yield self._answer(number)
 
     def act(self, action: str, **args: Any) -> Any:
-        """The answer to an action; an error is `{"error": text}`."""
+        """Return the answer to an action; an error is `{"error": text}`."""
         number = next(self._numbers)
         self.socket.send(json.dumps({"id": number, "action": action, "args": args}))
         return self._answer(number)

@@ -1,4 +1,4 @@
-"""A package as users have it, with actions and transforms; and what its run prints."""
+"""A realistic package with actions and transforms, and the output of its run."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Reports the errors that pyright finds on macOS or Windows and not on Linux.
+"""Report the errors that pyright finds for macOS or Windows, but not for Linux.
 
-Neither system is at hand, so types show where a name is used that one of them lacks. Only files that import
+Neither system is available, so pyright shows the use of names that one of them lacks. Only files that import
 a module with such names are checked: on macOS and Windows at the same time, then, for comparison, the files
 with errors on Linux. `script/check platforms` runs this.
 """
@@ -46,12 +46,12 @@ class Complaint:
 
 
 def files_with_differences(folder: Path) -> list[Path]:
-    """The Python files that import a module whose names differ between systems."""
+    """Return the Python files that import a module whose names differ between systems."""
     return [file for file in sorted(folder.rglob("*.py")) if _IMPORT.search(file.read_text())]
 
 
 def errors_on(platform: str, files: Collection[Path], extra_paths: Iterable[Path] = ()) -> set[Complaint]:
-    """The errors of pyright's basic mode for a platform: Linux, Darwin or Windows."""
+    """Return the errors of pyright's basic mode for a platform: Linux, Darwin or Windows."""
     program = find_pyright()
     if program is None:
         raise SystemExit(f"pyright is not on this machine: {INSTALL}")
@@ -90,7 +90,7 @@ def errors_on(platform: str, files: Collection[Path], extra_paths: Iterable[Path
 def additional_errors(
     files: Collection[Path], extra_paths: Iterable[Path] = ()
 ) -> dict[str, list[Complaint]]:
-    """The errors on each other platform that Linux does not have."""
+    """Return the errors on each other platform that Linux does not have."""
     platforms = ("Darwin", "Windows")
     with ThreadPoolExecutor(len(platforms)) as pool:
         found = list(pool.map(partial(errors_on, files=files, extra_paths=extra_paths), platforms))

@@ -1,4 +1,4 @@
-"""Ports for masters: free, and never given to two tests at once, even if several users run tests."""
+"""Free ports for masters, each claimed by one test at a time, even if several users run tests."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import socket
 import tempfile
 from pathlib import Path
 
-# Below the range from which Linux and macOS serve port 0, so that no node's own socket takes a port
-# between the moment it is chosen here and the moment a master binds it.
+# Below the range that Linux and macOS use for port 0, so that no node's own socket gets a port
+# between its choice here and a master's bind.
 _PORTS = range(20_000, 30_000)
 _CLAIMS = Path(tempfile.gettempdir()) / "pipros-test-ports"
 
 
 class ClaimedPort:
-    """A port that no other test gets meanwhile. A file lock holds it, so a killed test frees it."""
+    """Claim a port that no other test gets meanwhile. A file lock holds it, so a killed test frees it."""
 
     def __init__(self) -> None:
         _CLAIMS.mkdir(mode=0o777, exist_ok=True)

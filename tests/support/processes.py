@@ -1,4 +1,4 @@
-"""Processes started by a test: live output, Ctrl-C, and a check that none is left at the end."""
+"""Processes started by a test: live output, Ctrl-C, and a check that none is still running at the end."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ It is a KeyboardInterrupt too, and from 3.14 on Python ends by SIGINT for classe
 
 
 class Process:
-    """A running program in a session of its own. Its output is read all the time, so it never blocks on it.
+    """A running program in its own session. Its output is read continuously, so that it never blocks on it.
 
     Attributes:
         stdout, stderr: the lines so far, without their line ends.
-        lines: both, in the order in which they came.
+        lines: both, in the order of their arrival.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class Process:
 
     @property
     def transcript(self) -> list[str]:
-        """The output so far, with the second of the test for each line, and the exit code."""
+        """The output so far, with the time of each line, and the exit code."""
         lines = [f"{at} {line}" for at, line in zip(self._printed_at, self.lines, strict=False)]
         return lines if self.is_running else [*lines, f"(exit code {self.returncode})"]
 
@@ -105,7 +105,7 @@ class Process:
         """Wait for a line in which the regular expression `pattern` is found.
 
         Raises:
-            AssertionError: with the whole output, when the program ends or the time is up without it.
+            AssertionError: the program ended, or the time is over, without it; with the whole output.
         """
         looked_for = re.compile(pattern)
         deadline = time.monotonic() + timeout_s
@@ -137,7 +137,7 @@ class Process:
         """Wait until the program has exited and its output is read; return the exit code.
 
         Raises:
-            AssertionError: with the whole output, when it is still running after `timeout_s`.
+            AssertionError: it is still running after `timeout_s`; with the whole output.
         """
         try:
             code = self._popen.wait(timeout_s)
@@ -170,7 +170,7 @@ class Process:
 
 
 class Processes:
-    """Starts programs in one environment; a token in it lets it find all of their descendants."""
+    """Starts programs in one environment, and finds all their descendants by a token in it."""
 
     def __init__(self, environment: Mapping[str, str], cwd: Path | None = None) -> None:
         self._token = f"{_VARIABLE}={uuid.uuid4()}"
@@ -209,7 +209,7 @@ class Processes:
         return process
 
     def left(self) -> list[str]:
-        """`pid: command line` of every process that still runs with the token, an orphan too."""
+        """Return `pid: command line` of every running process with the token, including orphans."""
         return [f"{pid}: {command}" for pid, command in self._find_left()]
 
     def _find_left(self) -> list[tuple[int, str]]:
@@ -223,7 +223,7 @@ class Processes:
         return found
 
     def assert_nothing_left(self, timeout_s: float = 3.0) -> None:
-        """Raises AssertionError, and kills them, when processes are left."""
+        """Kill remaining processes and raise AssertionError if there are any."""
         try:
             wait_until(lambda: not self._find_left(), timeout_s)
         except AssertionError:
@@ -236,7 +236,7 @@ class Processes:
                 raise AssertionError(f"left running:\n{listing}") from None
 
     def end_all(self) -> None:
-        """End the started programs, the latest first, and check that none is left."""
+        """End the started programs, the latest first, and check that none is still running."""
         for process in reversed(self._started):
             process.end()
         self.assert_nothing_left()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def make_programs(folder: Path, programs: Mapping[str, str]) -> Path:
-    """Makes `folder` a package `programs` with these executable files, by name; returns it."""
+    """Create the package `programs` with these executable files in `folder`, and return the folder."""
     folder.mkdir(parents=True)
     (folder / "package.xml").write_text("<package><name>programs</name></package>")
     for name, content in programs.items():

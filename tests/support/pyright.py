@@ -1,4 +1,4 @@
-"""pyright, the type checker inside many editors: where it is, and how to get it. It needs Node.js."""
+"""Find or install pyright, the type checker inside many editors. It needs Node.js."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ INSTALL = "npm install --no-save --no-package-lock --prefix .venv pyright"
 
 
 def find_pyright() -> str | None:
-    """The program, in this virtual environment or else on the PATH."""
+    """Return pyright's path in this virtual environment, else on the PATH."""
     environment = Path(sys.prefix)
     places = (environment / "node_modules" / ".bin", environment / "bin", os.environ.get("PATH", os.defpath))
     return shutil.which("pyright", path=os.pathsep.join(map(str, places)))

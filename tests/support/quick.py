@@ -17,7 +17,7 @@ _BASE = "tests/unit"
 
 
 def listed(sign: str) -> list[str]:
-    """The entries of the list with `+` or `-`: files, or tests without their parameters."""
+    """Return the entries of the list with `+` or `-`: files, or tests without their parameters."""
     lines = LIST.read_text(encoding="utf-8").splitlines()
     return [line[2:] for line in lines if line.startswith(f"{sign} ")]
 
@@ -42,7 +42,7 @@ def leave_out(config: pytest.Config, items: list[pytest.Item]) -> None:
 
 
 def missing() -> list[str]:
-    """The entries whose file or function does not exist."""
+    """Return the entries whose file or function does not exist."""
     found = []
     for entry in [*listed("+"), *listed("-")]:
         file, *names = entry.split("::")

@@ -54,7 +54,7 @@ _FILES = {
 
 
 def make_robot_package(workspace: Path) -> Path:
-    """Makes the package `arm_description` in a folder for `ROS_PACKAGE_PATH`; returns the package."""
+    """Create the package `arm_description` in a folder for `ROS_PACKAGE_PATH`, and return the package."""
     package = workspace / "arm_description"
     for name, text in _FILES.items():
         (package / name).parent.mkdir(parents=True, exist_ok=True)

@@ -40,10 +40,10 @@ class Side:
         return self.processes.run(*argv, timeout_s=timeout_s, environment=more)
 
     def node(self, package: str, program: str) -> list[str]:
-        """The command line of a node, as `rosrun` has it.
+        """Return the command line of a node for `rosrun`.
 
-        Genuine `rosrun` takes more processor time to find the file than many a node takes to start. So it is
-        asked for the file once, and the node is started directly.
+        Genuine `rosrun` uses more processor time to find the file than many nodes to start. So the file is
+        looked up once, and the node is started directly.
         """
         if not self.is_genuine:
             return ["rosrun", package, program]
@@ -66,13 +66,13 @@ class Side:
         return terminal
 
     def start_master(self) -> Process:
-        """`roscore` on this system's port (it takes 11311 unless told), until it is up."""
+        """Start `roscore` on this system's port (its default would be 11311), and wait until it is ready."""
         core = self.start("roscore", "-p", self.environment["ROS_MASTER_URI"].rpartition(":")[2])
         core.wait_for(r"started core service \[/rosout\]")
         return core
 
     def start_bare_master(self) -> Process:
-        """A master with the parameters that `roscore` sets, without /rosout: for tests that look at neither.
+        """Start a master with the parameters of `roscore`, without /rosout, for tests that do not need it.
 
         Genuine roscore takes four times the processor time, for two processes more.
         """
@@ -93,14 +93,14 @@ class Side:
         return process
 
     def close(self) -> None:
-        """End all running programs, and check that none is left."""
+        """End all running programs, and check that none is still running."""
         for terminal in reversed(self._terminals):
             terminal.close()
         self.processes.end_all()
 
 
 class RosSystem:
-    """A master's address, a home folder, and both implementations at hand.
+    """A master's address, a home folder, and both implementations.
 
     Attributes:
         port, master_uri: where the master of this system is to be. None runs until one is started.
@@ -117,7 +117,7 @@ class RosSystem:
         self.genuine = Side(genuine_environment(home, self.master_uri), home, is_genuine=True)
 
     def serve_master(self) -> None:
-        """Serves a master of pipros from this process, without /rosout: for tests that need some master.
+        """Serve a master of pipros from this process, without /rosout, for tests that need any master.
 
         It takes a tenth of the processor time of a process with one.
         """
@@ -151,7 +151,7 @@ class RosSystem:
             master("close")()
 
     def close(self) -> None:
-        """End all programs of both sides, and check that none is left."""
+        """End all programs of both sides, and check that none is still running."""
         try:
             self.genuine.close()
         finally:

@@ -11,7 +11,7 @@ _BARE = {"PATH": "/usr/bin:/bin"}
 
 
 def compile_program(source: Path, *packages: str) -> Path:
-    """The program of one source file, which uses these packages; kept for later runs."""
+    """Compile a source file that uses these packages, and return the program; cached for later runs."""
     program = machine_folder(source.stem, (source, Path(__file__))) / source.stem
 
     def make() -> None:

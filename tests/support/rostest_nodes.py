@@ -1,4 +1,4 @@
-"""Rostest files around the test nodes of the package rostest, and what becomes of each.
+"""Rostest files for the test nodes of the package rostest, and the outcome of each.
 
 The one node around them is plain rospy, so pipros and genuine ROS run the same files.
 """
@@ -40,7 +40,7 @@ class Scene:
     """A test node with parameters, among the nodes of NODES.
 
     Attributes:
-        cases: what its result file holds: the class and name of each case, and whether it passed.
+        cases: the contents of its result file: class and name of each case, and whether it passed.
         expected: the text of a failure, in pipros' words.
     """
 
@@ -54,7 +54,7 @@ class Scene:
         return all(passed for _, _, passed in self.cases)
 
     def write(self, folder: Path) -> None:
-        """Makes the package `around` in the folder, with this scene as `scene.test`."""
+        """Create the package `around` in the folder, with this scene as `scene.test`."""
         package = folder / "around"
         package.mkdir(parents=True)
         (package / "package.xml").write_text(MANIFEST)
@@ -81,7 +81,7 @@ class LevelSystem:
     """A master, the node of NODES, and the test nodes of one side, run one by one without rostest."""
 
     def __init__(self, ros: RosSystem, side: Side, python: str, nodes: Path) -> None:
-        """Args: `nodes` has the test nodes, which `python` runs."""
+        """Keep the arguments: `nodes` is the folder of the test nodes, which `python` runs."""
         self._side, self._python, self._nodes = side, python, nodes
         side.start_bare_master()
         self._master: Any = ServerProxy(ros.master_uri)
@@ -93,7 +93,7 @@ class LevelSystem:
         ros.wait_for_subscriber("/orders")
 
     def run(self, scene: Scene, name: str) -> tuple[Process, Cases]:
-        """Runs the test node of a scene under a name of its own, and reads its result file."""
+        """Run the test node of a scene under its own name, and read its result file."""
         for key, value in yaml.safe_load(scene.params).items():
             assert self._master.setParam("/a_test", f"/{name}/{key}", value)[0] == 1
         results = self._side.home / f"{name}.xml"
@@ -209,7 +209,7 @@ ONLY_OURS = (
         _subscribe(False),
         "a subscriber of [/level] did not appear within 0.5 s",
     ),
-    # Genuine hztest calls a method that Python 3.11 no longer has when it wants silence.
+    # If it expects silence, genuine hztest calls a method that Python 3.11 no longer has.
     Scene("hztest", "{topic: silent, hz: 0, test_duration: 0.3, wait_time: 0.3}", _hz(True)),
     Scene(
         "hztest",
@@ -217,7 +217,7 @@ ONLY_OURS = (
         _hz(False),
         "expected no messages, received",
     ),
-    # Genuine nodes without anything to check end with a traceback and without results.
+    # Genuine nodes with nothing to check end with a traceback and without results.
     Scene("publishtest", "{unused: 0}", _publish(False), "No topic is specified in rosparam."),
     Scene("subscribetest", "{unused: 0}", _subscribe(False), "No topic is specified in rosparam."),
     Scene(

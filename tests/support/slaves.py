@@ -13,10 +13,10 @@ from pipros.net.rpc_server import RpcServer
 
 
 class FakeSlave:
-    """The slave API of a node; records the notices of the master.
+    """The slave API of a node; records the notifications of the master.
 
     Attributes:
-        told: method and parameters of each notice, in order.
+        told: method and parameters of each notification, in order.
         pid: the process id that it returns.
         asked: number of requests for the process id.
     """
@@ -54,7 +54,7 @@ class FakeSlave:
         return [1, "", 0]
 
     def publishers(self) -> list[list[str]]:
-        """The received publisher lists, in order."""
+        """Return the received publisher lists, in order."""
         return [notice[3] for notice in self.told if notice[0] == "publisherUpdate"]
 
     def stop(self) -> None:
@@ -64,7 +64,7 @@ class FakeSlave:
 
 
 class SilentSlave:
-    """A server that accepts connections and never answers, like a node that hangs."""
+    """A server that accepts connections and never responds, like a hung node."""
 
     def __init__(self) -> None:
         self._listener = socket.create_server(("127.0.0.1", 0), backlog=100)
@@ -83,7 +83,7 @@ class SilentSlave:
 
     def stop(self) -> None:
         self._listener.shutdown(socket.SHUT_RDWR)
-        self._accepting.join(30)  # it may be about to note a connection
+        self._accepting.join(30)  # it may be about to record a connection
         self._listener.close()
         for connection in self.connections:
             connection.close()

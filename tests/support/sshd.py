@@ -38,9 +38,9 @@ class SshServer:
     """A server that runs from its creation to `close`.
 
     Attributes:
-        port: where it listens.
-        folder: a home folder whose `.ssh` has the key that is let in, and the server's in `known_hosts`.
-        log: what the server wrote.
+        port: the port of the server.
+        folder: a home folder whose `.ssh` has the accepted key, and the server's in `known_hosts`.
+        log: the output of the server.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -57,12 +57,12 @@ class SshServer:
         config = folder / "sshd_config"
         config.write_text(_SERVER.format(port=self.port, folder=folder))
         if os.geteuid() == 0:
-            Path("/run/sshd").mkdir(mode=0o755, exist_ok=True)  # where the server locks itself up
+            Path("/run/sshd").mkdir(mode=0o755, exist_ok=True)  # the chroot folder of the server
         self._process = subprocess.Popen([SSHD, "-D", "-f", config, "-E", self.log])
         wait_until(self._is_listening, what=lambda: f"sshd: {self.log.read_text()}")
 
     def client(self, folder: Path, alias: str) -> None:
-        """Put an `ssh` into a folder that finds this server under a host name that exists only there."""
+        """Put an `ssh` into a folder that resolves an otherwise unknown host name to this server."""
         config = self.folder / "ssh_config"
         config.write_text(_CLIENT.format(alias=alias, port=self.port, folder=self.folder))
         ssh = folder / "ssh"

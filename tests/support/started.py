@@ -1,4 +1,4 @@
-"""The programs that the running test started: the report of a failure shows what each of them printed."""
+"""The programs started by the running test; the report of a failure shows the output of each."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Started:
         self._began = time.monotonic()
 
     def begin_test(self) -> None:
-        """Forgets the programs of the test before; those that still run serve the next one, too."""
+        """Forget the programs of the previous test, except those that still run."""
         self._programs = [program for program in self._programs if program.is_running]
         self._began = time.monotonic()
 
@@ -36,11 +36,11 @@ class Started:
         self._programs.append(program)
 
     def elapsed(self) -> str:
-        """The time since the test began, as it stands before each line."""
+        """Return the time since the test began, as printed before each line."""
         return f"{time.monotonic() - self._began:7.2f}"
 
     def sections(self) -> list[tuple[str, str]]:
-        """Of each program what it is, and what it printed."""
+        """Return the command line and the output of each program."""
         return [
             (
                 f"{'running' if program.is_running else 'ended'}: {program}",

@@ -16,7 +16,7 @@ BUFFER_BYTES = 16 * 1024
 
 @contextlib.contextmanager
 def raw_subscriber(node: Node, topic: str, name: str = "/raw") -> Iterator[socket.socket]:
-    """A subscriber that has sent its header and reads nothing, not even the answer."""
+    """A subscriber that has sent its header and reads nothing, not even the response."""
     with socket.socket() as sock:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
         sock.settimeout(10)

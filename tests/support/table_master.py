@@ -12,7 +12,7 @@ Answers = Mapping[tuple[Any, ...], Any]
 
 
 class TableMaster(MasterClient):
-    """Answers each call from a table: `{("lookupNode", "/a"): "http://…"}`. Other calls are refused.
+    """Responds to each call from a table: `{("lookupNode", "/a"): "http://…"}`. Other calls are refused.
 
     Attributes:
         answers: the table, which a test may change.

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from tests.support.started import STARTED
 
-# The exit code of the last command stands in the prompt, so that the end of a command and its result are one.
+# The prompt contains the exit code of the last command, so that its end and its result arrive together.
 _PROMPT = re.compile(r"\[(\d+)\]> $")
 _PROMPT_SETTINGS = {"bash": "[$?]> ", "zsh": "[%?]> "}
 _ROWS, _COLUMNS = 50, 200
@@ -40,7 +40,7 @@ EDITING_SHELLS = {
 
 
 class Terminal:
-    """An interactive shell on a pseudo-terminal. One person types one line at a time into it."""
+    """An interactive shell on a pseudo-terminal, into which lines are typed one at a time."""
 
     def __init__(self, environment: Mapping[str, str], cwd: Path, shell: Sequence[str] = BASH) -> None:
         self._keyboard, tty = os.openpty()
@@ -69,7 +69,7 @@ class Terminal:
         self.wait_for_prompt()
 
     def _read(self) -> None:
-        # A pseudo-terminal whose last program ended says so with an error, not with an empty read.
+        # A pseudo-terminal whose last program ended returns an error, not an empty read.
         decode = codecs.getincrementaldecoder("utf-8")("replace").decode
         with contextlib.suppress(OSError):
             while chunk := os.read(self._keyboard, 65536):
@@ -97,7 +97,7 @@ class Terminal:
         return _ESCAPES.sub("", self.output)
 
     def press(self, keys: str) -> None:
-        """Presses keys, as soon as the prompt is there; `\t` is TAB, and `\n` Enter."""
+        """Press keys once the prompt appears; `\t` is TAB, and `\n` Enter."""
         self.wait_for_prompt()
         self._typed_at = len(self._screen)
         os.write(self._keyboard, keys.encode())

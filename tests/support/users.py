@@ -1,4 +1,4 @@
-"""Other users of this machine: their files, and programs that run as one of them. It takes root."""
+"""Other users of this machine: their files, and programs that run as one of them. Needs root."""
 
 from __future__ import annotations
 

@@ -15,11 +15,11 @@ _LOOK_EVERY_S = 0.01
 def wait_until(condition: Callable[[], T], timeout_s: float = 10.0, what: str | Callable[[], str] = "") -> T:
     """Poll `condition`, and return its first true value.
 
-    `what` is said when the time is up: what was waited for, or a function that tells the state
+    `what` is the text of the failure: the expected condition, or a function that describes the state
     that was found instead.
 
     Raises:
-        AssertionError: when `condition` did not become true within `timeout_s`.
+        AssertionError: `condition` did not become true within `timeout_s`.
     """
     deadline = time.monotonic() + timeout_s
     pause = threading.Event()

@@ -1,7 +1,7 @@
 """A Python without the modules and names that Windows, macOS or a browser lacks.
 
 The lists are here alone. Modules and names are missing on at least one of these systems; Pyodide, Python in a
-browser, lacks the modules, too. What a browser has in name but cannot do is in `_BROWSER`.
+browser, lacks the modules, too. `_BROWSER` has functions that exist in a browser, but do not work.
 """
 
 from __future__ import annotations
@@ -86,10 +86,10 @@ def run_without_posix(code: str, *, in_browser: bool = False) -> str:
     """Return the output of the code.
 
     Args:
-        in_browser: also refuse what Pyodide cannot do: to start threads or processes, and to connect sockets.
+        in_browser: also refuse functions that fail in Pyodide: threads, processes, connections.
 
     Raises:
-        AssertionError: with what it says on standard error, when it fails.
+        AssertionError: it failed; with its standard error.
     """
     code = f"OURS = {set(PACKAGES)!r}\n{_BEGINNING}\n{_BROWSER if in_browser else ''}\n{code}"
     ended = subprocess.run(

@@ -15,7 +15,7 @@ from tests.tutorial.words import CORE_IS_UP
 
 @pytest.fixture
 def ros(ros: RosSystem) -> RosSystem:
-    """A private ROS system; `roscore` typed in its terminals uses its port.
+    """A private ROS system; `roscore` in its terminals uses its port.
 
     By itself it takes 11311, so that two tests could not run side by side.
     """

@@ -41,6 +41,16 @@ def test_every_step_of_the_document_works_as_it_is_typed(ros: RosSystem) -> None
     assert first.run("rosmsg show composiv_tryouts/BatteryLevel") == (0, "string battery\n\n")
 
     write_nodes_test_and_launch_file(first, package)
+    script = package / "scripts/composiv_talker.py"
+    script.chmod(0o644)
+    assert first.run(TALKER) == (
+        3,
+        f"[rosrun] Couldn't find executable named composiv_talker.py below {package}\n"
+        "[rosrun] Found the following, but they're either not files,\n"
+        "[rosrun] or not executable:\n"
+        f"[rosrun]   {script}\n",
+    )
+    script.chmod(0o755)
     first.type("roscore")
     first.wait_for(CORE_IS_UP)
     talker, listener, test = (open_sourced_terminal(ros) for _ in range(3))
@@ -62,20 +72,3 @@ def test_every_step_of_the_document_works_as_it_is_typed(ros: RosSystem) -> None
     code, output = first.run(ROSTEST)
     assert code == 0
     assert "[composiv_tryouts.rosunit-test_talker/test_talker_publishing][passed]\n" in output
-
-
-def test_a_script_without_chmod_does_not_run_and_rosrun_says_why(ros: RosSystem) -> None:
-    package = ros.home / WORKSPACE / "src/composiv_tryouts"
-    terminal = ros.pipros.open_terminal()
-    make_workspace_and_package(terminal)
-    write_nodes_test_and_launch_file(terminal, package)
-    script = package / "scripts/composiv_talker.py"
-    script.chmod(0o644)
-
-    assert terminal.run(TALKER) == (
-        3,
-        f"[rosrun] Couldn't find executable named composiv_talker.py below {package}\n"
-        "[rosrun] Found the following, but they're either not files,\n"
-        "[rosrun] or not executable:\n"
-        f"[rosrun]   {script}\n",
-    )

@@ -13,7 +13,7 @@ from tests.support.waiting import wait_until
 from tests.tutorial.words import CORE_IS_UP, HEARD, LAUNCH, ROSTEST, SAID
 
 
-def test_roslaunch_starts_a_master_and_the_two_nodes_and_leaves_the_test_out(ros: RosSystem) -> None:
+def test_roslaunch_starts_a_master_and_the_two_nodes_without_the_test(ros: RosSystem) -> None:
     launch, look = ros.pipros.open_terminal(), ros.pipros.open_terminal()
 
     launch.type(LAUNCH)
@@ -80,7 +80,7 @@ def test_with_screen_the_output_is_shown_live(ros: RosSystem) -> None:
     launch.wait_for(HEARD)
 
 
-def test_a_roscore_that_runs_already_is_used_and_left_running(ros: RosSystem) -> None:
+def test_a_running_roscore_is_used_and_left_running(ros: RosSystem) -> None:
     core, launch, look = (ros.pipros.open_terminal() for _ in range(3))
     core.type("roscore")
     core.wait_for(CORE_IS_UP)
@@ -98,7 +98,7 @@ def test_rostest_passes_with_the_talker(ros: RosSystem) -> None:
     code, output = ros.pipros.open_terminal().run(ROSTEST)
 
     assert code == 0, output
-    # What nodes say on stderr is seen at once, wherever the report has got to.
+    # Output of nodes on stderr appears at once, between lines of the report.
     warning = re.search(r".+: SyntaxWarning: .+\n  pub = .+\n", output)
     assert warning
     report = output.replace(warning[0], "").partition("[ROSUNIT]")[2]

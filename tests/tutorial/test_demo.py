@@ -54,7 +54,7 @@ def test_ctrl_c_ends_it_within_2_seconds_with_nothing_left(ros: RosSystem) -> No
     ros.pipros.processes.assert_nothing_left(timeout_s=0.5)
 
 
-def test_ctrl_c_before_anything_is_up_ends_it_as_well(ros: RosSystem) -> None:
+def test_ctrl_c_during_the_start_ends_it(ros: RosSystem) -> None:
     demo = ros.pipros.open_terminal()
     demo.type(DEMO)
     demo.wait_for("A talker publishes")
@@ -66,7 +66,7 @@ def test_ctrl_c_before_anything_is_up_ends_it_as_well(ros: RosSystem) -> None:
     ros.pipros.processes.assert_nothing_left(timeout_s=0.5)
 
 
-def test_a_master_that_runs_already_is_joined_and_left_running(ros: RosSystem) -> None:
+def test_a_running_master_is_used_and_left_running(ros: RosSystem) -> None:
     core, look = ros.pipros.open_terminal(), ros.pipros.open_terminal()
     core.type("roscore")
     core.wait_for(CORE_IS_UP)
@@ -87,7 +87,7 @@ def test_a_master_that_runs_already_is_joined_and_left_running(ros: RosSystem) -
 def test_a_port_that_another_program_uses_is_named_with_a_way_out(ros: RosSystem, answer: bytes) -> None:
     with socket.create_server(("127.0.0.1", ros.port)) as other:
         demo = ros.pipros.start(DEMO)
-        for _ in range(2):  # one connection to see that the port is open, one to ask which program it is
+        for _ in range(2):  # one connection to check that the port is open, one to identify the program
             with other.accept()[0] as connection:
                 connection.sendall(answer)
         assert demo.wait() == 1

@@ -1,7 +1,7 @@
-"""Run every command and Python block of docs/: most pages here, the others in the tests in OTHERS.
+"""Run every command and Python block of docs/: most pages in this file, the others in those of OTHERS.
 
-A `console` block is a terminal. The lines below a command must appear in its output in that order; `...`
-matches any text, or any lines if it is a whole line. A last command that does not end runs until the end of
+A `console` block is a terminal. The lines after a command must appear in its output in that order; `...`
+matches any text, or any lines if it is a whole line. A last command that does not exit runs until the end of
 the page. A block with a title is a file.
 """
 
@@ -35,7 +35,7 @@ OTHERS = {
     ("testing.md", "python"): "tests/graph/test_pytest_plugin.py",
     ("testing.md", "xml"): "tests/graph/test_pytest_plugin.py",
 }
-# Installing, settings for a network of several computers, options of rosbag: other tests do the like.
+# Other tests cover installation, settings for several computers, and options of rosbag.
 NOT_RUN = {("start.md", "sh"), ("robot.md", "sh"), ("bags.md", "sh")}
 OUTPUT = {"text"}
 

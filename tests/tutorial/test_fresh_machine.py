@@ -77,7 +77,7 @@ def test_debians_python_without_venv_leads_to_the_package_to_install(machine: Ma
     assert "On Debian and Ubuntu run: sudo apt-get install python3-venv" in ended.stderr[-1]
 
 
-def test_root_installs_that_package_or_is_told_that_it_failed(machine: Machine) -> None:
+def test_root_installs_that_package_or_gets_an_error(machine: Machine) -> None:
     machine.add("python3", WITHOUT_VENV)
     machine.add("id", "echo 0")
     machine.add("apt-get", APT_FAILS)
@@ -99,7 +99,7 @@ def test_an_installation_is_unchanged_until_the_project_changes(machine: Machine
     assert first.returncode == 0, first.output
     assert calls[-1].endswith("--editable .[dev]")
 
-    # A plain install has nothing that one for developers lacks.
+    # A plain installation has nothing that one for developers lacks.
     for arguments in (["dev"], []):
         assert machine.run(*arguments).stderr == []
     assert [call for call in machine.calls() if "pip install" in call] == calls[-1:]

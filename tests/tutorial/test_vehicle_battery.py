@@ -17,7 +17,7 @@ PACKAGE = EXAMPLES / "vehicle_battery"
 
 
 def test_its_own_tests_pass_in_pytest(ros: RosSystem, tmp_path: Path) -> None:
-    shutil.copy(REPOSITORY / "pyproject.toml", tmp_path)  # whose settings for pytest do not count
+    shutil.copy(REPOSITORY / "pyproject.toml", tmp_path)  # whose pytest settings are ignored
     tests = shutil.copytree(PACKAGE, tmp_path / "vehicle_battery") / "test"
 
     ended = ros.pipros.run(VENV_BIN / "python", "-m", "pytest", "-q", tests, timeout_s=140)

@@ -1,4 +1,4 @@
-"""`from composiv_tryouts.msg import BatteryLevel` works without a build, however a script is started."""
+"""`from composiv_tryouts.msg import BatteryLevel` works without a build in every kind of script."""
 
 from __future__ import annotations
 

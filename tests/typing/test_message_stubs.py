@@ -1,4 +1,4 @@
-"""What a type checker says about messages: nothing where all is well, and where a field is wrong, that."""
+"""Type checkers accept correct uses of messages, and report wrong fields."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def stubs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def mypy_errors(file: Path, stubs: Path) -> dict[int, str]:
-    """What mypy complains about in a file, by line."""
+    """Return the errors of mypy in a file, by line."""
     settings = stubs / "mypy.ini"
     settings.write_text(
         f"[mypy]\nstrict = true\nmypy_path = {stubs}:{SOURCE_PATH}\ncache_dir = {stubs}/.cache\n"
@@ -46,7 +46,7 @@ def mypy_errors(file: Path, stubs: Path) -> dict[int, str]:
 
 
 def said_by_pyright(path: Path) -> dict[tuple[str, int], str]:
-    """What pyright complains about in a file or folder beside `typings`, by file name and line."""
+    """Return the errors of pyright in a file or folder beside `typings`, by file name and line."""
     program = find_pyright()
     if program is None:
         pytest.skip(f"pyright is not on this machine: {INSTALL}")
@@ -81,9 +81,7 @@ def expected_complaints(example: Path) -> dict[int, str]:
 
 @pytest.mark.timeout(180)
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.stem)
-def test_mypy_knows_messages_and_what_rospy_does_with_them(
-    example: Path, stubs: Path, tmp_path: Path
-) -> None:
+def test_mypy_checks_messages_and_their_use_in_rospy(example: Path, stubs: Path, tmp_path: Path) -> None:
     program = tmp_path / "program.py"
     program.write_text(example.read_text())
     expected = expected_complaints(example)
@@ -97,7 +95,7 @@ def test_mypy_knows_messages_and_what_rospy_does_with_them(
 
 @pytest.mark.timeout(180)
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.stem)
-def test_pyright_knows_them_too(example: Path, stubs: Path) -> None:
+def test_pyright_checks_messages_and_their_use_in_rospy(example: Path, stubs: Path) -> None:
     program = stubs.parent / f"{example.stem}.py"
     program.write_text(example.read_text())
 
@@ -107,7 +105,7 @@ def test_pyright_knows_them_too(example: Path, stubs: Path) -> None:
 
 
 @pytest.mark.timeout(180)
-def test_pyright_has_nothing_to_say_about_the_stubs(stubs: Path) -> None:
+def test_pyright_accepts_the_stubs(stubs: Path) -> None:
     assert said_by_pyright(stubs) == {}
 
 

@@ -38,7 +38,7 @@ def test_a_measurement_can_prefer_more_and_count_the_best_round(table: ModuleTyp
     assert table.Row("us", values, best=True).ratio() == pytest.approx(1 / 3)
 
 
-def test_columns_are_those_of_the_worlds_that_were_measured(table: ModuleType) -> None:
+def test_columns_are_the_measured_implementations(table: ModuleType) -> None:
     rows = [
         table.Row("one: us", {"genuine": [20.0], "tuned": [15.0], "pipros": [10.0]}),
         table.Row("two: MB", {"pipros": [1234.5]}),
@@ -52,7 +52,7 @@ def test_columns_are_those_of_the_worlds_that_were_measured(table: ModuleType) -
     ]
 
 
-def test_rows_are_the_same_after_they_were_written_and_read(table: ModuleType, tmp_path: Path) -> None:
+def test_rows_survive_a_round_trip(table: ModuleType, tmp_path: Path) -> None:
     rows = [table.Row("one", {"pipros": [1.0]}, more_is_better=True, goal=1.5, best=True)]
 
     table.write_json(tmp_path / "rows", rows)

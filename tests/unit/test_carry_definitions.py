@@ -1,4 +1,4 @@
-"""`script/carry-definitions` carries fields over and keeps the comments that were added since."""
+"""`script/carry-definitions` copies fields, and keeps comments that were added since."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MANIFEST = "<package><name>robot</name><version>1.2.3</version></package>"
 
 @pytest.fixture
 def tree(tmp_path: Path) -> Path:
-    """A project that has the script only, beside the ROS package `robot`."""
+    """A project with only the script, and the ROS package `robot`."""
     (tmp_path / "project" / "script").mkdir(parents=True)
     shutil.copy(REPOSITORY / "script" / "carry-definitions", tmp_path / "project" / "script")
     (tmp_path / "robot" / "msg").mkdir(parents=True)

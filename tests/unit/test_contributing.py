@@ -28,7 +28,7 @@ def test_every_command_can_be_run_and_is_in_the_guide(command: Path) -> None:
     assert f"script/{command.name}" in GUIDE or command.name == "venv"  # which the others call
 
 
-def test_all_paths_that_the_guide_names_are_there() -> None:
+def test_all_paths_in_the_guide_exist() -> None:
     named = set(re.findall(r"\b(?:script|tests|src|docs)/[\w./-]*\w", GUIDE))
     assert {"script/check", "tests/unit"} < named
     assert [
@@ -36,7 +36,7 @@ def test_all_paths_that_the_guide_names_are_there() -> None:
     ] == []
 
 
-def test_hooks_before_a_commit_are_the_parts_of_the_check() -> None:
+def test_pre_commit_hooks_are_the_parts_of_the_check() -> None:
     (local,) = read_yaml(".pre-commit-config.yaml")["repos"]
     assert [hook["entry"] for hook in local["hooks"]] == [
         "script/check lint",
@@ -51,7 +51,7 @@ def test_an_unknown_part_of_the_check_is_refused() -> None:
     assert "must be lint, format, types or platforms, got spelling" in ended.stderr
 
 
-def test_the_workflow_runs_what_our_own_integration_runs_and_all_pythons() -> None:
+def test_the_workflow_runs_ci_and_all_python_versions() -> None:
     jobs = read_yaml(".github/workflows/ci.yml")["jobs"]
     assert {"run": ".ci/run"} in jobs["everything"]["steps"]
     assert jobs["tests"]["strategy"]["matrix"]["python"] == ["3.10", "3.11", "3.12", "3.13", "3.14"]

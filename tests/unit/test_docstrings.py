@@ -12,7 +12,7 @@ from tests.support.environments import import_path, source_files
 
 
 def has_example(file: Path) -> bool:
-    """True for a file with an example that needs no master to be running."""
+    """Return True for a file with an example that needs no master to be running."""
     lines = file.read_text(encoding="utf-8").splitlines()
     return any(">>> " in line and "doctest: +SKIP" not in line for line in lines)
 

@@ -1,4 +1,4 @@
-"""The packages of pipros: imports point down only, and what no package may use."""
+"""The packages of pipros: imports point down only, and some functions are forbidden everywhere."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ LAYER = {package: layer for layer, steps in enumerate(LAYERS) for packages in st
 STEPS = [packages for steps in LAYERS for packages in steps]
 STEP = {package: step for step, packages in enumerate(STEPS) for package in packages}
 
-# Facades that stand on others, whose names are part of what they promise.
+# Facades that import others, because those names are part of their API.
 FACADES_BELOW: dict[str, set[str]] = {
     "actionlib": {"rospy"},
     "actionlib_tools": {"actionlib", "genpy", "roslib", "rospy", "rostopic"},
@@ -68,25 +68,25 @@ FACADES_BELOW: dict[str, set[str]] = {
     "rosbag": {"rospy"},  # timestamps are rospy.Time
     "rosdiagnostic": {"rospy"},
     "rosmaster": {"rosgraph"},  # ROSMasterHandler is a handler of rosgraph.xmlrpc; its log is rosgraph's
-    "rosmsg": {"genpy"},  # generate_dynamic is a name of both
+    "rosmsg": {"genpy"},  # both have generate_dynamic
     "rosparam": {"rosgraph"},  # get_param_server returns a rosgraph.Master
     "rospy": {"rosgraph"},  # rospy.names has functions of rosgraph.names
     "rostest": {"rosgraph", "roslaunch", "rospy", "rosunit"},  # ROSTestLaunchParent is a launch; logs
-    "tf": {"rospy", "roswtf", "tf2_ros"},  # its rules for roswtf
+    "tf": {"rospy", "roswtf", "tf2_ros"},  # it has rules for roswtf
     "tf2_geometry_msgs": {"tf2_ros"},  # registers its types there
     "tf2_kdl": {"tf2_geometry_msgs", "tf2_ros"},  # registers its types there
-    "tf2_py": {"rospy"},  # gives rospy.Time
+    "tf2_py": {"rospy"},  # returns rospy.Time
     "tf2_ros": {"actionlib", "rosgraph", "rospy", "tf2_py"},
     "tf2_sensor_msgs": {"tf2_geometry_msgs", "tf2_ros"},
     "topic_tools": {"rosgraph", "rospy", "rostopic"},
     "roswtf": {"rospy"},  # the node of plugins
-    "rostopic": {"rosgraph", "rosparam", "rospy"},  # its classes go by rospy's node; messages of parameters
+    "rostopic": {"rosgraph", "rosparam", "rospy"},  # its classes use rospy's node; messages of parameters
 }
 
-# Runs the code that is made of message definitions; every name in it passed their grammar before.
+# Executes code generated from message definitions; every name in it has passed the grammar.
 MAY_EXECUTE = "pipros/msg/compile/run.py"
 
-# Imports between files of one package that lie on a circle: (importing module, imported module).
+# Imports between files of one package that are part of a cycle: (importing module, imported module).
 KNOWN_CIRCLES: list[tuple[str, str]] = []
 
 UNSAFE_YAML_LOADERS = {"Loader", "CLoader", "FullLoader", "CFullLoader", "UnsafeLoader", "CUnsafeLoader"}
@@ -95,7 +95,7 @@ FILES = source_files()
 
 
 def parsed(file: Path) -> ast.Module:
-    """The syntax tree of a file, which many tests look at."""
+    """Return the syntax tree of a file, cached for many tests."""
     return _parse(file.read_text())
 
 
@@ -106,12 +106,12 @@ def _parse(text: str) -> ast.Module:
 
 @functools.cache
 def known_imports() -> dict[str, set[str]]:
-    """What all files import of each other."""
+    """Return the imports between all files."""
     return imported_files(FILES)
 
 
 def parts_of(file: Path) -> tuple[str, ...]:
-    """The parts of its module name: `pipros`, `master`, `params`, or `rospy`, `core`."""
+    """Return the parts of its module name: `pipros`, `master`, `params`, or `rospy`, `core`."""
     root = next(folder for folder in ROOTS if file.is_relative_to(folder))
     return file.relative_to(root).with_suffix("").parts
 
@@ -123,7 +123,7 @@ def package_of(file: Path) -> str:
 
 
 def package_of_module(name: str) -> str:
-    """The package of a module of `pipros`; each of the libraries counts as one."""
+    """Return the package of a module of `pipros`; each of the libraries counts as one."""
     _, package, library, *_ = [*name.split("."), "", ""]
     return library if package == "libraries" and library else package
 
@@ -143,7 +143,7 @@ def imported_modules(tree: ast.AST, file: Path) -> Iterator[tuple[int, str]]:
 
 
 def named_modules(tree: ast.AST) -> Iterator[tuple[int, str]]:
-    """Modules that strings name: `import_module("x")`, `"-m", "x"`, `"x:function"` and all of `pipros`."""
+    """Yield modules named in strings: `import_module("x")`, `"-m", "x"`, `"x:function"`, and `pipros…`."""
     for node in ast.walk(tree):
         match node:
             case ast.Call(
@@ -168,13 +168,13 @@ def described(file: Path, line: int, what: str) -> str:
 
 @functools.cache
 def facade_names(roots: Sequence[Path]) -> frozenset[str]:
-    """The packages with Noetic's names below the folders."""
+    """Return the packages with Noetic's names below the folders."""
     folders = (folder for root in roots for folder in root.iterdir() if folder.is_dir())
     return frozenset(folder.name for folder in folders) - {"pipros"}
 
 
 def wrong_imports(file: Path) -> list[str]:
-    """The imports that point up, or to a facade that is not listed for this one."""
+    """Return the imports that point up, or to a facade that is not listed for this one."""
     top_package, package = parts_of(file)[0], package_of(file)
     step = STEP.get(package, len(STEPS))  # facades and the package itself are on top
     facades = facade_names(ROOTS)
@@ -185,7 +185,7 @@ def wrong_imports(file: Path) -> list[str]:
         target = package_of_module(module)
         if (
             top in facades - {top_package, *FACADES_BELOW.get(top_package, ())} and package != "share"
-        ):  # its programs may
+        ):  # its programs may do so
             wrong.append(described(file, line, f"{top_package}.{package} imports the facade {top}"))
         elif top != "pipros" or target == package:
             continue
@@ -195,14 +195,14 @@ def wrong_imports(file: Path) -> list[str]:
 
 
 def packages_on_disk() -> set[str]:
-    """The packages and modules of `pipros`."""
+    """Return the packages and modules of `pipros`."""
     paths = [*(SRC / "pipros").iterdir(), *(SRC / "pipros" / "libraries").iterdir()]
     packages = {path.stem for path in paths if path.suffix == ".py" or (path / "__init__.py").exists()}
     return packages - {"__init__", "libraries"}
 
 
 def packages_in_the_document() -> dict[str, int]:
-    """The layer of each package by the table of docs/architecture.md."""
+    """Return the layer of each package by the table of docs/architecture.md."""
     text, _, _ = (REPOSITORY / "docs" / "architecture.md").read_text().partition("### Packages to come")
     rows = re.findall(r"(?m)^\| `(?:libraries/)?(\w+)(?:\.py|/)` \| (\d) \|", text)
     return {package: int(layer) for package, layer in rows}
@@ -217,7 +217,7 @@ def test_the_document_has_the_same_layers() -> None:
 
 
 @pytest.mark.parametrize("facade", FACADES_BELOW)
-def test_facades_stand_only_on_those_that_they_need(facade: str) -> None:
+def test_facades_import_only_listed_facades(facade: str) -> None:
     files = [file for file in FILES if parts_of(file)[0] == facade]
     imported = {
         module.partition(".")[0] for file in files for _, module in imported_modules(parsed(file), file)
@@ -269,7 +269,7 @@ def module_name(file: Path) -> str:
 
 
 def imported_files(files: Iterable[Path]) -> dict[str, set[str]]:
-    """The modules of `files`, each with those of them that it imports: lazily, for types only, or at once."""
+    """Return the modules of `files`, each with those that it imports, also lazily or for types."""
     modules = {module_name(file): file for file in files}
     found: dict[str, set[str]] = {name: set() for name in modules}
     for name, file in modules.items():
@@ -288,7 +288,7 @@ def imported_files(files: Iterable[Path]) -> dict[str, set[str]]:
 
 
 def in_circles(imports: Mapping[str, set[str]]) -> list[tuple[str, str]]:
-    """The imports that lie on a circle: the second module leads back to the first."""
+    """Return the imports that are part of a cycle: the second module imports the first indirectly."""
 
     def reached_from(start: str) -> set[str]:
         reached, new = set[str](), [start]
@@ -302,12 +302,12 @@ def in_circles(imports: Mapping[str, set[str]]) -> list[tuple[str, str]]:
     return sorted((name, other) for name in imports for other in imports[name] if name in reach[other])
 
 
-def test_no_file_leads_back_to_itself() -> None:
+def test_no_file_imports_itself_indirectly() -> None:
     circles = [pair for pair in in_circles(known_imports()) if pair not in KNOWN_CIRCLES]
     assert circles == []
 
 
-def test_exceptions_for_circles_are_still_needed() -> None:
+def test_allowed_import_cycles_still_exist() -> None:
     assert set(KNOWN_CIRCLES) <= set(in_circles(known_imports()))
 
 
@@ -338,7 +338,7 @@ def test_a_circle_of_files_is_noticed(line: str, tmp_path: Path, monkeypatch: py
 
 
 def logic_taken_from_commands(file: Path) -> list[str]:
-    """What a facade takes from a command besides its `main`: a library cannot stand on its own tools."""
+    """Return the names besides `main` that a facade imports from commands, which are forbidden."""
     return [
         described(file, node.lineno, f"imports {alias.name} from {node.module}")
         for node in ast.walk(parsed(file))
@@ -348,7 +348,7 @@ def logic_taken_from_commands(file: Path) -> list[str]:
     ]
 
 
-def test_facades_take_only_main_from_commands() -> None:
+def test_facades_import_only_main_from_commands() -> None:
     facades = [file for file in FILES if package_of(file) == "facade"]
     assert [taken for file in facades for taken in logic_taken_from_commands(file)] == []
 
@@ -400,9 +400,7 @@ def test_each_ban_is_noticed(line: str, tmp_path: Path, monkeypatch: pytest.Monk
         "target = 'pipros.cli.rosrun:main'",
     ],
 )
-def test_an_import_that_points_up_is_noticed(
-    line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_upward_import_is_found(line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = _source(tmp_path, monkeypatch, line)
 
     assert len(wrong_imports(file)) == 1
@@ -423,7 +421,7 @@ def test_a_facade_that_is_not_listed_for_another_is_noticed(
 
 
 def _source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str) -> Path:
-    """A file of the package `master` in a source tree of its own."""
+    """A file of the package `master` in its own source tree."""
     (tmp_path / "rospy").mkdir()
     file = tmp_path / "pipros" / "master" / "bad.py"
     file.parent.mkdir(parents=True)
@@ -438,7 +436,7 @@ MAY_KEEP_THE_PROCESS = {"actionlib/simple_action_server": 1}
 
 
 def threads_that_keep_the_process(tree: ast.AST) -> int:
-    """How many threads are made without `daemon=True`."""
+    """Return the number of threads created without `daemon=True`."""
     made = [
         node
         for node in ast.walk(tree)

@@ -40,7 +40,7 @@ def modules_of(folder: Path) -> list[str]:
 
 @pytest.mark.parametrize("packages", [["pipros"], FACADES], ids=["pipros", "facades"])
 def test_every_module_can_be_imported_without_what_only_posix_has(packages: list[str]) -> None:
-    """In one process for many modules: the failed import of one does not disturb the others."""
+    """In one process for many modules, because a failed import does not affect the others."""
     modules = [module for package in packages for module in modules_of(folder_of(package))]
     assert set(packages) <= set(modules)
     modules = [module for module in modules if module not in NEED_PYKDL]

@@ -1,4 +1,4 @@
-"""What is installed: every import package of the source tree, every command, and the import hook."""
+"""The contents of an installation: every import package, every command, and the import hook."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ def test_type_checkers_take_the_types_of_every_package(package: Path) -> None:
 
 
 def is_started_by_the_frame(main: object) -> bool:
-    """Whether `main` is what `pipros.cli.entry_point.command` makes of a function."""
+    """Return True if `main` was decorated with `pipros.cli.entry_point.command`."""
     return getattr(main, "__code__", None) is command(lambda: 0).__code__
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_every_command_has_a_main_in_the_frame_of_all(name: str) -> None:
+def test_every_command_has_a_decorated_main(name: str) -> None:
     module, _, function = COMMANDS[name].partition(":")
 
     main = getattr(importlib.import_module(module), function)
@@ -58,7 +58,7 @@ def test_every_command_has_a_main_in_the_frame_of_all(name: str) -> None:
     assert is_started_by_the_frame(main), "@command is missing"
 
 
-def test_a_main_without_the_frame_is_noticed() -> None:
+def test_a_main_without_the_decorator_is_found() -> None:
     assert not is_started_by_the_frame(lambda: 0)
 
 
@@ -68,7 +68,7 @@ def test_the_version_is_defined_once() -> None:
     assert PROJECT["project"]["version"] == pipros.__version__ == importlib.metadata.version("pipros")
 
 
-def test_the_import_hook_is_there_in_every_interpreter_of_the_environment() -> None:
+def test_every_interpreter_of_the_environment_has_the_import_hook() -> None:
     asked = "import sys; print('pipros.startup' in sys.modules)"
 
     ended = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True)
@@ -87,15 +87,13 @@ def build_wheel(folder: Path) -> Path:
     return wheel
 
 
-def test_two_builds_are_the_same_bytes(tmp_path: Path) -> None:
-    first, second = (build_wheel(tmp_path / name) for name in ("first", "second"))
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build_wheel(tmp_path_factory.mktemp("wheel"))
 
-    assert first.read_bytes() == second.read_bytes()
 
-
-def test_an_installation_is_smaller_than_15_megabytes(tmp_path: Path) -> None:
-    with zipfile.ZipFile(build_wheel(tmp_path)) as archive:
-        assert sum(file.file_size for file in archive.infolist()) < 15e6
+def test_two_builds_are_the_same_bytes(wheel: Path, tmp_path: Path) -> None:
+    assert build_wheel(tmp_path).read_bytes() == wheel.read_bytes()
 
 
 def test_the_newest_release_of_the_changelog_is_this_version() -> None:
@@ -107,10 +105,9 @@ def test_the_newest_release_of_the_changelog_is_this_version() -> None:
     assert found[1] == PROJECT["project"]["version"]
 
 
-def test_an_installation_has_executable_programs_and_stubs_for_what_ships(tmp_path: Path) -> None:
-    wheel = build_wheel(tmp_path)
-
+def test_the_wheel_is_small_and_has_executable_programs_and_stubs(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
+        assert sum(file.file_size for file in archive.infolist()) < 15e6
         assert {
             "pipros/etc/ros/python_logging.conf",
             "pipros/share/ros/README",
@@ -126,7 +123,7 @@ def test_an_installation_has_executable_programs_and_stubs_for_what_ships(tmp_pa
 
 
 def test_programs_of_packages_end_quietly_when_a_pipe_is_closed() -> None:
-    """Each is a command of pipros, or started as one; those that rostest runs print a line or two."""
+    """Each program is a command of pipros or is started like one; the test nodes print little."""
     share = SRC / "pipros/share"
     scripts = (path for path in share.rglob("*") if path.is_file() and os.access(path, os.X_OK))
     programs = {

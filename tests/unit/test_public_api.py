@@ -1,4 +1,4 @@
-"""`pipros` itself offers a short list of names, at no cost until they are used."""
+"""`pipros` itself has a short list of names, which are loaded when they are used."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ API = (REPOSITORY / "docs" / "api.md").read_text()
 
 
 @pytest.mark.parametrize("name", pipros.__all__)
-def test_each_name_is_there_and_described(name: str) -> None:
+def test_each_name_exists_and_is_described(name: str) -> None:
     assert getattr(pipros, name).__name__ == name
     assert re.search(rf"^\| `{name}[`(]", API, re.MULTILINE), f"docs/api.md does not describe {name}"
 
@@ -30,7 +30,7 @@ def test_the_list_is_the_one_in_the_documents() -> None:
 
 
 def referenced(page: str) -> set[str]:
-    """The objects whose docstrings a page shows."""
+    """Return the objects whose docstrings a page shows."""
     text = (REPOSITORY / "docs" / page).read_text()
     return {line.rpartition(".")[2] for line in re.findall(r"^::: (\S+)$", text, re.MULTILINE)}
 

@@ -29,7 +29,7 @@ def test_fails_now_and_then():
 
 @pytest.fixture
 def flaky(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Tests outside of the tree, which see its options; returns the start of their node ids."""
+    """Create tests outside of the tree that have its options; return the start of their node ids."""
     (tmp_path / "conftest.py").write_text(
         "from tests.conftest import pytest_addoption, pytest_collection_modifyitems\n"
         "from tests.support.outcomes import configure as pytest_configure\n"
@@ -47,19 +47,10 @@ def written(folder: Path, *outcomes: Outcome) -> Path:
     return file
 
 
-def test_a_test_that_passes_all_repetitions_does_not_fail_the_run(flaky: str, tmp_path: Path) -> None:
-    file = written(tmp_path, Outcome(f"{flaky}test_failed_once", "failed", 1.0, output="what it said"))
-
-    passes, report = judge(file, (), {}, times=2)
-
-    assert passes
-    assert "passed 2 of 2 repetitions" in report
-    assert "what it said" in report
-
-
-def test_one_failed_repetition_fails_the_run(flaky: str, tmp_path: Path) -> None:
+def test_one_failed_repetition_fails_the_run_and_passed_ones_do_not(flaky: str, tmp_path: Path) -> None:
     test = f"{flaky}test_fails_now_and_then"
-    file = written(tmp_path, Outcome(test, "failed", 1.0))
+    steady = Outcome(f"{flaky}test_failed_once", "failed", 1.0, output="what it said")
+    file = written(tmp_path, steady, Outcome(test, "failed", 1.0))
 
     passes, report = judge(file, (), {}, times=2)
     (tmp_path / "count").unlink()
@@ -68,6 +59,8 @@ def test_one_failed_repetition_fails_the_run(flaky: str, tmp_path: Path) -> None
     )
 
     assert not passes
+    assert "passed 2 of 2 repetitions" in report
+    assert "what it said" in report
     assert "passed 1 of 2 repetitions" in report
     assert "assert 1 != 1" in report
     assert quarantined

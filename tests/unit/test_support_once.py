@@ -1,4 +1,4 @@
-"""What tests share is made once, and again when what it is made of changes."""
+"""Outputs shared by tests are built once, and again when their inputs change."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ pytest.importorskip("fcntl", reason="locks files as POSIX systems do")
 from tests.support.once import machine_folder, make_once
 
 
-def test_of_many_at_a_time_one_makes_it_and_the_others_wait(tmp_path: Path) -> None:
+def test_concurrent_requests_compile_a_type_once(tmp_path: Path) -> None:
     folder, made = tmp_path / "shared" / "thing", []
 
     def make() -> None:
@@ -28,7 +28,7 @@ def test_of_many_at_a_time_one_makes_it_and_the_others_wait(tmp_path: Path) -> N
     assert made == [1]
 
 
-def test_unfinished_work_is_made_again(tmp_path: Path) -> None:
+def test_unfinished_outputs_are_built_again(tmp_path: Path) -> None:
     folder = tmp_path / "thing"
 
     def fail() -> None:

@@ -1,14 +1,16 @@
-"""`--outcomes-to` and `--but-passed`: outcomes of tests, and what a step of CI leaves out."""
+"""`--outcomes-to` and `--but-passed`: outcomes of tests, and tests that a step of CI skips."""
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
 
-from tests.support.outcomes import read_outcomes
+from tests.support.outcomes import Outcome, read_outcomes
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 TESTS = """
@@ -63,7 +65,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("workers", [(), ("-n", "2")], ids=["one process", "two workers"])
-def test_what_passed_is_not_run_again(folder: Path, workers: tuple[str, ...]) -> None:
+def test_passed_tests_are_not_run_again(folder: Path, workers: tuple[str, ...]) -> None:
     before = _run(folder, "--outcomes-to=outcomes", *workers)
     after = _run(folder, "--but-passed=outcomes", *workers)
 
@@ -81,22 +83,17 @@ def test_what_passed_is_not_run_again(folder: Path, workers: tuple[str, ...]) ->
     assert "1 failed, 1 passed, 1 skipped" in after
 
 
-def test_a_second_run_adds_to_the_file(folder: Path) -> None:
+def test_a_second_run_adds_to_the_file_with_the_output_of_failures(folder: Path) -> None:
     _run(folder, "--outcomes-to=outcomes", "-k", "passes and 1")
-    _run(folder, "--outcomes-to=outcomes", "-k", "passes and 2")
+    _run(folder, "--outcomes-to=outcomes", "-k", "fails")
 
-    assert len(read_outcomes(folder / "outcomes")) == 2
-
-
-def test_the_output_of_a_failure_is_kept(folder: Path) -> None:
-    _run(folder, "--outcomes-to=outcomes", "-k", "fails or 1")
-
-    outputs = {outcome.result: outcome.output for outcome in read_outcomes(folder / "outcomes")}
-    assert "assert False" in outputs["failed"]
-    assert outputs["passed"] == ""
+    passed, failed = read_outcomes(folder / "outcomes")
+    assert (passed.result, passed.output) == ("passed", "")
+    assert failed.result == "failed"
+    assert "assert False" in failed.output
 
 
-def test_an_outcome_names_what_the_test_or_its_fixtures_started(folder: Path) -> None:
+def test_an_outcome_lists_the_processes_of_the_test_and_its_fixtures(folder: Path) -> None:
     (folder / "test_it.py").write_text(STARTING_TESTS)
 
     _run(folder, "--outcomes-to=outcomes", "-n", "1")
@@ -113,12 +110,11 @@ def test_an_outcome_names_what_the_test_or_its_fixtures_started(folder: Path) ->
     }
 
 
-def test_a_line_that_was_cut_off_is_ignored(folder: Path) -> None:
-    _run(folder, "--outcomes-to=outcomes", "-k", "passes")
-    with (folder / "outcomes").open("a") as file:
-        file.write('{"test": "half')
+def test_a_truncated_line_is_ignored(tmp_path: Path) -> None:
+    outcome = Outcome("test_it.py::test_passes", "passed", 1.0)
+    (tmp_path / "outcomes").write_text(json.dumps(asdict(outcome)) + '\n{"test": "half')
 
-    assert len(read_outcomes(folder / "outcomes")) == 2
+    assert read_outcomes(tmp_path / "outcomes") == [outcome]
 
 
 def _run(folder: Path, *words: str) -> str:

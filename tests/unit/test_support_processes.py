@@ -1,4 +1,4 @@
-"""The tests' own support: that it notices what it is there to notice."""
+"""Tests of `tests.support.processes`: remaining processes and failures are detected."""
 
 from __future__ import annotations
 

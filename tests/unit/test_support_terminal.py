@@ -1,4 +1,4 @@
-"""The tests' own terminal: it behaves like the window that a person types into."""
+"""`tests.support.terminal` behaves like a terminal window."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_ctrl_c_ends_the_command_in_the_foreground_and_not_the_shell(terminal: T
     assert terminal.run("echo still here") == (0, "still here\n")
 
 
-def test_what_does_not_come_is_reported_with_the_screen(terminal: Terminal) -> None:
+def test_missing_output_is_reported_with_the_screen(terminal: Terminal) -> None:
     terminal.type("echo something else")
 
     with pytest.raises(AssertionError, match="something else"):

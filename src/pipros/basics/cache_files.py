@@ -134,7 +134,7 @@ def _read_own(name: str, folder: int, folder_path: str) -> bytes:
         status = os.fstat(descriptor)
         if not S_ISREG(status.st_mode):
             raise Untrusted(f"{path} is not a regular file")
-        if status.st_nlink > 1:  # none at all: another process has just replaced it
+        if status.st_nlink > 1:  # no links at all: another process has just replaced it
             raise Untrusted(f"{path} has a second name elsewhere (a hard link)")
         check_owner(status, path)
         return file.readall()

@@ -49,7 +49,7 @@ def exits_after_ctrl_c(code: int = 0) -> Callable[[Callable[_Arguments, int]], C
     The interrupts that rospy raises are KeyboardInterrupts, too: for example in `init_node`.
 
     Args:
-        code: the exit code: 0 of a node, which runs until it is ended.
+        code: the exit code; 0 for a node, which runs until it is terminated.
     """
 
     def decorate(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:

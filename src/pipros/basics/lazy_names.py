@@ -38,16 +38,16 @@ def lazy_names(
 
 
 def star_names(module: str, words: str = "", hidden: str = "") -> None:
-    """Make a star import of a module bind more names, which are imported when they are asked for.
+    """Make a star import of a module bind more names, which are imported on first access.
 
     Call it after `__all__` and `__getattr__` of the module are set. A name from a library that is not
-    installed is left out. `dir(module)` stays as it is.
+    installed is omitted. `dir(module)` is unchanged.
 
     Args:
         module: the module's own name.
         words: the names, separated by spaces: `threading` or `os.path` for a module, `io:StringIO` for a name
             in one, and `urls=urllib.parse` for one under another name.
-        hidden: public names of the module that a star import leaves out.
+        hidden: public names of the module that a star import omits.
     """
     namespace = vars(sys.modules[module])
     listed: list[str] | None = namespace.pop("__all__", None)

@@ -28,20 +28,20 @@ _WINDOWS_CONNECTIONS = 8192
 
 
 def user_id() -> int:
-    """The effective user of this process; 0 where files have no owners, like their `st_uid`."""
+    """Return the effective user of this process; 0 on systems without file owners, like their `st_uid`."""
     if sys.platform != "win32" and HAS_OWNERS:
         return os.geteuid()
     return 0
 
 
 def give_to(path: str | os.PathLike[str], user: int, group: int) -> None:
-    """Changes the owner of a file or folder; does nothing where files have no owners."""
+    """Change the owner of a file or folder; do nothing on systems without file owners."""
     if sys.platform != "win32" and HAS_OWNERS:
         os.chown(path, user, group)
 
 
 def signal_group(group: int, number: int) -> None:
-    """Sends a signal to a process group; 0 only checks that the group exists.
+    """Send a signal to a process group; 0 only checks that the group exists.
 
     Raises:
         OSError: the group does not exist, or belongs to another user.
@@ -56,7 +56,7 @@ def signal_group(group: int, number: int) -> None:
 
 
 def kill_with_group(process: subprocess.Popen[bytes]) -> None:
-    """Kills a process and, on POSIX, the rest of the group that it leads. It may have ended."""
+    """Kill a process, which may have ended, and on POSIX the rest of the group that it leads."""
     if sys.platform != "win32" and hasattr(os, "killpg"):
         import signal
 
@@ -69,13 +69,13 @@ def kill_with_group(process: subprocess.Popen[bytes]) -> None:
 
 
 def call_in_children(callback: Callable[[], object]) -> None:
-    """Calls this at the start of every forked child of this process; never where processes cannot fork."""
+    """Call the function at the start of every forked child of this process, on systems that can fork."""
     if sys.platform != "win32" and hasattr(os, "register_at_fork"):
         os.register_at_fork(after_in_child=callback)
 
 
 def descriptor_limit() -> int:
-    """How many files and sockets this process may have open."""
+    """Return the number of files and sockets that this process may have open."""
     if sys.platform == "win32":
         return _WINDOWS_CONNECTIONS  # sockets do not count as files there
     try:
@@ -87,7 +87,7 @@ def descriptor_limit() -> int:
 
 
 def raise_descriptor_limit(wanted: int) -> None:
-    """Raises the limit to `wanted`, or as far as the system allows."""
+    """Raise the limit to `wanted`, or as far as the system allows."""
     if sys.platform == "win32":
         return
     try:
@@ -102,9 +102,9 @@ def raise_descriptor_limit(wanted: int) -> None:
 
 
 def make_room_for_descriptors(count: int) -> None:
-    """Makes the kernel grow the descriptor table of the process now.
+    """Make the kernel grow the descriptor table of the process now.
 
-    The table doubles when it is full, and on Linux a process with threads then stands still for 10 to 20 ms.
+    The table doubles when it is full, and on Linux this blocks a process with threads for 10 to 20 ms.
     """
     if sys.platform == "win32":
         return

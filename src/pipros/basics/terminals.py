@@ -14,7 +14,7 @@ HAS_PTYS = hasattr(os, "openpty")
 
 @contextlib.contextmanager
 def single_keys() -> Iterator[bool]:
-    """Makes standard input give single keys without echo; False without a terminal in the foreground."""
+    """Make standard input deliver single keys without echo; return False without a foreground terminal."""
     if sys.platform == "win32":
         yield False
         return
@@ -42,7 +42,7 @@ def single_keys() -> Iterator[bool]:
 
 
 def open_pty(like: int) -> tuple[int, int]:
-    """Opens a pty with the size of another terminal, which neither echoes nor changes bytes.
+    """Open a pty with the size of another terminal, which neither echoes nor changes bytes.
 
     Returns:
         The end to read from, and the end to write to.
@@ -69,7 +69,7 @@ def open_pty(like: int) -> tuple[int, int]:
 
 
 def is_raw(terminal: int) -> bool:
-    """Whether the terminal adds no carriage returns, because a program reads single keys from it."""
+    """Return True if the terminal adds no carriage returns, because a program reads single keys from it."""
     if sys.platform != "win32":
         import termios
 

@@ -1,4 +1,4 @@
-"""`catkin_create_pkg`: runs catkin_pkg's own command, for Noetic unless `ROS_DISTRO` says otherwise."""
+"""`catkin_create_pkg`: runs catkin_pkg's command, for Noetic unless `ROS_DISTRO` names another release."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`roswtf`: runs the checks of Noetic, in its words. `pipros doctor` finds more, and says what to do."""
+"""`roswtf`: runs Noetic's checks, with its texts. `pipros doctor` finds more, and suggests remedies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`pipros env`: prints what the setup files of a workspace would set, without sourcing them."""
+"""`pipros env`: prints the variables that the setup files of a workspace would set."""
 
 from __future__ import annotations
 

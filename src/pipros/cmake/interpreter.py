@@ -236,7 +236,7 @@ class Interpreter:
         with self.scope.restored(names):
             for number, elements in enumerate(all_rounds):
                 if number >= limit:
-                    raise self.error(opening, f"the loop goes on for more than {limit} rounds")
+                    raise self.error(opening, f"the loop exceeds the limit of {limit} rounds")
                 self._count_step(opening)  # nested loops may contain no other command
                 self.scope.values.update(zip(names, elements, strict=True))
                 flow = self._run(body)
@@ -260,7 +260,7 @@ class Interpreter:
             if flow is _Flow.BREAK:
                 return _Flow.NEXT
         raise self.error(
-            opening, f"the loop goes on for more than {limit} rounds; does its condition ever become false?"
+            opening, f"the loop exceeds the limit of {limit} rounds; does its condition ever become false?"
         )
 
     def _run_command(self, command: Command) -> _Flow:

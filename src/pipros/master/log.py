@@ -29,8 +29,8 @@ _FORMAT: Final = "[%(name)s][%(levelname)s] %(asctime)s: %(message)s"
 class MasterLog(logging.Handler):
     """Writes the log of all masters of this process to a file, until `close`.
 
-    A thread writes the queued lines every `PAUSE_S`: writing each line at once would make a call that sets a
-    parameter half as long again.
+    A thread writes the queued lines every `PAUSE_S`: writing each line at once would make `setParam` calls
+    take 50 % longer.
     """
 
     def __init__(

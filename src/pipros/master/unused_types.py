@@ -19,7 +19,7 @@ class UnusedTypes:
         self._bytes = 0
 
     def add(self, topic: str, type_name: str) -> list[str]:
-        """Add a topic that became unused; return the topics whose types must be forgotten."""
+        """Add a topic that became unused; return the topics whose types must be discarded."""
         self.remove(topic)
         self._bytes_of[topic] = size = len(topic) + len(type_name)
         self._bytes += size

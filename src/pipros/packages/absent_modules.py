@@ -30,5 +30,5 @@ class _Loader(Loader):
 
 
 def absent_spec(name: str) -> ModuleSpec | None:
-    """The spec of a module whose import fails with the reason; None for all other modules."""
+    """Return the spec of a module whose import fails with the reason; None for all other modules."""
     return ModuleSpec(name, _Loader()) if name in _REASONS else None

@@ -36,7 +36,7 @@ class _Loader(SourceFileLoader):
 
 
 def spec(name: str, path: Sequence[str] | None, complete: Complete | None = None) -> ModuleSpec | None:
-    """The spec of the module in `path`, completed after it is loaded; None if the module is not there.
+    """Return the spec of a module in `path` that is completed after loading; None if it is missing.
 
     Args:
         name: one of `COMPLETED`.
@@ -49,11 +49,11 @@ def spec(name: str, path: Sequence[str] | None, complete: Complete | None = None
 
 
 def add_folder(module: Any, folder: str = SHARE) -> None:
-    """Appends a folder to those that `rospkg.environment` lists."""
+    """Append a folder to those that `rospkg.environment` lists."""
     original: Callable[[Mapping[str, str] | None], list[str]] = module.get_ros_paths
 
     def get_ros_paths(env: Mapping[str, str] | None = None) -> list[str]:
-        """The folders in which rospkg looks for packages, those that come with pipros last."""
+        """Return the folders in which rospkg searches packages, the one included in pipros last."""
         paths = original(env)
         return paths if folder in paths else [*paths, folder]
 
@@ -61,7 +61,7 @@ def add_folder(module: Any, folder: str = SHARE) -> None:
 
 
 def add_distributions(module: Any) -> None:
-    """Adds the packages that come with pipros to those that `pkg_resources` finds; installed ones win."""
+    """Add pipros's packages to those that `pkg_resources` finds; installed ones take precedence."""
     from pipros.packages.distributions import shipped_distribution
 
     for name in os.listdir(SHARE):
@@ -74,4 +74,4 @@ def add_distributions(module: Any) -> None:
 
 
 COMPLETED: Mapping[str, Complete] = {"rospkg.environment": add_folder, "pkg_resources": add_distributions}
-"""The modules that are completed, and how."""
+"""The completed modules, and the functions that complete them."""

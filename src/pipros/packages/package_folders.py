@@ -94,7 +94,7 @@ class _Root:
         return None if package is None else package.path
 
     def crawl(self) -> Crawl:
-        """Return all packages of the folder, as of the first call of this method or later."""
+        """Return all packages of the folder. The result may be as old as the first call of this method."""
         known = self._known
         if known is None or not self._is_own:
             kept = self._read_cache() if known is None else known[0]

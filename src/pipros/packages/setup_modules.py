@@ -82,7 +82,7 @@ def declared_module(text: bytes, folder: str, name: str) -> str | None:
 
 
 def _arguments(tree: ast.Module) -> list[dict[str, ast.expr]]:
-    """The arguments of each call, the items of each dictionary, and all items that are assigned."""
+    """Return the arguments of each call, the items of each dictionary, and all assigned items."""
     import ast
 
     groups: list[dict[str, ast.expr]] = []

@@ -94,7 +94,7 @@ def _parse_suite(element: Element) -> Suite:
 
 
 def _stated(element: Element, name: str) -> int:
-    """The number in an attribute of a suite; 0 if it is missing."""
+    """Return the number in an attribute of a suite; 0 if it is missing."""
     text = element.attributes.get(name, "")
     if text and not (text.isdecimal() and len(text) < 10):
         raise UnreadableResults(f"line {element.line}: the attribute {name} must be a number, got [{text}]")

@@ -1,4 +1,4 @@
-"""Accept connections of browsers: only a few at a time until a client has proven that it knows the secret.
+"""Accept connections of browsers: a limited number until their clients have proven to know the secret.
 
 Theory of operation. The listening socket counts each connection when it is accepted, before a TLS handshake,
 in a table like the ones that a node's servers use. Until `Visitor.admit`, a connection may be closed in

@@ -253,7 +253,7 @@ class _Browser:
     def __init__(
         self, connection: ServerConnection, services: Services, logged: set[tuple[str, type[BaseException]]]
     ) -> None:
-        """`logged`: errors of all browsers that are already in the log, by view or action and type."""
+        """Keep the arguments. `logged` has the logged errors of all browsers, by view or action and type."""
         self._connection = connection
         self._services = services
         self._logged = logged
@@ -326,7 +326,7 @@ class _Browser:
             return
         view = self._services.views.get(str(request.get("view")))
         if view is None:
-            raise RequestRefused(f"there is no view {request.get('view')!r}")
+            raise RequestRefused(f"unknown view {request.get('view')!r}")
         self._check_control(str(request["view"]))
         async with contextlib.aclosing(view(arguments)) as values:  # type: ignore[type-var]
             async for value in values:
@@ -347,7 +347,7 @@ class _Browser:
     async def _act(self, name: str, arguments: Mapping[str, Any]) -> Any:
         action = self._services.actions.get(str(name))
         if action is None:
-            raise RequestRefused(f"there is no action {name!r}")
+            raise RequestRefused(f"unknown action {name!r}")
         self._check_control(name)
         return await action(arguments)
 

@@ -1,4 +1,4 @@
-"""A node that sends 10,000 log entries a second, as /rosout does, until it is ended."""
+"""A node that publishes 10,000 log entries a second, like /rosout, until it is terminated."""
 
 import itertools
 import time

@@ -1,4 +1,4 @@
-"""A node that publishes a little of all that the page shows, with pipros or with genuine rospy."""
+"""A node that publishes data for every tab of the page, with pipros or with genuine rospy."""
 
 import contextlib
 import math
@@ -16,7 +16,7 @@ FRAMES = (("map", "base_link"), ("base_link", "camera"), ("base_link", "imu"), (
 
 
 def picture():
-    """A floor below a sky, with a lit post: bytes that look like what a camera sees."""
+    """Return a picture of a floor, a sky and a lit post, like that of a camera."""
     data = bytearray()
     for y in range(HEIGHT):
         for x in range(WIDTH):

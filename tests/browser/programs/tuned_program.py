@@ -1,4 +1,4 @@
-"""A node with the parameters of a JSON file, which is the argument after its name, to be reconfigured."""
+"""A node whose parameters, from the JSON file in the argument after its name, can be reconfigured."""
 
 import json
 import sys

@@ -1,7 +1,7 @@
-"""Records the transcripts again on genuine ROS 1: python3 tests/golden/cli/record.py [NAME…]
+"""Record the transcripts again on genuine ROS 1: python3 tests/golden/cli/record.py [NAME…]
 
-Needs genuine ROS 1 in /usr (see the architecture document). Every transcript gets a master, a folder
-and a graph of its own.
+Needs genuine ROS 1 in /usr (see the architecture document). Every transcript gets its own
+master, folder and graph.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from tests.golden.cli.transcript import Command, Outcome, mask_outcome, render, 
 
 @contextlib.contextmanager
 def genuine_master(home: Path) -> Iterator[dict[str, str]]:
-    """Runs a rosmaster of genuine ROS on a free port; gives the environment of its tools."""
+    """Run a rosmaster of genuine ROS on a free port; yield the environment of its tools."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
@@ -61,7 +61,7 @@ def genuine_master(home: Path) -> Iterator[dict[str, str]]:
 
 @contextlib.contextmanager
 def genuine_sources(environment: dict[str, str]) -> Iterator[None]:
-    """Runs the node that publishes, until all its topics are there."""
+    """Run the publishing node, and wait until all its topics exist."""
     node = subprocess.Popen(
         ["/usr/bin/python3", HERE / "sources.py"], env=environment, stdout=subprocess.DEVNULL
     )
@@ -89,7 +89,7 @@ def run(command: Command, environment: dict[str, str], folder: Path) -> Outcome:
 
 
 def record(path: Path) -> None:
-    """Runs each command of the transcript on genuine ROS and writes down what it does."""
+    """Run each command of the transcript on genuine ROS, and record its outcome."""
     with tempfile.TemporaryDirectory() as temporary:
         home, folder = Path(temporary) / "home", Path(temporary) / "work"
         home.mkdir()

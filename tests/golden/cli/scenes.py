@@ -1,4 +1,4 @@
-"""The graph that a transcript needs, and what differs from run to run."""
+"""The graph that a transcript needs, and replacements for output that varies between runs."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from tests.golden.cli.stub_graph import StubGraph
 
 MASKS = {
-    # argparse of Python 3.13 and newer gives the value of an option only once
+    # argparse of Python 3.13 and newer prints the value of an option only once
     r"(?m)^  (-\w), (--[\w-]+) ([A-Z_]+)$": r"  \1 \3, \2 \3",
     r"(127\.0\.0\.1|localhost):(?!1\b)\d+": r"\1:PORT",
     r"time=[\d.]+ms": "time=N ms",
     r"average: [\d.]+ms": "average: N ms",
-    r"seq: +\d+": "seq: N",  # genuine ROS counts a latched message again for each subscriber
+    r"seq: +\d+": "seq: N",  # genuine ROS counts a latched message once for each subscriber
     r"\b1[78]\d{17}\b": "NOW",
     r"(?m)^(NOW|1000000000005|0),\d+,(?=1000000000005|0,)": r"\1,N,",
 }
@@ -21,7 +21,7 @@ MASKS = {
 
 @contextlib.contextmanager
 def graph_for(transcript: str, master_uri: str) -> Iterator[None]:
-    """Has the graph that the first line of the transcript names: `graph: robot` or `graph: empty`."""
+    """Start the graph named in the first line of the transcript: `graph: robot` or `graph: empty`."""
     if not transcript.startswith("graph: robot\n"):
         yield
         return
@@ -33,5 +33,5 @@ def graph_for(transcript: str, master_uri: str) -> Iterator[None]:
 
 
 def needs_sources(transcript: str) -> bool:
-    """True for `graph: sources`: a real node that publishes the messages of `sources.py`."""
+    """Return True for `graph: sources`: a real node that publishes the messages of `sources.py`."""
     return transcript.startswith("graph: sources\n")

@@ -1,6 +1,6 @@
-"""The messages that the transcripts of `rostopic echo` show, one latched topic each, and a few services.
+"""The messages in the transcripts of `rostopic echo`, each on a latched topic, and a few services.
 
-Run as a program, it is a node that publishes them, on genuine ROS and on pipros alike.
+Run as a program, it is a node that publishes them, on genuine ROS and on pipros.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Any
 
 
 def messages() -> dict[str, Any]:
-    """The message of each topic."""
+    """Return the message of each topic."""
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
     from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
     from sensor_msgs.msg import Image, LaserScan
@@ -50,7 +50,7 @@ def messages() -> dict[str, Any]:
 
 
 def services() -> dict[str, tuple[Any, Callable[[Any], Any]]]:
-    """The class and the handler of each service."""
+    """Return the class and the handler of each service."""
     from nav_msgs.srv import GetPlan, GetPlanResponse
     from std_srvs.srv import Empty, EmptyResponse, SetBool, SetBoolResponse
 

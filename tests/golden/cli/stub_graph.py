@@ -1,4 +1,4 @@
-"""The graph of a transcript: nodes that are only registrations, with slave APIs that give canned answers.
+"""The graph of a transcript: registrations without nodes, and slave APIs with canned responses.
 
 Uses nothing but the standard library, so that the same graph serves genuine ROS and pipros.
 """
@@ -20,7 +20,7 @@ class _Handler(SimpleXMLRPCRequestHandler):
 
 
 class StubNode:
-    """A node that is registered and answers the slave API, and has no topics behind it."""
+    """A registered node that implements the slave API, without real topics."""
 
     def __init__(self, name: str, master_uri: str, bus_info: Sequence[Sequence[Any]] = ()) -> None:
         self.name = name
@@ -67,7 +67,7 @@ class StubNode:
 
 
 class StubGraph:
-    """Three nodes that answer and one that is gone, as most transcripts want them.
+    """Register three nodes that respond and a dead one, as most transcripts need.
 
     `/talker` and `/ns/camera` publish, `/ns/listener` subscribes, `/gone` cannot be reached.
     """

@@ -1,6 +1,6 @@
-"""Commands that genuine ROS lacks, or that print paths and builds: they print what their transcripts say.
+"""Commands that genuine ROS lacks, or that print paths and builds, print their transcripts.
 
-`RECORD_TRANSCRIPTS=1 script/test tests/golden/cli/test_own_transcripts.py` writes down what they print now.
+`RECORD_TRANSCRIPTS=1 script/test tests/golden/cli/test_own_transcripts.py` records their present output.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PROGRAMS = Path(sys.executable).parent
 
 
 def run(command: Command, folder: Path, environment: Mapping[str, str]) -> Outcome:
-    """Runs a command as a shell would, with nothing in its environment but what is given."""
+    """Run a command as a shell would, with only the given environment."""
     program, *arguments = command.argv
     argv = [str(PROGRAMS / program), *arguments]
     variables = {**environment, **command.environment}
@@ -37,7 +37,7 @@ def run(command: Command, folder: Path, environment: Mapping[str, str]) -> Outco
 
 
 def masks_for(folder: Path) -> dict[str, str]:
-    """What differs between machines and installations."""
+    """Replace output that differs between machines and installations."""
     places = {
         folder: "FOLDER",
         PROGRAMS: "BIN",
@@ -49,7 +49,7 @@ def masks_for(folder: Path) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in (HERE / "own").glob("*.txt")))
-def test_commands_print_what_their_transcripts_say(name: str, tmp_path: Path) -> None:
+def test_commands_print_their_transcripts(name: str, tmp_path: Path) -> None:
     file = HERE / "own" / f"{name}.txt"
     folder = shutil.copytree(HERE / "files", tmp_path / "work")
     shutil.copytree(EXAMPLE, folder / "ws" / "src" / EXAMPLE.name)

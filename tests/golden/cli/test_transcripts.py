@@ -1,4 +1,4 @@
-"""Every command does what its genuine counterpart did when the transcripts were recorded."""
+"""Every command behaves like its genuine counterpart when the transcripts were recorded."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ HERE = Path(__file__).parent
 
 
 def run(command: Command, folder: Path) -> Outcome:
-    """Runs a command of pipros inside this process."""
+    """Run a command of pipros inside this process."""
     program, *arguments = command.argv
     if program == "cat":
         return Outcome((folder / arguments[0]).read_text())
@@ -47,7 +47,7 @@ def run(command: Command, folder: Path) -> Outcome:
 
 @contextlib.contextmanager
 def sources_for(transcript: str, master_uri: str) -> Iterator[None]:
-    """A node of pipros that publishes what transcripts about messages show, if this is one of them."""
+    """Start a node of pipros that publishes the messages of a transcript about messages."""
     if not needs_sources(transcript):
         yield
         return
@@ -61,7 +61,9 @@ def sources_for(transcript: str, master_uri: str) -> Iterator[None]:
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in (HERE / "transcripts").glob("*.txt")))
-def test_commands_do_what_genuine_ros_did(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_commands_behave_like_the_recorded_genuine_ones(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     folder = shutil.copytree(HERE / "files", tmp_path / "work")
     transcript = (HERE / "transcripts" / f"{name}.txt").read_text()
     masks = {str(folder): "FOLDER", os.uname().nodename: "HOST", **MASKS}
@@ -81,12 +83,12 @@ def test_commands_do_what_genuine_ros_did(name: str, tmp_path: Path, monkeypatch
 
 
 def difference(recorded: str, now: str) -> str:
-    """The lines that differ, with some around them; pytest's own report of long texts stops too early."""
+    """Return the lines that differ, with context; pytest truncates long texts too early."""
     return "\n".join(unified_diff(recorded.splitlines(), now.splitlines(), "genuine", "pipros", lineterm=""))
 
 
 def _as_recorded(block: str, command: Command, outcome: Outcome) -> str:
-    """The block for the outcome; where genuine ROS broke down, a single line that says why is as good."""
+    """Return the block for the outcome. In place of a traceback, one line with the reason is accepted."""
     breakdown = [line for line in block.splitlines() if line.startswith("!! ")]
     says_why = outcome.stderr.count("\n") == 1 and outcome.stderr.endswith("\n")
     return render(command, outcome, breakdown[0] if breakdown and says_why else None)

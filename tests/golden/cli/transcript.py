@@ -1,11 +1,11 @@
-"""Transcripts: what a command prints, on which stream, and how it ends.
+"""Transcripts: the output of a command on each stream, and its exit code.
 
-A transcript is a text file. A line that starts with `$ ` is a command; the lines below it are what it
-did: `| ` a line on standard output, `! ` a line on standard error, `|~`/`!~` a last line without a
-newline, `!!` the last line of a traceback, `= 2` the exit code when it is not 0. All other lines are
+A transcript is a text file. A line that starts with `$ ` is a command; the lines below it are its
+outcome: `| ` a line on standard output, `! ` a line on standard error, `|~`/`!~` a last line without a
+newline, `!!` the last line of a traceback, `= 2` the exit code if it is not 0. All other lines are
 remarks. Commands may begin with `NAME=value` and end with `< file`.
 
-Where genuine ROS breaks down with a traceback, pipros says in one line what is wrong, with the same code.
+If genuine ROS fails with a traceback, pipros prints one line with the reason, and exits with the same code.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a command did."""
+    """The outcome of a command."""
 
     stdout: str = ""
     stderr: str = ""
@@ -54,7 +54,7 @@ Mask = Callable[[str], str]
 
 
 def mask_outcome(outcome: Outcome, masks: Mapping[str, str]) -> Outcome:
-    """The outcome with everything that differs from run to run replaced by a name for it."""
+    """Return the outcome with placeholders for everything that varies between runs."""
 
     def masked(text: str) -> str:
         for pattern, name in masks.items():
@@ -74,17 +74,17 @@ _TRACEBACK = "Traceback (most recent call last):\n"
 
 
 def is_breakdown(outcome: Outcome) -> bool:
-    """True when the command ended with a traceback."""
+    """Return True if the command ended with a traceback."""
     return _TRACEBACK in outcome.stderr
 
 
 def _breakdown(traceback: str) -> str:
-    """The first line of the exception that ended it."""
+    """Return the first line of the exception that ended it."""
     return next(line for line in traceback.rpartition(_TRACEBACK)[2].splitlines() if line[:1].strip())
 
 
 def render(command: Command, outcome: Outcome, stderr: str | None = None) -> str:
-    """The block of a transcript for one command; `stderr` replaces the lines for its standard error."""
+    """Return the block of a transcript for one command; `stderr` replaces its standard error."""
     lines = [f"$ {command.line}", *_render_stream("|", outcome.stdout)]
     if stderr is not None:
         lines.append(stderr)

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Writes types.json: what genuine genpy makes of every type that ships with pipros.
+"""Write types.json: the results of genuine genpy for every type included in pipros.
 
     python -m tests.golden.messages.record      # in the project's folder, with genuine ROS installed
 
-Long bytes and texts are kept as digests. The values come from a seed (see examine_messages.py).
-Definitions are kept without their comments, which may be rewritten at any time and change nothing else.
+Long bytes and texts are stored as digests. The values depend on a seed (see examine_messages.py).
+Definitions are stored without their comments, which may be rewritten at any time.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _STRING_CONSTANT = re.compile(r"\s*string [^#]*=")
 
 
 def jobs() -> list[dict[str, Any]]:
-    """A job for each message and each half of a service that ships, with made-up values."""
+    """Return a job with random values for each message and each half of each service included."""
     files = installed_library().files
     found: list[dict[str, Any]] = []
     for package in sorted(folder.name for folder in SHARE.iterdir()):
@@ -41,7 +41,7 @@ def jobs() -> list[dict[str, Any]]:
 
 
 def recorded(answer: dict[str, Any]) -> dict[str, Any]:
-    """What is kept of an answer."""
+    """Return the recorded part of an answer."""
     return {key: shortened(value) for key, value in {**answer, "text": bare(answer["text"])}.items()}
 
 

@@ -1,4 +1,4 @@
-"""One of three peers that do everything with each other; runs with pipros and with genuine rospy.
+"""One of three peers that use every feature with each other; runs with pipros and genuine rospy.
 
 Usage: peer.py NAME, where NAME is also the node's name. A finding is a line `@ aspect peer outcome`.
 `cpp_battery/src/battery_peer.cpp` does and prints the same.
@@ -28,7 +28,7 @@ said = set()
 
 
 def report(aspect, peer, outcome):
-    """Prints a finding, once."""
+    """Print a finding, once."""
     line = f"@ {aspect} {peer} {outcome}"
     with turn:
         if line not in said:
@@ -37,7 +37,7 @@ def report(aspect, peer, outcome):
 
 
 def pause(seconds=0.02):
-    """In wall time, since the peers simulate another; ends the thread at shutdown."""
+    """Wait in wall time, because the peers use simulated time; end the thread at shutdown."""
     if rospy.is_shutdown():
         sys.exit()
     rospy.rostime.wallsleep(seconds)
@@ -73,7 +73,7 @@ def tick(publisher):
 
 
 class Numbers:
-    """Checks that all numbers come, in order."""
+    """Check that all numbers arrive in order."""
 
     def __init__(self, aspect, peer):
         self.aspect, self.peer, self.numbers = aspect, peer, []
@@ -97,7 +97,7 @@ def hear_large(message, peer):
 
 
 def relay(message, peer):
-    """Sends on what it knows nothing of: the class comes from the connection."""
+    """Forward messages of an unknown type, with the class from the connection."""
     message_class = get_message_class(message._connection_header["type"])
     publisher = rospy.Publisher(f"relay/{ME}/{peer}", message_class, queue_size=1, latch=True)
     publisher.publish(message_class().deserialize(message._buff))
@@ -184,7 +184,7 @@ def follow_parameter(peer):
 
 
 def simulate_time(clock, seen):
-    """Runs the clock from 100 to 200, 200 to 300 or 300 to 400, after the peer whose turn is earlier."""
+    """Run the clock from 100 to 200, 200 to 300 or 300 to 400, after the peer whose turn is earlier."""
     wait_for_peers(clock)
     number = PEERS.index(ME)
     while len(seen[number - 1]) < len(PEERS):  # the last entry: all are ready
@@ -207,7 +207,7 @@ def see_time(publisher):
     for number, peer in enumerate(PEERS):
         begin = rospy.Time(100 * (number + 1))
         while rospy.Time.now() < begin:
-            # The last word of one clock may come after the first of the next.
+            # The last message of one clock may arrive after the first of the next.
             with contextlib.suppress(rospy.ROSTimeMovedBackwardsException):
                 rospy.sleep(1)
         report("clock", peer, "slept")

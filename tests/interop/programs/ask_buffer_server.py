@@ -1,4 +1,4 @@
-"""Asks the buffer server named by the argument about `hand` in `map`, and about what does not exist."""
+"""Look up `hand` in `map`, and unknown frames, at the buffer server named by the argument."""
 
 import rospy
 import tf2_ros

@@ -1,4 +1,4 @@
-"""Prints where `hand` is in `map`, through tf2_ros and through tf, and what the frames' service says."""
+"""Print the pose of `hand` in `map` from tf2_ros and tf, and the response of the service of frames."""
 
 import yaml
 from geometry_msgs.msg import PointStamped
@@ -16,7 +16,7 @@ found = buffer.lookup_transform("map", "hand", rospy.Time(0), rospy.Duration(30)
 print(found.translation.x, found.translation.y, found.translation.z, abs(found.rotation.z))
 now = rospy.Time.now()
 later = buffer.lookup_transform_full("map", now, "hand", now, "base", rospy.Duration(30))
-gap = later.header.stamp - now  # genuine rounds stamps
+gap = later.header.stamp - now  # the genuine library rounds timestamps
 print(abs(gap.to_sec()) < 1e-6, round(later.transform.translation.z, 6))
 point = PointStamped()
 point.header.frame_id = "hand"

@@ -1,4 +1,4 @@
-"""Changes the parameters of serve_parameters.py, and prints what becomes of them."""
+"""Change the parameters of serve_parameters.py, and print the results."""
 
 import rospy
 from dynamic_reconfigure import DynamicReconfigureParameterException, find_reconfigure_services

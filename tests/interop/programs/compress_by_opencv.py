@@ -1,4 +1,4 @@
-"""Compresses images by Debian's OpenCV with pipros' own modules, and prints them with what they were."""
+"""Compress images with Debian's OpenCV and pipros' modules, and print both forms."""
 
 import base64
 import json
@@ -27,6 +27,6 @@ for encoding, shape, dtype in (
         assert (name, back.shape, back.dtype) == (encoding, image.shape, image.dtype), kind
         if settings.kind == "png" and encoding != "bgra8":
             assert np.array_equal(back, image), kind
-        if encoding != "rgb16":  # Pillow has no colours of 16 bits
+        if encoding != "rgb16":  # Pillow does not support 16-bit colours
             found[f"{kind} {encoding}"] = [kind, base64.b64encode(data).decode(), back.tolist()]
 print(json.dumps(found))

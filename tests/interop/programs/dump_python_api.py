@@ -1,6 +1,6 @@
-"""Prints the public names of Python packages as JSON: modules, functions with parameters, classes, constants.
+"""Print the public names of Python packages as JSON: modules, functions with parameters, classes, constants.
 
-Runs under genuine ROS's Python and under pipros' alike, so it needs nothing but the standard library.
+Runs under genuine ROS's Python and under pipros', so it needs only the standard library.
 Usage: dump_python_api.py PACKAGE…
 """
 
@@ -75,12 +75,12 @@ def described_parameters(function):
 
 
 def is_message(thing):
-    """Whether it is the class of a message or service, which is made of a definition."""
+    """Return whether it is the class of a message or service, generated from a definition."""
     return isinstance(thing, type) and hasattr(thing, "_md5sum") and hasattr(thing, "_type")
 
 
 def is_ours(thing):
-    """Whether a class or function was made in a package of ROS, or in pipros on its behalf, by hand."""
+    """Return whether a class or function was written by hand in a package of ROS, or in pipros for it."""
     return not is_message(thing) and str(getattr(thing, "__module__", "")).partition(".")[0] in ROS | {
         "pipros"
     }
@@ -88,7 +88,7 @@ def is_ours(thing):
 
 @functools.cache
 def class_definitions(module):
-    """The syntax trees of a module's classes, by their qualified names; none where there is no source."""
+    """Return the syntax trees of a module's classes by qualified name; empty without a source."""
     found = {}
 
     def add(node, prefix):
@@ -149,7 +149,7 @@ def described_class(cls):
 
 
 def described(value):
-    """What a name of a module stands for; None for what is no part of its API."""
+    """Describe the object of a name in a module; None if it is not part of the API."""
     if isinstance(value, types.ModuleType) or type(value).__name__ == "_Feature":
         return None
     if is_message(value):
@@ -178,7 +178,7 @@ def is_public(module):
 
 
 def dumped(package):
-    """Every public module of the package that was written by hand, with its public names."""
+    """Return every public module of the package that was written by hand, with its public names."""
     modules, failed = {}, {}
     root = importlib.import_module(package)
     names = [package]

@@ -1,8 +1,8 @@
-"""Prints as JSON what star imports bind: for each module of the given packages, its names.
+"""Print as JSON the names that star imports bind, for each module of the given packages.
 
-Each name comes with the origin of its value, `{name: [module, name there]}`. Each package is examined in its
-own process, the package itself first, because submodules that something else imported would be bound, too.
-Runs under genuine ROS's Python and under pipros' alike, so it needs nothing but the standard library.
+Each name is listed with the origin of its value, `{name: [module, name there]}`. Each package is examined in
+its own process, the package itself first, because submodules imported by others would be bound, too.
+Runs under genuine ROS's Python and under pipros', so it needs only the standard library.
 Usage: dump_star_imports.py NAME…, packages or modules such as `std_msgs.msg`
 """
 
@@ -16,7 +16,7 @@ import types
 
 
 def modules_of(name):
-    """The package and its public modules that were written by hand; not those made of definitions."""
+    """Return the package and its public handwritten modules, without those generated from definitions."""
     yield name
     for _, found, is_package in pkgutil.iter_modules(getattr(sys.modules[name], "__path__", ())):
         module = f"{name}.{found}"
@@ -31,7 +31,7 @@ def modules_of(name):
 
 
 def origin(name, value):
-    """Where a value is from: `[module, name]` or, for a plain value, that value."""
+    """Return the origin of a value as `[module, name]`, or a plain value itself."""
     if isinstance(value, types.ModuleType):
         return [value.__name__, ""]
     if isinstance(value, type) or callable(value):

@@ -1,11 +1,11 @@
-"""What genuine rosgraph, by which rqt_graph draws, finds in a system, as JSON: the edges of its graph."""
+"""Print as JSON the edges that genuine rosgraph, the library behind rqt_graph, finds in a system."""
 
 import json
 import logging
 
 from rosgraph.impl.graph import Graph
 
-logging.disable()  # of dead nodes, whose tracebacks say nothing
+logging.disable()  # of dead nodes, with irrelevant tracebacks
 graph = Graph()
 graph.update()
 

@@ -1,4 +1,4 @@
-"""What the examine_*.py scripts share. Knows neither genuine ROS nor pipros.
+"""Functions shared by the examine_*.py scripts, independent of genuine ROS and pipros.
 
 One JSON object a line: `{"label": ..., "result": ...}` or `{"label": ..., "error": [type, text]}`.
 """
@@ -8,7 +8,7 @@ import threading
 
 
 def examine(label, function):
-    """Prints what came of calling the function."""
+    """Call the function, and print its outcome."""
     try:
         record = {"label": label, "result": repr(function())}
     except Exception as error:
@@ -18,7 +18,7 @@ def examine(label, function):
 
 
 def begin(part):
-    """The labels from here on belong to this part."""
+    """Start a part, to which the following labels belong."""
     print("@@" + json.dumps({"label": f"-- {part}"}), flush=True)
 
 

@@ -1,4 +1,4 @@
-"""Calls functions of catkin's modules with good and bad arguments; see `examine_api_nodes.py`."""
+"""Call functions of catkin's modules with valid and invalid arguments; see `examine_api_nodes.py`."""
 
 import contextlib
 import io

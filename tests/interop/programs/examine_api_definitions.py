@@ -1,4 +1,4 @@
-"""Calls functions of genmsg with good and bad arguments; see `examine_api_nodes.py`."""
+"""Call functions of genmsg with valid and invalid arguments; see `examine_api_nodes.py`."""
 
 import os
 import tempfile
@@ -49,7 +49,7 @@ def call_each(module, names, arguments):
 
 
 def shape(spec):
-    """What a specification of a message says."""
+    """Return the contents of a message specification."""
     constants = [(one.type, one.name, one.val, one.val_text) for one in spec.constants]
     return [
         spec.types,
@@ -108,7 +108,7 @@ def examine_genmsg():
     ):
         for value in values:
             if kind == "bool" and not value.strip().isdecimal():
-                continue  # an error in the words of Python's parser
+                continue  # an error with the text of Python's parser
             call("convert_constant_value", genmsg.msg_loader.convert_constant_value, kind, value)
     begin("genmsg objects")
     for args in (("int32", "X", 1, "1"), (None, "X", 1, "1"), ("int32", "X", None, "1")):

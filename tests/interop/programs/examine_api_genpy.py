@@ -1,4 +1,4 @@
-"""Calls the functions of genpy that message tools use; see `examine_api_nodes.py`."""
+"""Call the functions of genpy that message tools use; see `examine_api_nodes.py`."""
 
 import os
 import pathlib

@@ -1,4 +1,4 @@
-"""Calls functions of ROS's Python packages that take plain input, with good and bad arguments.
+"""Call functions of ROS's Python packages with valid and invalid plain arguments.
 
 Runs under genuine ROS and under pipros. Each line is one call.
 """
@@ -180,7 +180,7 @@ def examine_slave_checks(masterslave):
 
 
 class Answering:
-    """In place of a proxy of the master."""
+    """Replaces a proxy of the master."""
 
     def __init__(self, code):
         self.code = code
@@ -194,7 +194,7 @@ def examine_rosgraph():
     from rosgraph import names, network
 
     begin("rosgraph names")
-    texts = [text for text in TEXTS if text]  # genuine gives the argument itself back for empty ones
+    texts = [text for text in TEXTS if text]  # genuine returns the argument itself if it is empty
     call_each("names", names, "is_global is_private is_legal_name is_legal_base_name isstring", texts)
     call_each(
         "names", names, "canonicalize_name namespace make_global_ns make_caller_id is_legal_remap", texts

@@ -1,4 +1,4 @@
-"""Calls functions of roslib with good and bad arguments; see `examine_api_nodes.py`."""
+"""Call functions of roslib with valid and invalid arguments; see `examine_api_nodes.py`."""
 
 import os
 import tempfile
@@ -74,7 +74,7 @@ def examine_msgs():
         call("load", lambda text: shape(read(text)), text)
         call("load", lambda text: shape(read(text, "pkg", "pkg/Name", "Name")), text)
     for text in ("bogus", "int32 1x", "int32 a\nint32 a", "int32 X=a"):
-        # Errors in definitions name file, line and column here.
+        # Errors in definitions name file, line and column in pipros.
         examine(f"load {text!r}", lambda: raised(lambda: read(text)))
     call("MsgSpec", lambda: shape(msgs.MsgSpec(["a"], ["b", "c"], [], "")))
     msgs.register("p/N", read("int32 X=1\nint32 a\ntime[] t", "p", "p/N"))

@@ -1,4 +1,4 @@
-"""Calls functions of the tools' modules with good and bad arguments; see `examine_api_nodes.py`."""
+"""Call functions of the tools' modules with valid and invalid arguments; see `examine_api_nodes.py`."""
 
 import contextlib
 import io
@@ -13,7 +13,7 @@ warnings.simplefilter("ignore")
 
 
 def printed(function):
-    """What a function returned and printed."""
+    """Return the result and the output of a function."""
     out = io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):
         result = function()
@@ -46,7 +46,7 @@ def examine_rosmsg():
         ("time[]", None),
     ):
         examine(kind, lambda: str(rosmsg.get_array_type_instance(kind, package)))
-    # The order of fields is that of the definition here, alphabetical there.
+    # Fields are in the order of the definition in pipros, alphabetical in genuine ROS.
     examine("yaml", lambda: sorted(rosmsg.get_yaml_for_msg(PoseStamped()).splitlines()))
     examine("yaml", lambda: rosmsg.get_yaml_for_msg(String("x"), "  "))
     examine("yaml", lambda: rosmsg.get_yaml_for_msg(Polygon(), fill_arrays_=True))
@@ -175,7 +175,9 @@ def examine_the_rest():
                 try:
                     return getattr(module, main)(arguments)
                 except SystemExit as error:
-                    return f"exit {error.code}" if error.code else None  # of usage, 0 here and None there
+                    return (
+                        f"exit {error.code}" if error.code else None
+                    )  # after the usage, 0 in pipros and None in genuine ROS
 
             examine(f"{main} {arguments[1]}", lambda: printed(ended)[0])
 

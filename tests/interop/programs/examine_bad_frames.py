@@ -1,4 +1,4 @@
-"""What tf2_py answers to transforms and questions that make no sense: JSON on standard output.
+"""Print as JSON the results of tf2_py for invalid transforms and queries.
 
 Arguments: a seed and a number, which change nothing. Runs under either implementation. Times before zero, and
 those after 2106, are left out: they end the process of genuine tf2_py.
@@ -43,7 +43,7 @@ def transform(parent="a", child="b", time=TIMES[1], x=1.0, q=(0.0, 0.0, 0.0, 1.0
 
 
 def told(*messages, is_static=False):
-    """What a buffer knows after it was told some transforms."""
+    """Return the contents of a buffer after some transforms were set."""
     buffer = tf2_py.BufferCore(rospy.Duration(10))
     insert = buffer.set_transform_static if is_static else buffer.set_transform
     answers = [outcome(insert, message, "me") for message in messages]
@@ -53,7 +53,7 @@ def told(*messages, is_static=False):
 
 
 def main():
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # tf2 says there what it refuses
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # tf2 prints there what it refuses
     answers = [told(transform(q=q)) for q in QUATERNIONS]
     answers += [told(transform(x=x)) for x in NUMBERS]
     answers += [told(transform(parent, child)) for parent, child in itertools.product(FRAMES, FRAMES)]

@@ -1,4 +1,4 @@
-"""What a bag's methods with an underscore give, as JSON: examine_bag_index.py FILE MODE."""
+"""Print as JSON the results of a bag's private methods: examine_bag_index.py FILE MODE."""
 
 import json
 import sys
@@ -17,7 +17,7 @@ def told(message):
 
 bag = rosbag.Bag(sys.argv[1], sys.argv[2])
 if sys.argv[2] == "a":
-    # read_messages flushes in genuine rosbag, too; its index does not have what is in an open chunk
+    # read_messages flushes in genuine rosbag, too; its index lacks the messages of an open chunk
     list(bag.read_messages())
 connections = sorted(bag._get_connections(), key=lambda each: each.id)
 entries = list(bag._get_entries())

@@ -1,4 +1,4 @@
-"""Writes random bags, and tells all that rosbag says of bags. Runs under genuine Python and under pipros.
+"""Write random bags, and print everything that rosbag reports about bags; for both implementations.
 
 python examine_bags.py write FOLDER SEED COUNT     python examine_bags.py read FILE...
 """
@@ -61,7 +61,7 @@ def fields(header):
 
 
 def read(path):
-    """All that is to be known of a bag."""
+    """Return everything that rosbag reports about a bag."""
     with rosbag.Bag(path) as bag:
         told = [str(bag), bag._get_yaml_info(), bag.get_message_count(), bag.size, bag.version]
         if bag.get_message_count():

@@ -1,6 +1,6 @@
-"""What tf2_py answers to random frames and questions: JSON on standard output.
+"""Print as JSON the results of tf2_py for random frames and queries.
 
-Arguments: a seed and the number of buffers; each is asked 200 times. Runs under either implementation.
+Arguments: a seed and the number of buffers; each is queried 200 times. Runs under either implementation.
 """
 
 import json
@@ -20,7 +20,7 @@ def stamp_of(ns):
 
 
 def numbers(message):
-    """All that a transform says."""
+    """Return all fields of a transform."""
     t, q = message.transform.translation, message.transform.rotation
     header = message.header
     values = [t.x, t.y, t.z, q.x, q.y, q.z, q.w, header.seq, header.stamp.secs, header.stamp.nsecs]
@@ -38,7 +38,7 @@ def outcome(function, *arguments):
 
 
 def turned(draw):
-    """A quaternion: mostly of length one, sometimes not quite, sometimes of no use."""
+    """Return a quaternion: usually normalised, sometimes not quite, sometimes invalid."""
     kind = draw.random()
     if kind < 0.15:
         return (0.0, 0.0, 0.0, 1.0)
@@ -60,7 +60,7 @@ class Questions:
         for number, child in list(enumerate(self.frames))[1:]:
             self.parents[child] = draw.choice(self.frames[:number])
         if draw.random() < 0.1:
-            self.parents[self.frames[0]] = self.frames[-1]  # a circle
+            self.parents[self.frames[0]] = self.frames[-1]  # a loop
         for child in list(self.parents)[1:]:
             if draw.random() < 0.1:
                 del self.parents[child]  # two trees
@@ -70,7 +70,7 @@ class Questions:
         self.stamps = [0]
 
     def tell(self):
-        """Gives the buffer some transforms."""
+        """Set some transforms of the buffer."""
         draw = self.draw
         for _ in range(draw.randint(1, 30)):
             child = draw.choice(list(self.parents))
@@ -109,7 +109,7 @@ class Questions:
         return self.draw.choice(self.frames if self.draw.random() < 0.97 else ["", "/f0", "nowhere"])
 
     def ask(self):
-        """One question and its answer."""
+        """Return one query and its result."""
         buffer, kind = self.buffer, self.draw.random()
         if kind < 0.45:
             return outcome(buffer.lookup_transform_core, self.frame(), self.frame(), self.when())
@@ -130,7 +130,7 @@ class Questions:
 
 def main():
     draw = random.Random(int(sys.argv[1]))  # noqa: S311 # no secret
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # tf2 says there what it refuses
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # tf2 prints there what it refuses
     answers = []
     for _ in range(int(sys.argv[2])):
         questions = Questions(draw)

@@ -1,4 +1,4 @@
-"""Asks camera_calibration_parsers of either side to read files that are whole, odd or broken."""
+"""Read complete, unusual and broken files with camera_calibration_parsers of either side."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ with tempfile.TemporaryDirectory() as folder:
         whole.replace("[narrow", "[externals]\ntranslation\n1 2 3\nrotation\n4 5 6\n[narrow"),
         whole.replace("[narrow", "[externals]\ntranslation\n1 2 3\n[narrow"),
     ):
-        # One line has its comment before everything.
+        # One line starts with its comment.
         asked("odd.ini", text.replace("# a camera ", ""))
     asked("a.txt", yaml_of())
     asked("missing.yaml", None)

@@ -1,4 +1,4 @@
-"""Asks image_geometry of either side about random cameras and points."""
+"""Print the results of image_geometry of either side for random cameras and points."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from image_geometry import PinholeCameraModel, StereoCameraModel
 
 warnings.simplefilter("ignore")
 rng = np.random.RandomState(int(sys.argv[1]))
-# Coefficients as real lenses have them, with each count that OpenCV knows.
+# Coefficients of real lenses, with each count that OpenCV supports.
 SCALES = [0.3, 0.1, 0.01, 0.01, 0.05, 0.3, 0.1, 0.05, 0.01, 0.01, 0.01, 0.01, 0.05, 0.05]
 GETTERS = (
     "fullResolution intrinsicMatrix distortionCoeffs rotationMatrix projectionMatrix fullIntrinsicMatrix "
@@ -32,7 +32,7 @@ def plain(value):
 def asked(function, *arguments):
     try:
         return plain(function(*arguments))
-    except Exception as error:  # OpenCV has an exception of its own
+    except Exception as error:  # OpenCV has its own exception
         return "refused" if type(error).__name__ in ("error", "ValueError") else repr(error)
 
 

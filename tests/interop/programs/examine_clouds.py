@@ -1,6 +1,6 @@
-"""Asks `sensor_msgs.point_cloud2` about random clouds, for comparing implementations.
+"""Print the results of `sensor_msgs.point_cloud2` for random clouds, to compare implementations.
 
-Run as a script by either Python; answers go to stdout as a JSON list.
+Run as a script by either Python; prints a JSON list.
 """
 
 import json
@@ -47,7 +47,7 @@ def examine(rng):
         outcome(lambda: list(point_cloud2.read_points(cloud, names))),
         outcome(lambda: list(point_cloud2.read_points(cloud, names, skip_nans=True))),
         outcome(lambda: list(point_cloud2.read_points(cloud, uvs=[place]))),
-        # Genuine ROS gives wrong names where the fields are not in the order of their offsets.
+        # Genuine ROS returns wrong names if the fields are not in the order of their offsets.
         outcome(lambda: [tuple(point) for point in point_cloud2.read_points_list(cloud)]),
         outcome(lambda: point_cloud2.create_cloud(Header(), single, points)),
         outcome(lambda: point_cloud2.create_cloud_xyz32(Header(), [point[:3] for point in points])),

@@ -1,4 +1,4 @@
-"""Asks either side, with Debian's OpenCV, for compressed and for rectified images."""
+"""Print compressed and rectified images of either side, with Debian's OpenCV."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What tf_conversions makes of random poses: JSON on standard output. Argument: a seed."""
+"""Print as JSON the results of tf_conversions for random poses. Argument: a seed."""
 
 import json
 import random

@@ -1,7 +1,7 @@
-"""Carries out the lines of message_corners.txt with whichever genpy is there, for comparing implementations.
+"""Run the lines of message_corners.txt with the installed genpy, to compare implementations.
 
-A line is a number of statements with ` ;; ` between them; the value of the last counts, or what is raised.
-Run as a script by the Python of genuine ROS; outcomes go to stdout as a JSON object.
+A line is a series of statements separated by ` ;; `; its outcome is the value of the last, or the exception.
+Run as a script by the Python of genuine ROS; prints the outcomes as a JSON object.
 """
 
 import copy

@@ -1,4 +1,4 @@
-"""Asks cv_bridge of either side about random images: results as digests, errors as types and texts."""
+"""Print the results of cv_bridge of either side for random images: digests, and types and texts of errors."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ for name in [*ENCODINGS, *ODD]:
     found[f"type {name}"] = asked(getCvType, name), asked(bridge.encoding_to_dtype_with_channels, name)
 
 for source, target in itertools.product(ENCODINGS, ["", *ENCODINGS, "xyz"]):
-    # OpenCV's gray values of a Bayer pattern depend on the width: it rounds only what is narrower.
+    # OpenCV's gray values of a Bayer pattern depend on the width: it rounds only narrow images.
     widest = 9 if source.startswith("bayer") and target.startswith("mono") else 40
     height, width = int(rng.randint(3, 20)), 2 * int(rng.randint(2, widest))
     image = random_array(source, height, width)
@@ -103,7 +103,7 @@ for source in [*ENCODINGS, "xyz"]:
         except CvBridgeError as error:
             found[f"to message {source} as {other}"] = str(error)
     if np.isfinite(image).all():
-        if source == "32SC1":  # differences of more than 31 bits are no images
+        if source == "32SC1":  # differences of more than 31 bits cannot be images
             image = image // 1000
         for target, scaling in itertools.product(
             ("", "mono8", "bgr8", "rgba8", "mono16", "xyz"), (False, True)

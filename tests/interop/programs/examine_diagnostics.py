@@ -1,4 +1,4 @@
-"""What diagnostic_updater's tasks report on random events in simulated time: JSON on standard output.
+"""Print as JSON the reports of diagnostic_updater on random events in simulated time.
 
 Arguments: a seed and the number of sequences. Runs under either implementation, without a master.
 """

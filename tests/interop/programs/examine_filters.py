@@ -1,4 +1,4 @@
-"""What message_filters answers to random sequences of messages: JSON on standard output.
+"""Print as JSON the results of message_filters for random sequences of messages.
 
 Arguments: a seed and the number of sequences. Runs under either implementation, without a master.
 """
@@ -15,7 +15,7 @@ import rospy
 
 
 class Stamped:
-    """A message with a header, and a name to know it by."""
+    """A message with a header and a name."""
 
     def __init__(self, name, stamp):
         self.name = name
@@ -23,7 +23,7 @@ class Stamped:
 
 
 def sequence(draw, kind):
-    """The sets that a synchronizer makes of one random sequence, and what is left in its queues."""
+    """Return the sets of a synchronizer for a random sequence, and the remaining queues."""
     count = draw.choice([1, 2, 2, 3, 3, 4])
     size = draw.choice([1, 2, 3, 5, 10])
     reset = draw.random() < 0.5
@@ -54,20 +54,20 @@ def sequence(draw, kind):
         name = "%d.%d" % (which, number)
         stamp = now + draw.randint(-4, 4) * step + (draw.randint(-2, 2) * 1000000 if kind != "exact" else 0)
         if simulated and kind != "exact" and draw.random() < 0.1:
-            message = String(name)  # one without header
+            message = String(name)  # a message without a header
         else:
             message = Stamped(name, rospy.Time(*divmod(max(stamp, 0), 10**9)))
         if draw.random() < 0.95:
             inputs[which].signalMessage(message)
         else:
-            made.add(message, made.queues[which])  # as old callers do, without the number
+            made.add(message, made.queues[which])  # without the number, as old callers do
         sets.append(len(sets))
     left = [[name_of(message) for message in queue.values()] for queue in made.queues]
     return [sets, left]
 
 
 def cached(draw):
-    """What a cache answers."""
+    """Return the results of a cache."""
     source = message_filters.SimpleFilter()
     cache = message_filters.Cache(source, draw.choice([1, 3, 10]), draw.random() < 0.5)
     passed = []

@@ -1,6 +1,6 @@
-"""What tf, tf2_geometry_msgs and tf2_sensor_msgs make of random messages: JSON on standard output.
+"""Print as JSON the results of tf, tf2_geometry_msgs and tf2_sensor_msgs for random messages.
 
-Arguments: a seed and how often. Runs under either implementation, without a master.
+Arguments: a seed and a number of repetitions. Runs under either implementation, without a master.
 """
 
 import json
@@ -44,7 +44,7 @@ def outcome(function, *arguments):
 
 
 def fill(draw, message):
-    """Random numbers where a message has some; quaternions have the length one."""
+    """Fill the numbers of a message randomly; normalise quaternions."""
     if message._type == "geometry_msgs/Quaternion":
         q = [draw.gauss(0, 1) for _ in range(4)]
         message.x, message.y, message.z, message.w = (x / math.sqrt(sum(y * y for y in q)) for x in q)

@@ -1,4 +1,4 @@
-"""Prints the graph of the running system by rosgraph.impl.graph, reading what rqt_graph reads of it."""
+"""Print the graph of the running system from the parts of rosgraph.impl.graph that rqt_graph uses."""
 
 import sys
 

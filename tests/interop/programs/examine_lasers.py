@@ -1,4 +1,4 @@
-"""Asks laser_geometry and angles of either side about random scans and angles."""
+"""Print the results of laser_geometry and angles of either side for random scans and angles."""
 
 from __future__ import annotations
 

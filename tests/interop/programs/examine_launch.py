@@ -1,4 +1,4 @@
-"""Uses the Python API of roslaunch as scripts do, and prints what came of it. Knows neither side.
+"""Use the Python API of roslaunch as scripts do, and print the outcomes; for both implementations.
 
 examine_launch.py FOLDER: a package `programs` with `sleeper`, `fails` and `ends`, and a master is running
 """
@@ -49,7 +49,7 @@ MASTER_PARAMETERS = ("/rosdistro", "/rosversion")
 
 
 def examine(label, function, words=True, output=True):
-    """Prints what came of a call: with `words` the first line of an error, with `output` what it printed."""
+    """Print the outcome of a call: with `words` the first line of an error, with `output` its output."""
     try:
         with contextlib.redirect_stdout(io.StringIO()) as printed:
             result = function()
@@ -224,7 +224,7 @@ def examine_configurations():
 
 
 class Recorder:
-    """Stands in for a configuration."""
+    """Replaces a configuration."""
 
     def __init__(self):
         self.calls = []
@@ -449,7 +449,7 @@ def examine_parents(run_id):
 
 
 class Mine(roslaunch.pmon.Process):
-    """A process of a script's own making."""
+    """A process class written in a script."""
 
     is_up = False
 

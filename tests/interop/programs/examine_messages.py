@@ -1,4 +1,4 @@
-"""Asks an implementation of genpy everything that a program could notice about a message type.
+"""Print everything that a program can observe about a message type of an implementation of genpy.
 
 Run by both sides of a comparison: imported by tests for pipros, and as a script by the Python of
 genuine ROS (jobs come as JSON on stdin, answers go to stdout). So it uses nothing but the public
@@ -54,7 +54,7 @@ STRINGS += ["key: value", "\U0001f600"]
 
 
 def random_value(rng, kind, class_of, depth=0):
-    """A value for a field of a type, in a form that JSON can carry."""
+    """Return a value for a field of a type, in JSON form."""
     if kind.endswith("]"):
         base, _, length = kind[:-1].partition("[")
         count = int(length) if length else rng.choice([0, 1, 2, 3, 7] if depth < 2 else [0, 1])
@@ -78,7 +78,7 @@ def random_value(rng, kind, class_of, depth=0):
 
 
 def build(kind, value, class_of, genpy):
-    """The Python value that a JSON value of `random_value` stands for."""
+    """Return the Python value for a JSON value of `random_value`."""
     if isinstance(value, dict) and set(value) == {"python"}:
         return ast.literal_eval(value["python"])
     if kind.endswith("]"):
@@ -98,7 +98,7 @@ def build(kind, value, class_of, genpy):
 
 
 def describe(value):
-    """A value with the Python types of all its parts."""
+    """Return a value with the Python types of all its parts."""
     if hasattr(value, "_slot_types") and hasattr(value, "_md5sum"):
         return [value._type, {slot: describe(getattr(value, slot)) for slot in value.__slots__}]
     if hasattr(value, "nsecs"):
@@ -115,7 +115,7 @@ def written(message):
 
 
 def outcome(action):
-    """What an action gives, or the class and text of what it raises."""
+    """Return the result of an action, or the class and text of its exception."""
     try:
         return action()
     except Exception as error:
@@ -123,7 +123,7 @@ def outcome(action):
 
 
 def examine(job, class_of, genpy):
-    """Everything that can be noticed about the type `job["type"]` with the values of the job."""
+    """Return everything observable about the type `job["type"]` with the values of the job."""
     cls = class_of(job["type"])
     answer = {
         "md5": cls._md5sum,
@@ -169,7 +169,7 @@ def examine(job, class_of, genpy):
 
 
 def class_finder(job, genpy):
-    """Finds classes in the text of the job, or among those that are installed."""
+    """Find classes in the text of the job, or among the installed ones."""
     if "text" in job:
         import genpy.dynamic
 
@@ -184,7 +184,7 @@ def class_finder(job, genpy):
 
 
 def random_values(job, class_of):
-    """The values that the seed of a job stands for, the same on both sides."""
+    """Return the values for the seed of a job, the same on both sides."""
     rng = random.Random(job["seed"])  # noqa: S311
     return [random_value(rng, job["type"], class_of) for _ in range(job["count"])]
 
@@ -197,7 +197,7 @@ def answer(job, genpy):
 
 
 def answers(jobs):
-    """Examines jobs with the genpy that is installed here."""
+    """Examine jobs with the installed genpy."""
     import genpy
     import genpy.message
 
@@ -205,7 +205,7 @@ def answers(jobs):
 
 
 def ask(command, jobs, environment):
-    """The answers that this file gives when `command`, a Python of one's choice, runs it."""
+    """Return the output of this file when run by the Python `command`."""
     result = subprocess.run(
         [*command, __file__],
         input=json.dumps(jobs),

@@ -1,4 +1,4 @@
-"""What functions of rospy and rostopic do while no master listens."""
+"""Print the outcomes of functions of rospy and rostopic without a master."""
 
 from examination import begin, examine
 

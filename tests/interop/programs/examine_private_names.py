@@ -1,4 +1,4 @@
-"""Private names that published packages use, called and set as they do it."""
+"""Private names that published packages use, called and set as in those packages."""
 
 import os
 import tempfile
@@ -19,7 +19,7 @@ from topic_tools import LazyTransport
 
 
 class Answers:
-    """A master that knows three nodes on two hosts."""
+    """A master with three nodes on two hosts."""
 
     def __init__(self):
         self.asked = []

@@ -1,4 +1,4 @@
-"""Runs rospy's public functions, with good and bad arguments, and prints what came of each.
+"""Call rospy's public functions with valid and invalid arguments, and print the outcomes.
 
 Run by test_rospy_as_genuine.py under genuine rospy and under pipros; knows of neither.
 """
@@ -65,7 +65,7 @@ def topics():
     word_subscriber = rospy.Subscriber("words", String, got.append)
     examine("names", lambda: (words.name, words.resolved_name, words.type, words.md5sum, words.data_class))
     wait_for(lambda: points.get_num_connections() and words.get_num_connections())
-    wait_for(word_subscriber.get_num_connections)  # the publisher knows of the link first
+    wait_for(word_subscriber.get_num_connections)  # the publisher has the link first
     examine("subscriber's connections", word_subscriber.get_num_connections)
     for label, publish in (
         ("one of three", lambda: points.publish(1)),

@@ -1,4 +1,4 @@
-"""Uses the Python API of rosunit and rostest, and prints what came of it. Knows neither side.
+"""Use the Python API of rosunit and rostest, and print the outcomes; for both implementations.
 
 examine_rostest.py FOLDER: a package `programs` with `prog`, `prog.py` and `t.test`
 """
@@ -33,7 +33,7 @@ UNSTABLE = re.compile(r"\d+\.\d+|0x[0-9a-f]+|\d{10,}")
 
 
 def examine(label, function, output=True):
-    """Prints what came of a call, with `output` what it printed, too."""
+    """Print the outcome of a call, and with `output` its output."""
     streams = io.StringIO(), io.StringIO()
     try:
         with contextlib.redirect_stdout(streams[0]), contextlib.redirect_stderr(streams[1]):

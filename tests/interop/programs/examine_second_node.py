@@ -1,6 +1,6 @@
-"""A second node in one process, by the names with which packages reset rospy.
+"""Start a second node in one process by setting the names with which packages reset rospy.
 
-Without the argument `revived` nobody says that the end of the first node is over.
+Without the argument `revived`, the shutdown flag of the first node is not reset.
 """
 
 import sys

@@ -14,7 +14,7 @@ import rostopic
 
 
 class Stamped:
-    """A service whose halves begin with a header."""
+    """A service whose request and response begin with a header."""
 
     _type = "nowhere/Stamped"
     _md5sum = "0123456789abcdef0123456789abcdef"

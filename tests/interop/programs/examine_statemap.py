@@ -1,4 +1,4 @@
-"""Calls smclib.statemap in a random order and prints what it answers: examine_statemap.py SEED."""
+"""Call smclib.statemap in a random order, and print the results: examine_statemap.py SEED."""
 
 import io
 import random

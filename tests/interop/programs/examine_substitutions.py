@@ -1,4 +1,4 @@
-"""Resolves each line of a file by `roslaunch.substitution_args`, and prints what came of it as JSON lines.
+"""Resolve each line of a file with `roslaunch.substitution_args`, and print the outcomes as JSON lines.
 
 The arguments are those of the context below. Knows neither genuine ROS nor pipros.
 """

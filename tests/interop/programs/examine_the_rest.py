@@ -1,4 +1,4 @@
-"""Services' attributes, functions of rospy that few call, and what is logged from where."""
+"""Attributes of services, rarely used functions of rospy, and log entries with their places."""
 
 import io
 import logging

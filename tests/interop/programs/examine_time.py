@@ -1,6 +1,6 @@
-"""Evaluates expressions about genpy's Time and Duration, for comparing implementations.
+"""Evaluate expressions with genpy's Time and Duration, to compare implementations.
 
-Run as a script by either Python: expressions come as a JSON list on stdin, outcomes go to stdout.
+Run as a script by either Python: reads a JSON list of expressions, and prints their outcomes.
 """
 
 import copy
@@ -28,7 +28,7 @@ OPERATORS = ["+", "-", "*", "/", "//", "%", "==", "!=", "<", "<=", ">", ">="]
 
 
 def expressions(seed, count):
-    """Construction of all kinds, all operators on all values, and arithmetic on random durations."""
+    """Return expressions: all constructors, all operators on all values, and random durations."""
     found = CONSTRUCTION.split()
     found += [f"{value}.{method}" for value in VALUES[:7] for method in METHODS]
     pairs = [(left, right) for left in VALUES for right in VALUES + OTHERS]

@@ -1,4 +1,4 @@
-"""What scripts call of rostopic, rosservice, rosparam and rosmsg on a graph that runs."""
+"""Call functions of rostopic, rosservice, rosparam and rosmsg that scripts use, on a running graph."""
 
 import contextlib
 import io
@@ -25,7 +25,7 @@ ARGUMENTS = (
 
 
 def printed(function):
-    """What a function returned, or how it ended, and what it printed."""
+    """Return the result or exception of a function, and its output."""
     with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(io.StringIO()):
         try:
             result = function()

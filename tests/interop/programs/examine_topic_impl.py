@@ -1,4 +1,4 @@
-"""Latched topics with several subscribers, and what `Publisher.impl` and `Subscriber.impl` offer."""
+"""Latched topics with several subscribers, and the members of `Publisher.impl` and `Subscriber.impl`."""
 
 import gc
 import weakref

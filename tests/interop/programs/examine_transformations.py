@@ -1,4 +1,4 @@
-"""What every function of tf.transformations answers to random arguments: JSON on standard output.
+"""Print as JSON the results of every function of tf.transformations for random arguments.
 
 Arguments: a seed and how often each function is called. Runs under either implementation.
 """
@@ -19,7 +19,7 @@ AXES = [
 
 
 def flat(value):
-    """Numbers, texts and lists of a result, whatever sequence types it has."""
+    """Return numbers, strings and lists for a result with any sequence types."""
     if value is None or isinstance(value, (bool, str)):
         return value
     if isinstance(value, (list, tuple, numpy.ndarray)):
@@ -30,7 +30,7 @@ def flat(value):
 
 
 def outcome(function, *arguments, **more):
-    """The result, or the name of the exception."""
+    """Return the result, or the name of the exception."""
     try:
         return flat(function(*arguments, **more))
     except Exception as error:
@@ -38,24 +38,24 @@ def outcome(function, *arguments, **more):
 
 
 def one_sign(vector):
-    """An eigenvector, whose sign is numpy's choice, with the sign that its largest number is positive."""
+    """Normalise the sign of an eigenvector so that its largest number is positive."""
     return vector * numpy.sign(vector[numpy.argmax(numpy.abs(vector))])
 
 
 def pair_of_signs(angle_and_vector):
-    """An angle and what it is counted around: both may have the other sign."""
+    """Normalise an angle and its axis, both of which may have the opposite sign."""
     vector = angle_and_vector[1]
     sign = numpy.sign(vector[numpy.argmax(numpy.abs(vector))])
     return [angle_and_vector[0] * sign, vector * sign]
 
 
 def on_plane(point, normal):
-    """Where a plane is: what its points have in common."""
+    """Return the normal and offset of a plane, the same for all its points."""
     return numpy.dot(point[:3], normal) / point[3]
 
 
 def examine(draw):
-    """Yields (name, result) of calls with arguments that `draw` makes."""
+    """Yield (name, result) of calls with arguments that `draw` makes."""
     v = lambda size=3: draw.uniform(-2, 2, size)
     unit = lambda: tf.unit_vector(draw.normal(size=3))
     quaternion = lambda: tf.unit_vector(draw.normal(size=4))

@@ -1,4 +1,4 @@
-"""Logs from functions and methods, by loggers of a class of the program's own and by rospy's."""
+"""Log from functions and methods, with loggers of the program's own class and with rospy's."""
 
 import io
 import logging

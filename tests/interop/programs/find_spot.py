@@ -1,4 +1,4 @@
-"""Finds the bright spot in the images of a camera as perception nodes are written, and says where it is."""
+"""Find the bright spot in a camera's images, as perception nodes do, and publish its position."""
 
 import numpy as np
 from geometry_msgs.msg import PointStamped

@@ -1,4 +1,4 @@
-"""Runs under genuine ROS's Python: loads each case of a file, prints what came of it as JSON lines."""
+"""Load each case of a file with genuine roslaunch, and print the outcomes as JSON lines."""
 
 from __future__ import annotations
 

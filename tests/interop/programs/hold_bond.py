@@ -1,4 +1,4 @@
-"""Holds one side of a bond and prints what becomes of it: hold_bond.py ID ACTION [HEARTBEAT_TIMEOUT_S].
+"""Hold one side of a bond, and print its events: hold_bond.py ID ACTION [HEARTBEAT_TIMEOUT_S].
 
 ACTION: `break` or `shutdown` ends it as soon as it is formed; `wait` waits until it is broken; `alone`
 waits half a second for another side.
@@ -14,7 +14,7 @@ from bondpy import bondpy
 
 
 def say(*words: Any) -> None:
-    sys.stdout.write(" ".join(map(str, words)) + "\n")  # in one piece: callbacks come from other threads
+    sys.stdout.write(" ".join(map(str, words)) + "\n")  # in one write, because callbacks run in other threads
     sys.stdout.flush()
 
 
@@ -41,7 +41,7 @@ if action == "alone":
     say("formed in no time:", bond.wait_until_formed(rospy.Duration.from_sec(0.01)))
 say("formed:", bond.wait_until_formed(rospy.Duration(60)), bool(bond.sister_instance_id))
 if action == "wait" and timeout:
-    for _ in range(4):  # genuine's looks at the time from the second heartbeat on
+    for _ in range(4):  # the genuine one checks the time from the second heartbeat on
         while rospy.wait_for_message("/bonds", Status).instance_id == bond.instance_id:
             pass
     say("broken soon:", bond.wait_until_broken(rospy.Duration.from_sec(0.01)), bond.is_broken())

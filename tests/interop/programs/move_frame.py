@@ -1,4 +1,4 @@
-"""Moves a frame in steps, and prints which of them were told on tf_changes."""
+"""Move a frame in steps, and print which of them are reported on tf_changes."""
 
 import threading
 
@@ -37,7 +37,7 @@ class Mover:
         self.broadcaster.sendTransform(message)
 
     def move(self, x, yaw):
-        """Sends the place until it was told, or until the listener has surely looked at it."""
+        """Publish the pose until it was reported, or the listener must have checked it."""
         for _ in range(40):
             self.send(x, yaw)
             if self.told.acquire(timeout=0.05):

@@ -1,4 +1,4 @@
-"""Reports diagnostics of one node and prints what comes on /diagnostics."""
+"""Report diagnostics of one node, and print the messages on /diagnostics."""
 
 from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import Imu

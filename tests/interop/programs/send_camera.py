@@ -1,4 +1,4 @@
-"""A camera as drivers are written: images with a bright spot, and its CameraInfo with the same stamp."""
+"""A camera driver: images with a bright spot, and CameraInfo with the same timestamp."""
 
 import numpy as np
 from sensor_msgs.msg import CameraInfo, Image

@@ -1,6 +1,6 @@
-"""Sends a static frame `base` in `map`, and frames that move.
+"""Publish a static frame `base` in `map`, and moving frames.
 
-`arm` in `base` by tf2, `hand` in `arm` by tf.
+`arm` in `base` with tf2, `hand` in `arm` with tf.
 """
 
 from geometry_msgs.msg import TransformStamped

@@ -1,4 +1,4 @@
-"""Sends goals to both servers of serve_goals.py and prints what becomes of them."""
+"""Send goals to both servers of serve_goals.py, and print their outcomes."""
 
 import threading
 
@@ -51,7 +51,7 @@ print(client.send_goal_and_wait(TestGoal(100), rospy.Duration(0.2), forever))
 send_and_wait_until_active()
 print(
     client.send_goal_and_wait(TestGoal(8), forever), client.get_result().result
-)  # which ends the one before
+)  # which preempts the previous goal
 print(client.send_goal_and_wait(TestGoal(200), forever), client.get_goal_status_text())
 print(client.send_goal_and_wait(TestGoal(300), forever))
 

@@ -1,6 +1,6 @@
 """A SimpleActionServer.
 
-A goal below 100 succeeds with its number, 100 waits for its end, 200 raises, 300 says nothing.
+A goal below 100 succeeds with its number, 100 waits for its end, 200 raises, 300 sets no result.
 """
 
 from actionlib.msg import TestAction, TestFeedback, TestResult
@@ -10,7 +10,7 @@ import rospy
 
 
 def execute(goal):
-    rospy.sleep(0.1)  # genuine clients miss what comes before their send_goal has returned
+    rospy.sleep(0.1)  # genuine clients miss status updates that arrive before send_goal returns
     if goal.goal == 200:
         raise ValueError("by the goal")
     if goal.goal == 300:

@@ -1,4 +1,4 @@
-"""Serves interactive markers, does random things to them and prints what went over the topics."""
+"""Serve interactive markers, change them randomly, and print the messages on the topics."""
 
 import random
 
@@ -48,7 +48,7 @@ def insert(name):
 
 
 def set_pose(name):
-    # Genuine raises for a marker that was inserted and erased before it was shown.
+    # The genuine server raises for a marker that was inserted and erased before it was shown.
     if name in server.pending_updates and name not in server.marker_contexts:
         return None
     return server.setPose(name, pose(), Header(frame_id=chance.choice(["", "odom"])))
@@ -71,7 +71,7 @@ def feedback(name):
     message = Feedback(marker_name=name, event_type=kind, pose=pose())
     message.header.frame_id = "viewer"
     context = server.marker_contexts.get(name)
-    # Genuine calls what is not there, if no callback is set.
+    # The genuine one calls a missing callback.
     if context and (context.default_feedback_cb or kind in context.feedback_cbs):
         server.processFeedback(message)
 
@@ -114,7 +114,7 @@ server.applyChanges()
 while not feedback_publisher.get_num_connections():
     rospy.sleep(0.01)
 before = len(called)
-# From one viewer without a name, since genuine ignores others in the first second.
+# From one viewer without a name, since the genuine server ignores others for a second.
 feedback_publisher.publish(Feedback(marker_name="menu", event_type=Feedback.MENU_SELECT, menu_entry_id=first))
 while len(called) == before:
     rospy.sleep(0.01)

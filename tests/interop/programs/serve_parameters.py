@@ -1,4 +1,4 @@
-"""A server of the configuration in a JSON file, which is the argument. Prints what it is called with."""
+"""Serve the configuration in the JSON file of the argument, and print the calls of the callback."""
 
 import json
 import sys
@@ -20,7 +20,7 @@ def on_change(config, level):
 
 rospy.init_node("tuned")
 if rospy.has_param("/tuned"):
-    rospy.delete_param("/tuned")  # of a server before
+    rospy.delete_param("/tuned")  # of an earlier server
 rospy.set_param("~gain", 2.5)
 rospy.set_param("~count", 99)
 server = Server(module, on_change)

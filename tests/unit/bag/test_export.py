@@ -38,7 +38,7 @@ def image(encoding: str, data: bytes = bytes(range(12)), **more: Any) -> Image:
 
 
 def pixels(png: bytes) -> bytes:
-    """The rows of a PNG file without filters, each after a zero."""
+    """Return the rows of a PNG file without filters, each after a zero."""
     at = png.index(b"IDAT")
     (size,) = struct.unpack(">I", png[at - 4 : at])
     return zlib.decompress(png[at + 4 : at + 4 + size])

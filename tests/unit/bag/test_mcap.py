@@ -129,7 +129,7 @@ def test_without_the_library_it_says_what_to_install(
 
 
 @pytest.mark.parametrize("compression", ["none", "lz4", "zstd"])
-def test_reindex_restores_what_is_before_a_damaged_place(
+def test_reindex_restores_messages_before_the_damage(
     compression: str, bag: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     main(["convert", "--compression", compression, "run.bag", "run.mcap"])
@@ -167,7 +167,7 @@ def test_a_flipped_byte_is_an_error_or_leaves_the_other_messages(bag: Path) -> N
     assert refused > 20
 
 
-def test_no_more_is_uncompressed_than_a_chunk_claims(bag: Path) -> None:
+def test_a_chunk_is_not_decompressed_beyond_its_claimed_size(bag: Path) -> None:
     for compression in ("lz4", "zstd"):
         main(["convert", "-f", "--compression", compression, "run.bag", "run.mcap"])
         whole = Path("run.mcap").read_bytes()
@@ -214,7 +214,7 @@ def test_an_unfinished_recording_can_be_read(bag: Path) -> None:
 
 
 def contents_of_active(path: Path) -> list[str]:
-    """The texts in a file that another program may still write."""
+    """Return the texts in a file that another program may still write."""
     with open("copy.mcap", "w+b") as file:
         recover(path, file, process_limits(), lambda _: None)
     return [row[1] for row in contents("copy.mcap")]

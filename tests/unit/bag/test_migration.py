@@ -52,7 +52,7 @@ def bag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
-def test_check_tells_what_is_missing_and_writes_rules(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_lists_missing_types_and_writes_rules(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", "old.bag"]) == 0
     out = capsys.readouterr().out
     assert out.startswith("The following migrations need to occur:\n * From: std_msgs/String [")
@@ -85,7 +85,7 @@ def test_fix_follows_the_rules(bag: Path, capsys: pytest.CaptureFixture[str]) ->
     assert capsys.readouterr().out == "Bag file does not need any migrations.\n"
 
 
-def test_force_leaves_what_has_no_rule(bag: Path) -> None:
+def test_force_keeps_messages_without_a_rule(bag: Path) -> None:
     assert main(["fix", "--force", "old.bag", "new.bag"]) == 0
     with BagReader("new.bag") as reader, BagReader("old.bag") as before:
         assert [message[3] for message in reader.raw_messages()] == [
@@ -93,7 +93,7 @@ def test_force_leaves_what_has_no_rule(bag: Path) -> None:
         ]
 
 
-def test_rules_reach_the_messages_within_messages(bag: Path) -> None:
+def test_rules_apply_to_embedded_messages(bag: Path) -> None:
     def fill(message: Any) -> None:
         message.header.frame_id, message.name = "map", ["a"]
 
@@ -222,7 +222,7 @@ def test_statements_that_are_not_understood_are_refused(line: str) -> None:
         parse_rules(RULE + f"        {line}\n", "x.bmr")
 
 
-def test_a_loop_without_end_is_ended() -> None:
+def test_an_infinite_loop_is_stopped() -> None:
     loops = "".join(f"{' ' * (8 + n)}for a{n} in range(1000):\n" for n in range(3)) + " " * 12 + "b = 1\n"
     with pytest.raises(BagError, match="more than 100000 statements for one message"):
         migrated(RULE.partition("        ways =")[0] + loops)

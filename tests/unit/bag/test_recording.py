@@ -38,7 +38,7 @@ def test_a_full_queue_drops_the_oldest_and_counts_them() -> None:
     assert queue.get_all(100) == []
 
 
-def test_a_queue_without_end_drops_nothing() -> None:
+def test_an_unbounded_queue_drops_nothing() -> None:
     queue = RecordQueue(limit_bytes=0)
     for value in range(200):
         queue.put(received(value))
@@ -52,7 +52,7 @@ def test_a_queue_may_keep_a_part_of_the_time() -> None:
     assert [message.data[0] for message in queue.get_all(0)] == [9, 14]
 
 
-def test_a_snapshot_has_what_is_kept_and_the_latched_messages_that_are_not(
+def test_a_snapshot_has_the_buffered_and_all_latched_messages(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -114,13 +114,13 @@ def test_a_split_begins_with_the_latched_messages(tmp_path: Path, monkeypatch: p
     assert reports[1].startswith("Closing 'x_")
 
 
-def test_a_split_for_which_the_disk_had_no_place_is_made_up_for(
+def test_a_split_that_failed_on_a_full_disk_is_retried(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recording = files(tmp_path, monkeypatch, [], name="run", split=True, duration_s=10.0)
     recording.open(0)
     recording.write(received(1, 0))
-    (tmp_path / "run_1.bag.active").mkdir()  # so that the file cannot be made
+    (tmp_path / "run_1.bag.active").mkdir()  # so that the file cannot be created
     for seconds in (20, 21):
         with pytest.raises(OSError, match="directory"):
             recording.write(received(2, seconds))

@@ -12,12 +12,12 @@ NAMES = st.text(st.characters(codec="utf-8", exclude_characters="="), max_size=8
 
 
 @given(st.dictionaries(NAMES, st.binary(max_size=20)))
-def test_fields_come_back(fields: dict[str, bytes]) -> None:
+def test_header_fields_survive_a_round_trip(fields: dict[str, bytes]) -> None:
     assert parse_fields(field_bytes(fields), "x") == fields
 
 
 @given(st.binary(max_size=60))
-def test_any_bytes_are_fields_or_an_error_with_its_place(data: bytes) -> None:
+def test_arbitrary_bytes_are_fields_or_an_error_with_its_position(data: bytes) -> None:
     error: Exception | None = None
     try:
         parse_fields(data, "run.bag, byte 7")
@@ -46,7 +46,7 @@ def test_numbers_must_have_their_size() -> None:
         number({}, "conn", 4, "x")
 
 
-def test_chunk_infos_and_indexes_come_back() -> None:
+def test_chunk_infos_and_indexes_survive_a_round_trip() -> None:
     info = ChunkInfo(1 << 33, 1_000_000_002, 3_000_000_004, {0: 5, 7: 1})
     record = chunk_info_record(info)
     size = int.from_bytes(record[:4], "little")

@@ -1,4 +1,4 @@
-"""`import rosbag`. What both sides say of the same bags is compared in tests/interop."""
+"""`import rosbag`. tests/interop compares both implementations on the same bags."""
 
 from __future__ import annotations
 
@@ -30,7 +30,9 @@ def rows(bag: rosbag.Bag, **options: Any) -> list[tuple[str, Any, int]]:
 
 
 @pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
-def test_messages_come_back_and_another_library_reads_the_same(compression: str, tmp_path: Path) -> None:
+def test_messages_survive_a_round_trip_and_another_library_reads_them(
+    compression: str, tmp_path: Path
+) -> None:
     path = tmp_path / "run.bag"
     expected = written(path, compression=compression, chunk_threshold=200)
 
@@ -82,7 +84,7 @@ def test_reading_while_writing_sees_what_was_written(tmp_path: Path) -> None:
         assert rows(bag) == [("/a", 1, 5), ("/a", 2, 6)]
 
 
-def test_another_type_and_another_header_get_a_connection_of_their_own(tmp_path: Path) -> None:
+def test_a_different_type_or_header_gets_its_own_connection(tmp_path: Path) -> None:
     path = str(tmp_path / "run.bag")
     header = {"callerid": "/one", "latching": b"1"}
     with rosbag.Bag(path, "w") as bag:
@@ -139,10 +141,10 @@ def test_an_unindexed_bag_is_reindexed_in_its_file(tmp_path: Path) -> None:
     assert len(found) > 10
 
 
-def test_files_are_bags_too() -> None:
+def test_bags_can_be_read_from_and_written_to_file_objects() -> None:
     file = io.BytesIO()
     closes = file.close
-    file.close = lambda: None  # type: ignore[method-assign] # to look at it afterwards
+    file.close = lambda: None  # type: ignore[method-assign] # to read it afterwards
     with rosbag.Bag(file, "w") as bag:
         bag.write("/a", Int32(1), rospy.Time(5))
         assert (bag.filename, bag.mode, bag.version) == (None, "w", 200)
@@ -155,7 +157,7 @@ def test_files_are_bags_too() -> None:
     bag.close()
 
 
-def test_a_closed_bag_says_so(tmp_path: Path) -> None:
+def test_using_a_closed_bag_raises(tmp_path: Path) -> None:
     written(tmp_path / "run.bag")
     bag = rosbag.Bag(str(tmp_path / "run.bag"))
     bag.close()
@@ -255,7 +257,7 @@ def test_viewers_go_back_and_forth_by_positions(data: bytes) -> None:
         bag._read_message(wrong)
 
 
-def test_positions_are_those_of_what_is_written_by_now(tmp_path: Path) -> None:
+def test_positions_are_those_of_written_bytes(tmp_path: Path) -> None:
     with rosbag.Bag(tmp_path / "run.bag", "w") as bag:
         for number in range(3):
             bag.write("/a", Int32(number), rospy.Time(number + 1))

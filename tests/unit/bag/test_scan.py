@@ -40,7 +40,7 @@ def test_a_file_cut_within_its_start_is_empty_or_refused() -> None:
 
 
 def test_a_chunk_that_was_being_written_gives_its_complete_messages() -> None:
-    """Genuine rosbag writes uncompressed chunks bit by bit, with a size of zero until they end."""
+    """Genuine rosbag writes uncompressed chunks in pieces, with a size of zero until they are complete."""
     whole = bytearray(bag_bytes(ROWS))
     index = BagReader(io.BytesIO(bytes(whole))).chunk_header(0)
     header = whole.index(b"size=") + 5

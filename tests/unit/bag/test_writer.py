@@ -22,7 +22,7 @@ def test_the_layout_is_the_one_of_genuine_rosbag() -> None:
     assert b"op=\x02\x09\0\0\0conn=\0\0\0\0\x0d\0\0\0time=\x05\0\0\0\x06\0\0\0\x04\0\0\0\x07\0\0\0" in data
 
 
-def test_a_message_that_does_not_fit_leaves_nothing_behind() -> None:
+def test_an_invalid_message_writes_nothing() -> None:
     file = io.BytesIO()
     writer = BagWriter(file)
     connection = writer.add_connection("/a", header_of(Int32(), "/a"))
@@ -42,7 +42,7 @@ def test_messages_can_be_appended() -> None:
     before = BagReader(file)
     writer = BagWriter(file, layout=before.layout, compression="bz2")
 
-    with pytest.raises(NotIndexed):  # the old index is gone
+    with pytest.raises(NotIndexed):  # the old index was overwritten
         BagReader(io.BytesIO(file.getvalue()))
     connection = writer.add_connection("/new", header_of(String(), "/new"))
     for _, message, seconds, nanoseconds in rows[10:]:
@@ -74,7 +74,7 @@ def test_lz4_is_read_without_its_library(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 class _FullDisk(io.BytesIO):
-    """Takes no byte beyond `room`."""
+    """Accepts at most `room` bytes."""
 
     room = 1_000_000
 
@@ -113,7 +113,7 @@ def test_complete_chunks_survive_a_full_disk_and_writing_continues_when_there_is
 
 
 class _LittleFile(WholeWrites):
-    """Takes no byte beyond `room`, and a part of what does not fit."""
+    """Accepts at most `room` bytes; a write that does not fit is partial."""
 
     room = 1_000_000
 
@@ -127,7 +127,7 @@ class _LittleFile(WholeWrites):
 
 
 @pytest.mark.parametrize("room", [4600, 5000, 5001, 5200, 6000, 9000])
-def test_on_a_full_disk_the_newest_messages_make_place_for_the_index(room: int, tmp_path: Path) -> None:
+def test_on_a_full_disk_the_newest_messages_make_room_for_the_index(room: int, tmp_path: Path) -> None:
     path = tmp_path / "full.bag"
     with _LittleFile(path, "w+") as file:
         writer = BagWriter(file, chunk_bytes=200)
@@ -146,7 +146,7 @@ def test_on_a_full_disk_the_newest_messages_make_place_for_the_index(room: int, 
     assert lost > 0
 
 
-def test_a_disk_without_place_for_an_empty_bag_is_an_error(tmp_path: Path) -> None:
+def test_a_disk_too_full_for_an_empty_bag_is_an_error(tmp_path: Path) -> None:
     with _LittleFile(tmp_path / "full.bag", "w+") as file:
         writer = BagWriter(file)
         connection = writer.add_connection("/a", header_of(Int32(), "/a"))

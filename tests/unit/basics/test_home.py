@@ -20,7 +20,7 @@ pwd = pytest.importorskip("pwd")
 
 @pytest.fixture
 def homeless(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """No HOME and no account; returns the folder for temporary files."""
+    """Run without HOME and account; return the folder for temporary files."""
 
     def unknown(_number: int) -> None:
         raise KeyError("uid not found")
@@ -44,7 +44,7 @@ def test_a_known_home_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
     assert home.expanded("/a/~") == "/a/~"
 
 
-def test_without_a_home_a_folder_for_this_user_alone_is_used(homeless: Path) -> None:
+def test_without_a_home_a_private_folder_is_used(homeless: Path) -> None:
     assert Environment.from_os({}).log_dir == stand_in(homeless) / ".ros" / "log"
     assert Environment().ros_home == stand_in(homeless) / ".ros"
     assert Environment.from_os({"ROS_HOME": "~/mine"}).ros_home == stand_in(homeless) / "mine"
@@ -100,5 +100,5 @@ def test_without_a_writable_folder_a_path_is_returned_nevertheless(
     assert home.expanded("~/.ros").endswith("/.ros")
 
 
-def test_a_user_without_a_name_is_not_the_one_that_a_machine_names(homeless: Path) -> None:
+def test_a_user_without_a_name_is_not_the_user_of_a_machine(homeless: Path) -> None:
     assert not is_local(Machine("here", "localhost", user="somebody"))

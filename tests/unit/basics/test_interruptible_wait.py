@@ -13,7 +13,7 @@ import pytest
 from pipros.basics.interruptible_wait import SLICE_S, OnceEvent, get_within_slice, wait_in_slices
 
 
-def test_an_endless_wait_is_made_of_slices_until_it_succeeds() -> None:
+def test_an_unlimited_wait_is_a_series_of_slices() -> None:
     waits: list[float] = []
 
     def third_time(timeout_s: float) -> bool:
@@ -31,7 +31,7 @@ def test_a_short_wait_is_one_wait(timeout_s: float) -> None:
     assert waits == [max(timeout_s, 0)]
 
 
-def test_a_wait_ends_when_its_time_is_over() -> None:
+def test_a_wait_times_out() -> None:
     waits: list[float] = []
     assert not wait_in_slices(lambda limit_s: bool(waits.append(limit_s)), SLICE_S * 1.01)
     assert all(0 <= limit_s <= SLICE_S for limit_s in waits)
@@ -46,7 +46,7 @@ def test_an_item_of_a_queue_is_taken_at_once_and_an_empty_queue_gives_none() -> 
 
 
 def interrupted_at(byte_code: int, event: OnceEvent) -> bool:
-    """Whether a wait for the event was interrupted by KeyboardInterrupt before that byte code."""
+    """Return whether a wait for the event was interrupted by KeyboardInterrupt before that byte code."""
     left = byte_code
 
     def step(_frame: FrameType, kind: str, _arg: Any) -> Any:
@@ -102,7 +102,7 @@ def test_an_event_ends_every_wait_for_it() -> None:
 
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no timer signals here")
-def test_a_signal_handler_may_set_an_event_that_is_waited_for() -> None:
+def test_a_signal_handler_may_set_an_event_during_its_wait() -> None:
     event = OnceEvent()
     before = signal.signal(signal.SIGALRM, lambda *_: event.set())
     try:

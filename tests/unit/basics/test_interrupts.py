@@ -1,4 +1,4 @@
-"""A Ctrl-C that comes where Python ignores exceptions ends the program all the same."""
+"""Ctrl-C ends the program even if it arrives where Python ignores exceptions."""
 
 import subprocess
 import sys
@@ -46,7 +46,7 @@ def test_an_interrupt_in_a_callback_of_the_garbage_collector_counts(start: str) 
 
 
 @pytest.mark.parametrize("module", ["pipros.basics.interrupts", "pipros.cli.runner", "pipros.cli.rostopic"])
-def test_an_import_leaves_the_process_as_it_was(module: str) -> None:
+def test_an_import_does_not_change_the_process(module: str) -> None:
     program = f"import sys; hook = sys.unraisablehook; import {module}; print(hook is sys.unraisablehook)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr) == ("True\n", "")

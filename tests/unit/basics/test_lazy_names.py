@@ -1,4 +1,4 @@
-"""Names that a module binds by star import, and that are imported when they are asked for."""
+"""Names that a module binds by star import, and imports on first access."""
 
 from __future__ import annotations
 

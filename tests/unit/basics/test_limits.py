@@ -15,7 +15,7 @@ def test_unnamed_limits_keep_their_defaults() -> None:
     assert Limits.parse("handshakes=8") == Limits(handshakes=8)
 
 
-def test_blanks_and_empty_pairs_do_not_matter() -> None:
+def test_blanks_and_empty_pairs_are_ignored() -> None:
     assert Limits.parse(" handshakes = 8 ,, stall_s=0.5,") == Limits(handshakes=8, stall_s=0.5)
 
 
@@ -37,7 +37,7 @@ def test_a_wrong_limit_is_explained(text: str, complaint: str) -> None:
     assert complaint in str(raised.value)
 
 
-def test_zero_is_allowed_where_it_means_by_default() -> None:
+def test_zero_is_allowed_if_it_means_the_default() -> None:
     assert Limits.parse("rpc_connections=0") == Limits()
 
 
@@ -61,7 +61,7 @@ def test_the_table_in_the_documents_has_every_limit() -> None:
 
 
 def _as_written(name: str, value: float) -> str:
-    """As the table writes a default: `1 MiB`, `10 s`, `20,000`."""
+    """Format a default like the table: `1 MiB`, `10 s`, `20,000`."""
     if name.endswith("_bytes"):
         unit, size = ("MiB", 1 << 20) if value >= 1 << 20 else ("KiB", 1 << 10)
         return f"{value / size:,g} {unit}"

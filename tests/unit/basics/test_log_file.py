@@ -1,4 +1,4 @@
-"""Log files: put aside when large, and harmless when they cannot be written."""
+"""Log files: rotated if they are large, and ignored if they cannot be written."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_a_full_disk_is_reported_once_and_lines_continue_when_there_is_room(tmp_
     assert warning.startswith(f"WARNING: cannot write to log file [{path}]: ")
     assert path.read_text().splitlines() == [
         "first",
-        "lost",  # all that there was room for
+        "lost",  # as many bytes as fit
         "WARNING: 5 log entries before this line were lost",
         "last",
     ]
@@ -109,7 +109,7 @@ def test_a_launcher_goes_on_when_its_log_cannot_be_written(
     assert err.count("WARNING: cannot write to log file") == 1
 
 
-def test_a_file_is_emptied_only_where_that_is_wanted(tmp_path: Path) -> None:
+def test_a_file_is_truncated_only_on_request(tmp_path: Path) -> None:
     path = tmp_path / "x.log"
     path.write_text("before")
     os.close(open_to_write(path))

@@ -1,4 +1,4 @@
-"""Command lines: what is a remapping, what is a parameter, and what is left for the program."""
+"""Command lines: remappings, parameters, and the remaining arguments."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_an_argument_with_two_assignments_is_malformed() -> None:
     assert (parsed.malformed, parsed.remappings) == (("a:=b:=c",), {"d": "e"})
 
 
-def test_an_assignment_of_nothing_is_dropped() -> None:
+def test_an_empty_assignment_is_ignored() -> None:
     parsed = names.parse_arguments(["chat:=", "chat:= "])
     assert (parsed.remappings, parsed.rest, parsed.malformed) == ({}, (), ())
 
@@ -35,7 +35,7 @@ def test_remappings_are_resolved_on_both_sides_for_the_node() -> None:
     }
 
 
-def test_only_an_argument_whose_key_could_be_a_name_is_kept_from_programs() -> None:
+def test_only_arguments_with_legal_names_are_remappings() -> None:
     legal = ["a:=b", "_rate:=5", "__name:=x", "/robot/chat:=talk", "a:="]
     others = ["-a:=b", "a b:=c", ":=b", "a=b"]
     assert [item for item in [*legal, *others] if names.is_legal_remapping(item)] == legal

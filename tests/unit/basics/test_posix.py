@@ -1,4 +1,4 @@
-"""Features of POSIX systems, and what happens on systems without them."""
+"""Features of POSIX systems, and their substitutes on other systems."""
 
 from __future__ import annotations
 

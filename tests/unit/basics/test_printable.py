@@ -13,7 +13,7 @@ from pipros.basics.printable import printable
         ("\x1b]0;OWNED\x07", r"\x1b]0;OWNED\x07"),
         ("a\nb\r\tc", r"a\nb\r\tc"),
         ("\x9b31m", r"\x9b31m"),  # the one-byte form of an escape sequence
-        ("\u202egnp.exe", r"\u202egnp.exe"),  # text that runs backwards
+        ("\u202egnp.exe", r"\u202egnp.exe"),  # right-to-left text
         ("\u2028", r"\u2028"),
         ("\udc80", r"\udc80"),
         (["a\n"], r"['a\n']"),

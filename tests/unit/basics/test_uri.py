@@ -46,7 +46,7 @@ def test_anything_else_is_refused(text: str) -> None:
         split_uri(text)
 
 
-def test_other_schemes_are_accepted_where_they_are_asked_for() -> None:
+def test_other_schemes_are_accepted_on_request() -> None:
     assert split_uri("rosrpc://robot:5", ["rosrpc"]) == ("robot", 5, "/")
     assert split_uri("ROSRPC://[::1]:5", ["http", "rosrpc"]) == ("::1", 5, "/")
     with pytest.raises(ValueError, match="must have the form http://HOST:PORT/ or rosrpc://HOST:PORT/, got"):

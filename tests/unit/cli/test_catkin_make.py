@@ -165,7 +165,9 @@ def test_results_are_summed_up(base: Path, capsys: pytest.CaptureFixture[str]) -
     assert capsys.readouterr().err == 'Test results directory "/nowhere" does not exist\n'
 
 
-def test_the_summary_of_a_failure_tells_where_and_why(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_summary_of_a_failure_has_place_and_reason(
+    base: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     file = base / "src/one/CMakeLists.txt"
     file.write_text('project(one)\nmessage(FATAL_ERROR "No such robot")\ncatkin_package()\n')
     assert catkin_make.main([]) == 1

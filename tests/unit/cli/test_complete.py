@@ -1,4 +1,4 @@
-"""What shells offer for the word at the cursor, without any master."""
+"""Completion of the word at the cursor, without a master."""
 
 from __future__ import annotations
 

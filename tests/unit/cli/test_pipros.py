@@ -16,18 +16,20 @@ from tests.support.environments import REPOSITORY
 from tests.unit.test_packaging import COMMANDS
 
 
-def test_it_says_what_it_can_do(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_usage_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([]) == 0
     assert "pipros stubs" in capsys.readouterr().out
     assert main(["nonsense"]) == 64
 
 
-def test_it_says_its_version(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--version"]) == 0
     assert capsys.readouterr().out == f"{__version__}\n"
 
 
-def test_versions_for_a_report(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_versions_are_listed_for_a_report(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("ROS_DISTRO", "noetic")
     assert main(["version", "--json"]) == 0
     versions = json.loads(capsys.readouterr().out)
@@ -39,7 +41,7 @@ def test_versions_for_a_report(capsys: pytest.CaptureFixture[str], monkeypatch: 
     assert f"pipros    {__version__}\n" in capsys.readouterr().out
 
 
-def test_help_is_a_map_of_all_commands(
+def test_help_is_an_overview_of_all_commands(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(command_map, "installed_commands", lambda: {*COMMANDS, "mystery"})
@@ -49,12 +51,12 @@ def test_help_is_a_map_of_all_commands(
     assert words[-3:] == ["Also", "there:", "mystery"]
 
 
-def test_every_command_has_a_place_on_the_map() -> None:
+def test_every_command_is_in_the_overview() -> None:
     placed = {name for commands in command_map.COMMANDS.values() for name in commands}
     assert set(COMMANDS) - placed == {"pipros", "pipros-complete"}
 
 
-def test_the_map_has_only_commands_that_are_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_overview_lists_only_installed_commands(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(command_map, "installed_commands", lambda: {"rostopic"})
     assert "rosnode" not in command_map.command_map([])
     assert "rostopic" in command_map.command_map([])
@@ -63,7 +65,7 @@ def test_the_map_has_only_commands_that_are_installed(monkeypatch: pytest.Monkey
 
 @pytest.fixture
 def workspace(tmp_path: Path) -> Path:
-    """A workspace as catkin_make leaves it, without packages."""
+    """A workspace built by catkin_make, without packages."""
     devel = tmp_path / "my ws" / "devel"
     devel.mkdir(parents=True)
     (devel / MARKER).write_text(str(tmp_path / "my ws" / "src"))
@@ -91,7 +93,7 @@ def test_env_without_a_workspace_is_that_of_pipros(
     assert f"export ROS_PACKAGE_PATH='{REPOSITORY}/src/pipros/share'\n" in capsys.readouterr().out
 
 
-def test_env_says_when_nothing_was_built(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_env_reports_that_nothing_was_built(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["env", str(tmp_path)]) == 1
     assert "is not a built workspace; run catkin_make" in capsys.readouterr().err
 

@@ -38,7 +38,7 @@ def compression_of(path: str | Path) -> set[str]:
         return {reader.chunk_header(number).compression for number in range(len(reader.chunks))}
 
 
-def test_info_tells_what_is_in_a_bag(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_info_prints_the_contents_of_a_bag(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", "run.bag"]) == 0
 
     out = capsys.readouterr().out
@@ -47,7 +47,7 @@ def test_info_tells_what_is_in_a_bag(bag: Path, capsys: pytest.CaptureFixture[st
     assert out.endswith("/b   15 msgs    : std_msgs/String\n")
 
 
-def test_info_tells_frequencies_keys_and_several_bags(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_info_prints_frequencies_keys_and_several_bags(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
     main(["info", "--freq", "run.bag"])
     assert "15 msgs @ 500.0 kHz : std_msgs/Int32" in capsys.readouterr().out
     assert main(["info", "-y", "-k", "messages", "run.bag", "run.bag"]) == 0
@@ -153,7 +153,7 @@ def test_bags_of_format_1_2_can_be_compressed_too(bag: Path) -> None:
 
 
 @pytest.mark.parametrize("compression", ["none", "lz4"])
-def test_reindex_restores_what_is_complete(
+def test_reindex_restores_complete_messages(
     compression: str, bag: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     whole = bag_bytes(ROWS, chunk_bytes=300, compression=compression)
@@ -198,7 +198,7 @@ def test_reindex_of_a_damaged_bag_keeps_the_chunks_behind_the_damage(bag: Path) 
         ("True", lambda row: True),
     ],
 )
-def test_filter_takes_the_messages_of_an_expression(expression: str, chosen: Any, bag: Path) -> None:
+def test_filter_keeps_the_messages_that_match_an_expression(expression: str, chosen: Any, bag: Path) -> None:
     assert main(["filter", "run.bag", "out.bag", expression]) == 0
 
     assert contents("out.bag") == [row for row in values(ROWS) if chosen(row)]
@@ -234,7 +234,7 @@ def test_a_file_that_cannot_be_written_is_named(
     assert contents(bag) == values(ROWS)
 
 
-def test_a_full_disk_is_told_with_the_file_that_was_written(tmp_path: Path) -> None:
+def test_the_error_about_a_full_disk_names_the_file(tmp_path: Path) -> None:
     with (
         pytest.raises(OSError, match=r"No space left on device: '.*new\.bag'"),
         replaced_file(tmp_path / "new.bag"),
@@ -255,7 +255,7 @@ def test_filter_keeps_connection_headers_and_times(bag: Path) -> None:
         ][:1]
 
 
-def test_encryption_says_what_it_cannot(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_encryption_is_refused_with_a_reason(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["decrypt", "run.bag"]) == 1
     assert "is not encrypted, so there is nothing to decrypt" in capsys.readouterr().err
 
@@ -271,7 +271,7 @@ def test_every_subcommand_needs_a_bag_and_has_help(command: str, capsys: pytest.
     assert f"Usage: rosbag {command} " in capsys.readouterr().out
 
 
-def test_an_unknown_subcommand_lists_those_that_there_are(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_subcommand_lists_the_known_ones(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["frobnicate"]) == 0
     assert capsys.readouterr().err.startswith("Unknown command: 'frobnicate'\nAvailable subcommands:\n")
     assert main([]) == 0

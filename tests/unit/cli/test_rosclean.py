@@ -24,7 +24,7 @@ def logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def test_check_tells_the_size(logs: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_prints_the_size(logs: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert rosclean.main(["check"]) == 0
     assert capsys.readouterr().out in ("8.6M ROS node logs\n", "8.7M ROS node logs\n")  # folders count, too
 

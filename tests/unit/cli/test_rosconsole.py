@@ -1,4 +1,4 @@
-"""What `rosconsole echo` prints."""
+"""The output of `rosconsole echo`."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def printed(*messages: Any, pattern: str = ".*", **options: Any) -> list[str]:
     return lines
 
 
-def test_only_what_is_grave_enough_is_printed() -> None:
+def test_only_statuses_at_or_above_the_level_are_printed() -> None:
     assert printed(log(2, "a"), log(4, "b"), log(16, "c")) == [
         "[ WARN  ] [/talker]: b",
         "[ FATAL ] [/talker]: c",
@@ -54,7 +54,7 @@ def test_a_node_cannot_send_escape_sequences() -> None:
     assert printed(log(8, "a\x1b[2J\nb", name="/x\n")) == ["[ ERROR ] [/x\\n]: a\\x1b[2J\nb"]
 
 
-def test_a_level_that_ros_does_not_have_is_its_number() -> None:
+def test_an_unknown_level_is_shown_as_its_number() -> None:
     assert printed(log(32, "a")) == ["[ 32    ] [/talker]: a"]
 
 

@@ -45,7 +45,7 @@ def test_files_lists_absolute_paths(file: Path, capsys: pytest.CaptureFixture[st
     assert capsys.readouterr().out == f"{file}\n"
 
 
-def test_args_prints_what_can_be_pasted(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_args_prints_a_command_line_for_a_shell(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert roslaunch.main(["--args", "one", str(file)]) == 0
     assert capsys.readouterr().out == f'A="1" {file.parent}/talker a b __name:=one\n'
 
@@ -156,7 +156,7 @@ def test_a_wrong_command_line_ends_with_2(
     assert complaint in captured.err
 
 
-def test_an_unknown_file_ends_with_1_in_noetics_words(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_file_exits_with_1_and_noetics_text(capsys: pytest.CaptureFixture[str]) -> None:
     assert roslaunch.main(["nope.launch"]) == 1
     assert capsys.readouterr().err == (
         "\033[31mRLException: [nope.launch] is not a launch file name\033[0m\n"
@@ -164,7 +164,7 @@ def test_an_unknown_file_ends_with_1_in_noetics_words(capsys: pytest.CaptureFixt
     )
 
 
-def test_arguments_may_be_empty_and_may_contain_the_sign() -> None:
+def test_arguments_may_be_empty_and_may_contain_assignments() -> None:
     assert split_arguments(["a:=1", "f", "b:=", "c:=x:=y", ":=z"]) == (
         {"a": "1", "b": "", "c": "x:=y"},
         ["f", ":=z"],

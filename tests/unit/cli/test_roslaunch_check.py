@@ -1,4 +1,4 @@
-"""`roslaunch-check`: every mistake of a file in one run, and a result file for dashboards."""
+"""`roslaunch-check`: reports all errors of a file at once, and writes a result file."""
 
 from __future__ import annotations
 

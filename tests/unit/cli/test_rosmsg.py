@@ -1,4 +1,4 @@
-"""rosmsg, rossrv, rosaction beyond what transcripts of genuine ROS show (tests/golden/cli)."""
+"""rosmsg, rossrv and rosaction, beyond the transcripts of genuine ROS (tests/golden/cli)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BAG = Path(__file__).parents[2] / "golden" / "messages" / "two_types.bag"
 @pytest.fixture
 def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A package on ROS_PACKAGE_PATH."""
-    folder = tmp_path / "src" / f"robot_{tmp_path.name}"  # a library of types lives as long as the process
+    folder = tmp_path / "src" / f"robot_{tmp_path.name}"  # types are cached for the life of the process
     (folder / "msg").mkdir(parents=True)
     (folder / "action").mkdir()
     (folder / "package.xml").write_text(
@@ -107,7 +107,7 @@ def test_a_bag_without_its_index_is_refused(
     assert words in capsys.readouterr().err
 
 
-def test_with_neither_a_type_nor_one_from_a_pipe_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_type_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO(""))
     with pytest.raises(SystemExit) as caught:
         rosmsg.main(["show"])

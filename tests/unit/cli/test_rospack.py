@@ -55,7 +55,7 @@ def ask(capsys: pytest.CaptureFixture[str], *words: str) -> list[str]:
         (["vcs", "a"], []),
     ],
 )
-def test_questions_about_dependencies(
+def test_queries_of_dependencies(
     words: list[str], answer: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert ask(capsys, *words) == answer
@@ -65,7 +65,7 @@ def test_find_prints_the_folder(source: Path, capsys: pytest.CaptureFixture[str]
     assert ask(capsys, "find", "a") == [str(source / "a")]
 
 
-def test_the_package_around_the_current_folder_is_meant_when_none_is_named(
+def test_the_package_of_the_current_folder_is_the_default(
     source: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(source / "b")

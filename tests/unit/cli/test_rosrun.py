@@ -9,7 +9,7 @@ from pipros.cli import rosrun
 
 
 class Became(Exception):
-    """Stands for the moment in which rosrun would have become another program."""
+    """Raised in place of `exec`, with which rosrun becomes another program."""
 
     def __init__(self, command: list[str]) -> None:
         super().__init__(command)
@@ -18,7 +18,7 @@ class Became(Exception):
 
 @pytest.fixture(autouse=True)
 def scripts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder of a package `talkers`, alone on the package path; nothing is really run."""
+    """The folder of a package `talkers`, alone on the package path; programs are not executed."""
     folder = tmp_path / "src" / "talkers" / "scripts"
     folder.mkdir(parents=True)
     (folder.parent / "package.xml").write_text("<package><name>talkers</name></package>")
@@ -47,7 +47,7 @@ def test_the_program_gets_its_arguments_untouched(scripts: Path) -> None:
     assert became.value.command == [str(talker), "--debug", "a:=b", "c d"]
 
 
-def test_a_prefix_comes_before_the_program(scripts: Path) -> None:
+def test_a_launch_prefix_precedes_the_program(scripts: Path) -> None:
     talker = script(scripts / "talker.py")
     with pytest.raises(Became) as became:
         rosrun.main(["--prefix", "nice -n 5", "talkers", "talker.py"])
@@ -103,7 +103,7 @@ def two_talkers(scripts: Path) -> tuple[Path, Path]:
     return script(scripts / "a" / "talker.py"), script(scripts / "b" / "talker.py")
 
 
-def test_a_person_picks_one_of_several(
+def test_the_user_can_choose_among_several_programs(
     two_talkers: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO("2\n"))
@@ -116,14 +116,14 @@ def test_a_person_picks_one_of_several(
 
 
 @pytest.mark.parametrize("answer", ["", "9\n", "x\n"])
-def test_no_answer_runs_nothing(
+def test_without_an_answer_nothing_is_run(
     two_talkers: tuple[Path, Path], answer: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO(answer))
     assert rosrun.main(["talkers", "talker.py"]) == 127
 
 
-def test_debug_tells_where_it_looked(scripts: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_debug_prints_the_searched_folders(scripts: Path, capsys: pytest.CaptureFixture[str]) -> None:
     talker = script(scripts / "talker.py")
     with pytest.raises(Became):
         rosrun.main(["--debug", "talkers", "talker.py", "x"])

@@ -50,7 +50,7 @@ def test_list_shows_the_topics_of_a_bag(bag: str, capsys: pytest.CaptureFixture[
     ("content", "words"),
     [(None, "does not exist"), (b"x", "unable to use bag file: "), (b"#ROSBAG V2.0\n", "Unindexed bag")],
 )
-def test_another_file_than_a_bag_is_refused(
+def test_a_file_that_is_not_a_bag_is_refused(
     content: bytes | None, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "x.bag"
@@ -61,7 +61,7 @@ def test_another_file_than_a_bag_is_refused(
         assert words in capsys.readouterr().err
 
 
-def test_offsets_from_now_mean_nothing_in_a_bag(bag: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_offsets_from_now_are_not_applied_to_a_bag(bag: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         rostopic.main(["echo", "-b", bag, "--offset", "/a"])
     assert "offset time option is not valid with bag files" in capsys.readouterr().err

@@ -33,7 +33,7 @@ def test_texts_become_a_note_of_their_length_but_not_inside_of_arrays() -> None:
     assert 'name: "motor"' in text
 
 
-def test_the_original_stays_as_it_is() -> None:
+def test_the_original_is_not_changed() -> None:
     scan = LaserScan(ranges=(1.0,))
     Elision(no_arrays=True, no_texts=True).of(Part(scan, scan._type))
     assert scan.ranges == (1.0,)
@@ -58,7 +58,7 @@ def test_arrays_and_texts_of_messages_can_be_left_out(no_arrays: bool, no_texts:
     heading = rows.heading(Part(scan, LaserScan._type))
     assert ("ranges0" in heading, "frame_id" in heading) == (not no_arrays, not no_texts)
     assert rows.row(Part(scan, LaserScan._type), 1).count(",") == heading.count(",")
-    assert rows.row(Part([1.0], "float32[]"), 1) == "1,1.0"  # what was asked for is shown
+    assert rows.row(Part([1.0], "float32[]"), 1) == "1,1.0"  # the requested field is shown
 
 
 def test_an_offset_is_taken_off_points_in_time() -> None:
@@ -78,7 +78,7 @@ def test_an_offset_is_taken_off_points_in_time() -> None:
         ("'ell' in m.data", True),
     ],
 )
-def test_a_filter_sees_the_message_and_its_topic(expression: str, passes: bool) -> None:
+def test_a_filter_gets_the_message_and_its_topic(expression: str, passes: bool) -> None:
     assert MessageFilter(expression)(String("hello"), "/chatter") is passes
 
 
@@ -103,7 +103,7 @@ def test_a_filter_may_compare_times() -> None:
         "m.nope",
     ],
 )
-def test_a_filter_reaches_nothing_but_fields(expression: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_filter_can_only_read_fields(expression: str, capsys: pytest.CaptureFixture[str]) -> None:
     passes = MessageFilter(expression)
     assert not passes(String("hello"), "/chatter")
     assert not passes(String("hello"), "/chatter")
@@ -128,7 +128,7 @@ def test_the_publishers_definition_wins_over_another_one_that_is_installed() -> 
 
 
 @pytest.mark.parametrize("kind", ["nowhere_msgs/X", "std_msgs/String"])
-def test_without_any_definition_there_is_a_plain_error(kind: str) -> None:
+def test_a_missing_definition_is_a_plain_error(kind: str) -> None:
     with pytest.raises(GraphError, match=rf"Cannot load message class for \[{kind}\]"):
         RawDecoder().decode(raw(type=kind, md5sum="x"))
 
@@ -136,7 +136,7 @@ def test_without_any_definition_there_is_a_plain_error(kind: str) -> None:
 @pytest.mark.parametrize(
     ("text", "cell"),
     [
-        ('grüß "dich"', 'grüß "dich"'),  # as genuine rostopic writes it
+        ('grüß "dich"', 'grüß "dich"'),  # like genuine rostopic
         ("", ""),
         ("a,b", '"a,b"'),
         ('a,"b"', '"a,""b"""'),

@@ -51,7 +51,7 @@ def test_a_missing_master_is_reported_with_noetics_text(capsys: pytest.CaptureFi
     assert capsys.readouterr().err == "ERROR: Unable to communicate with master!\n"
 
 
-def test_on_a_terminal_the_error_says_what_to_try(
+def test_on_a_terminal_the_error_suggests_a_remedy(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail() -> int:
@@ -62,7 +62,7 @@ def test_on_a_terminal_the_error_says_what_to_try(
     assert "Is roscore running?" in capsys.readouterr().err
 
 
-def test_ctrl_c_ends_without_a_word(capsys: pytest.CaptureFixture[str]) -> None:
+def test_ctrl_c_ends_silently(capsys: pytest.CaptureFixture[str]) -> None:
     def interrupted() -> int:
         raise KeyboardInterrupt
 
@@ -75,16 +75,16 @@ def test_an_unknown_subcommand_prints_the_overview(capsys: pytest.CaptureFixture
     assert capsys.readouterr().out == "overview\n"
 
 
-def test_entries_stand_below_one_another() -> None:
+def test_entries_are_aligned_in_columns() -> None:
     assert bullets("killing:", ["/a", "/b"]) == "killing:\n * /a\n * /b"
 
 
 @pytest.mark.parametrize(("word", "value"), [("3", 3), ("hello", "hello"), ("", ""), ("[1, 2]", [1, 2])])
-def test_words_are_yaml(word: str, value: object) -> None:
+def test_words_of_the_command_line_are_yaml(word: str, value: object) -> None:
     assert value_of(word) == value
 
 
-def test_a_document_is_there_as_soon_as_its_separator_is() -> None:
+def test_a_document_is_yielded_when_its_separator_arrives() -> None:
     lines = iter(["data: 1\n", "---\n", "data: 2\n"])
     documents = documents_of(lines)
     assert next(documents) == {"data": 1}
@@ -95,7 +95,7 @@ def test_the_last_document_needs_no_separator_and_empty_ones_are_left_out() -> N
     assert list(documents_of(["---\n", "1\n", "---\n", "---\n", "2\n"])) == [1, 2]
 
 
-def test_documents_cannot_make_objects() -> None:
+def test_documents_cannot_construct_objects() -> None:
     with pytest.raises(YamlError):
         list(documents_of(["!!python/object/apply:os.getpid []\n"]))
 

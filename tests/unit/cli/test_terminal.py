@@ -1,4 +1,4 @@
-"""What people see on a terminal, and that a pipe gets none of it."""
+"""Output on a terminal, none of which is written to a pipe."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_a_paragraph_is_broken_on_a_terminal_only(monkeypatch: pytest.MonkeyPatc
     ]
 
 
-def test_a_passing_note_is_gone_in_the_end(
+def test_a_progress_note_is_erased(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with passing_note("asking"):

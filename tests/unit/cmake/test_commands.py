@@ -1,4 +1,4 @@
-"""The commands of CMake. `tests/golden/cmake` has the values of CMake 3.25; `tests/interop` asks it again."""
+"""The commands of CMake. `tests/golden/cmake` has the values of CMake 3.25; `tests/interop` runs it again."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tests.support.cmake_cases import MISTAKES, TOPICS, Case, line_of_mistake, r
 
 
 def value_of(case: Case, folder: Path) -> str:
-    """The value of `o`, or the error."""
+    """Return the value of `o`, or the error."""
     folder.mkdir()
     interpreter = script_interpreter({})
     interpreter.scope.values["CMAKE_CURRENT_SOURCE_DIR"] = str(folder)

@@ -103,7 +103,7 @@ def test_folders_are_copied_by_their_patterns(tmp_path: Path, words: str, expect
          {"a.py": 0o644, "b.sh": 0o700}),
     ],
 )  # fmt: skip
-def test_permissions_are_those_asked_for(tmp_path: Path, words: str, modes: dict[str, int]) -> None:
+def test_permissions_are_the_requested_ones(tmp_path: Path, words: str, modes: dict[str, int]) -> None:
     tree(tmp_path / "s", "a.py", "b.sh")
     (item,) = read_copies(words.split(), lambda path: os.path.normpath(tmp_path / path), is_folder=True)
     copy(item, tmp_path, lambda _line: None)

@@ -70,13 +70,14 @@ def test_malformed_text_is_reported_with_its_line(text: str, place: str) -> None
 
 
 @given(st.text(alphabet='ab()"\\#[]=${}; \n', max_size=60))
-def test_no_text_does_anything_but_parse_or_be_refused(text: str) -> None:
+def test_any_text_is_parsed_or_refused(text: str) -> None:
     try:
         commands = parse(text, "f")
     except CMakeError:
         return
     for command in commands:
-        expand(command.arguments, {}, {}, 1_000)
+        assert 1 <= command.line <= text.count("\n") + 1
+        assert all(isinstance(argument, str) for argument in expand(command.arguments, {}, {}, 1_000))
 
 
 @pytest.mark.parametrize(

@@ -41,7 +41,7 @@ def test_an_error_ends_an_inner_scope_as_well() -> None:
     assert current.values["A"] == "1"
 
 
-def test_restored_variables_have_their_values_back() -> None:
+def test_restored_variables_have_their_former_values() -> None:
     current = scope(A="1")
     with current.restored(["A", "B"]):
         current.values.update({"A": "2", "B": "2", "C": "2"})
@@ -57,7 +57,7 @@ def test_paths_are_below_source_and_binary_folder(path: str, source: str, binary
     assert (current.in_source(path), current.in_binary(path)) == (source, binary)
 
 
-def test_the_size_of_variables_is_bounded_and_given_back() -> None:
+def test_the_size_of_variables_is_bounded_and_released() -> None:
     current = Scope({}, {}, {}, Limits(cmake_value_characters=10, cmake_characters=20))
     with pytest.raises(ValueError, match="more than 10 characters"):
         current.values["A"] = "x" * 11

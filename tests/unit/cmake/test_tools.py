@@ -1,4 +1,4 @@
-"""`cmake -E`, by which custom commands copy, compare and run things."""
+"""`cmake -E`, with which custom commands copy and compare files and run programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Answers of nodes about their connections, of genuine form and of none."""
+"""Responses of nodes about their connections, well-formed and malformed."""
 
 from __future__ import annotations
 
@@ -34,25 +34,25 @@ def test_connections_that_are_not_established_are_left_out() -> None:
 
 
 @pytest.mark.parametrize("answer", [None, [], [0, "no", []], [1, "", "x"], [1, "", []] * 2])
-def test_another_answer_is_an_error_that_names_the_method(answer: Any) -> None:
+def test_an_unexpected_response_is_an_error_that_names_the_method(answer: Any) -> None:
     with pytest.raises(ValueError, match=r"getBusInfo must answer \[1, text, list\], got"):
         rows_of(answer, "getBusInfo")
 
 
-def test_malformed_counts_are_left_out() -> None:
+def test_malformed_counts_are_ignored() -> None:
     statistics = [[["/t", 0, [[1, 10, 2], [2, "x", 3], None]], None, [], ["/u", 0, None]], 5]
     assert dict(sent_counts(statistics)) == {"1": (2, 10)}
     assert dict(sent_counts([])) == {}
 
 
 @pytest.mark.parametrize("number", [math.inf, -math.inf, math.nan, -1, 2**63, 2.0**70, True])
-def test_counts_that_no_counter_reaches_are_left_out(number: float) -> None:
+def test_impossible_counts_are_ignored(number: float) -> None:
     statistics = [[["/t", 0, [[1, 10, number], [2, number, 10], [3, 10, 10]]]]]
     assert [link for link, _ in sent_counts(statistics)] == ["3"]
 
 
 def test_the_statistics_of_roscpp_are_read() -> None:
-    """As a roscpp node answered: without code and text, and with a number more for each connection."""
+    """The response of a roscpp node: without code and text, and with another number for each connection."""
     answer = [[["/rosout", [[0, 194, 190, 1, 0]]], ["/battery_topic", [[1, 7888, 7780, 666, 0]]]], []]
     assert dict(sent_counts(statistics_of(answer))) == {"0": (1, 194), "1": (666, 7888)}
 

@@ -1,4 +1,4 @@
-"""Unregistering nodes that do not answer: who is asked, and what is removed."""
+"""Unregistering nodes that do not respond: the question to the user, and the removed registrations."""
 
 from __future__ import annotations
 
@@ -47,19 +47,19 @@ def test_after_a_y_the_silent_nodes_are_removed() -> None:
     ]
 
 
-def test_other_answers_are_asked_again() -> None:
+def test_invalid_answers_are_asked_again() -> None:
     assert Run("yes\n", "\n", "y\n").removed == ["/bad"]
 
 
 @pytest.mark.parametrize("answers", [("n\n",), ("maybe\n", "n\n"), ()])
-def test_a_no_and_the_end_of_the_input_remove_nothing(answers: tuple[str, ...]) -> None:
+def test_no_and_the_end_of_input_remove_nothing(answers: tuple[str, ...]) -> None:
     run = Run(*answers)
 
     assert run.removed == []
     assert run.lines[-1] == "aborting"
 
 
-def test_nothing_is_asked_when_all_nodes_answer() -> None:
+def test_without_dead_nodes_there_is_no_question() -> None:
     run = Run(dead="nobody")
 
     assert run.lines == []

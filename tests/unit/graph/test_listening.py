@@ -1,4 +1,4 @@
-"""Waiting for topics, and the subscriptions of tools, on a master and a node that are tables."""
+"""Waits for topics, and subscriptions of tools, with a master and a node from tables."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Waiting:
 STRING = ["/chatter", "std_msgs/String"]
 
 
-def test_a_known_topic_is_not_waited_for() -> None:
+def test_a_known_topic_returns_at_once() -> None:
     waiting = Waiting([STRING])
 
     assert waiting.of("/chatter/data") == ("/chatter", "/data")
@@ -49,7 +49,7 @@ def test_a_topic_is_waited_for_with_one_warning() -> None:
     assert waiting.pauses == 2
 
 
-def test_a_field_that_the_type_does_not_have_may_become_a_topic() -> None:
+def test_a_path_with_an_unknown_field_may_be_a_topic() -> None:
     waiting = Waiting([STRING], [STRING, ["/chatter/extra", "std_msgs/Int32"]])
 
     assert waiting.of("/chatter/extra") == ("/chatter/extra", "")
@@ -59,7 +59,7 @@ def test_a_topic_of_an_unknown_type_may_have_any_field() -> None:
     assert Waiting([["/odd", "nowhere/Thing"]]).of("/odd/a/b") == ("/odd", "/a/b")
 
 
-def test_a_malformed_index_warns_and_means_the_whole_message() -> None:
+def test_a_malformed_index_warns_and_selects_the_whole_message() -> None:
     waiting = Waiting([STRING])
 
     assert waiting.of("/chatter/data[x]") == ("/chatter", "")
@@ -67,7 +67,7 @@ def test_a_malformed_index_warns_and_means_the_whole_message() -> None:
 
 
 class FakeNode:
-    """Keeps what it is given, so that a test can call it."""
+    """Keeps the callback, so that a test can call it."""
 
     def __init__(self) -> None:
         self.callbacks: dict[str, Callable[[Any], object]] = {}

@@ -1,4 +1,4 @@
-"""The graph as it is connected, from tables of answers."""
+"""The connections of a graph, from tables of responses."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_connections_are_found_from_both_ends() -> None:
     assert graph.silent == {}
 
 
-def test_nodes_are_not_asked_again_before_answers_are_stale() -> None:
+def test_nodes_are_not_polled_again_before_responses_are_stale() -> None:
     clock = Clock()
     graph = graph_of(dict(ROWS), now_s=clock)
     assert graph.update()
@@ -80,7 +80,7 @@ def test_nodes_are_not_asked_again_before_answers_are_stale() -> None:
         [1, "", [[1, ["/listener"], "o", "TCPROS", "/chatter"]]],
     ],
 )
-def test_a_node_with_a_malformed_answer_is_listed_and_the_others_are_asked(answer: Any) -> None:
+def test_a_node_with_a_malformed_response_is_silent_and_the_others_are_still_called(answer: Any) -> None:
     graph = graph_of({**ROWS, API["/listener"]: answer})
 
     assert graph.update()
@@ -101,7 +101,7 @@ def test_a_node_that_cannot_be_reached_is_dead_until_it_answers() -> None:
     assert graph.silent == {}
 
 
-def test_only_what_is_in_the_namespaces_is_kept() -> None:
+def test_only_names_in_the_namespaces_are_kept() -> None:
     assert graph_of(ROWS, node_namespace="/t").update()
     elsewhere = graph_of(ROWS, topic_namespace="/other")
     elsewhere.update()

@@ -1,4 +1,4 @@
-"""Topics, services, nodes and parameters of a system, from a master that is a table of answers."""
+"""Topics, services, nodes and parameters of a system, from a table of master responses."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def test_unset_parameters_are_named() -> None:
             action(nothing, "/a")
 
 
-def test_the_root_is_emptied_as_it_cannot_be_deleted() -> None:
+def test_deleting_the_root_empties_it() -> None:
     master = TableMaster({}, accepts=("setParam",))
 
     delete(master, "/")

@@ -1,4 +1,4 @@
-"""`--filter`: which messages an expression selects, and what it can read."""
+"""`--filter`: the messages that an expression selects, and the fields that it can read."""
 
 from __future__ import annotations
 

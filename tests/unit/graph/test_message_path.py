@@ -35,7 +35,7 @@ def test_malformed_brackets_are_named(text: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "/header", "/header/stamp/secs", "/ranges[1:3]", "/ranges[0]"])
-def test_a_path_reads_as_it_was_written(text: str) -> None:
+def test_a_path_is_formatted_as_it_was_parsed(text: str) -> None:
     assert describe_path(parse_path(text)) == text
 
 
@@ -57,7 +57,7 @@ def test_a_part_comes_with_its_type(path: str, value: object, type_name: str) ->
     assert (part.value, part.type_name) == (value, type_name)
 
 
-def test_a_field_behind_a_slice_is_taken_of_each_element() -> None:
+def test_a_field_after_a_slice_is_read_from_each_element() -> None:
     message = DiagnosticArray(status=[DiagnosticStatus(name="a"), DiagnosticStatus(name="b")])
     part = extract(message, parse_path("/status[:]/name"))
     assert (part.value, part.type_name) == (["a", "b"], "string[]")
@@ -87,10 +87,10 @@ def test_an_index_beyond_the_array_is_an_index_error() -> None:
         ("/ranges/x", False),
     ],
 )
-def test_a_class_knows_which_paths_lead_somewhere(path: str, exists: bool) -> None:
+def test_a_class_resolves_paths_to_fields(path: str, exists: bool) -> None:
     assert has_field(LaserScan, parse_path(path)) is exists
 
 
-def test_a_class_looks_into_elements_of_arrays() -> None:
+def test_a_class_resolves_paths_through_arrays() -> None:
     assert has_field(DiagnosticArray, parse_path("/status[0]/values[:]/key"))
     assert not has_field(DiagnosticArray, parse_path("/status/name"))

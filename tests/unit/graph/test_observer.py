@@ -1,4 +1,4 @@
-"""Looking at a running system: connections, rates, and nodes that do not answer."""
+"""Observation of a running system: connections, rates, and unresponsive nodes."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_connections_are_reported_by_either_end(nodes: Nodes, observer: SystemOb
     assert found.unreachable == {"/talker"}
 
 
-def test_rates_are_differences_over_several_answers(nodes: Nodes, observer: SystemObserver) -> None:
+def test_rates_are_differences_over_several_responses(nodes: Nodes, observer: SystemObserver) -> None:
     observer.poll()
     for _ in range(3):
         nodes.now_s += 2
@@ -106,9 +106,7 @@ def test_an_answer_is_used_for_a_second(nodes: Nodes, observer: SystemObserver) 
     assert len(nodes.asked) == 4
 
 
-def test_a_silent_node_is_asked_more_and_more_rarely_and_found_again(
-    nodes: Nodes, observer: SystemObserver
-) -> None:
+def test_a_silent_node_is_polled_less_often_until_it_responds(nodes: Nodes, observer: SystemObserver) -> None:
     nodes.silent = {"/talker"}
     for _ in range(60):
         found = observer.poll()
@@ -120,7 +118,7 @@ def test_a_silent_node_is_asked_more_and_more_rarely_and_found_again(
     assert observer.poll().unreachable == set()
 
 
-def test_many_nodes_are_asked_by_turns(nodes: Nodes, observer: SystemObserver) -> None:
+def test_many_nodes_are_polled_in_turn(nodes: Nodes, observer: SystemObserver) -> None:
     nodes.more = [f"/node{number}" for number in range(150)]
     observer.poll()
     assert len(nodes.asked) == CALLS_A_LOOK
@@ -129,7 +127,7 @@ def test_many_nodes_are_asked_by_turns(nodes: Nodes, observer: SystemObserver) -
     assert sorted(nodes.asked) == sorted(["/talker", "/listener", *nodes.more])
 
 
-def test_without_its_master_the_last_state_stays(nodes: Nodes, observer: SystemObserver) -> None:
+def test_without_its_master_the_last_state_is_kept(nodes: Nodes, observer: SystemObserver) -> None:
     before = observer.poll()
     nodes.is_up = False
     found = observer.poll()

@@ -15,7 +15,7 @@ from pipros.graph.params import leaves
 from pipros.safe.yaml import YamlError
 
 
-def test_each_document_comes_with_its_namespace() -> None:
+def test_each_document_has_its_namespace() -> None:
     text = "a: 1\n---\n_ns: inner\nb: 2\n---\n_ns: /global\nc: 3\n"
     assert read_text(text, "file", "/robot") == [
         ({"a": 1}, "/robot"),
@@ -77,7 +77,7 @@ def test_values_are_shown_as_noetic_shows_them(value: object, text: str) -> None
 
 
 @pytest.mark.parametrize("value", [0, -7, True, False, 2**31 - 1])
-def test_numbers_are_written_as_yaml_would(value: object) -> None:
+def test_numbers_are_written_like_pyyaml(value: object) -> None:
     assert as_document(value) == yaml.safe_dump(value)
 
 
@@ -85,7 +85,7 @@ def test_numbers_are_written_as_yaml_would(value: object) -> None:
     st.text("abenoyxNUYE0159_./-: #'~\n", max_size=70)
     | st.sampled_from(["yes", "No", "TRUE", "off", "null", "NULL", "y", "N", ".inf", "1e3", "0x1", "=", "<<"])
 )
-def test_texts_are_written_as_yaml_would(text: str) -> None:
+def test_strings_are_written_like_pyyaml(text: str) -> None:
     assert as_document(text) == yaml.safe_dump(text)
 
 
@@ -109,11 +109,11 @@ KEYS = st.text("abyN10_/: ", max_size=12) | st.sampled_from(["null", "host_a__1"
         max_leaves=30,
     )
 )
-def test_values_are_written_as_yaml_would(value: object) -> None:
+def test_values_are_written_like_pyyaml(value: object) -> None:
     assert as_document(value) == yaml.safe_dump(value)
 
 
-def test_a_list_that_comes_twice_is_written_as_yaml_would() -> None:
+def test_a_repeated_list_is_written_like_pyyaml() -> None:
     twice = [1]
     assert as_document({"a": twice, "b": twice}) == "a: &id001\n- 1\nb: *id001\n"
 
@@ -128,7 +128,7 @@ def test_a_list_that_comes_twice_is_written_as_yaml_would() -> None:
         [[1], [2]],
     ],
 )
-def test_everyday_values_do_without_pyyaml(value: object, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_common_values_are_written_without_pyyaml(value: object, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = yaml.safe_dump(value)
     monkeypatch.setitem(sys.modules, "yaml", None)
     assert as_document(value) == expected

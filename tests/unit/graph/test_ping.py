@@ -1,4 +1,4 @@
-"""Pinging nodes that are functions: what is printed, counted and waited for."""
+"""Pings of nodes that are functions: output, counts and waits."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def failing(cause: BaseException) -> Callable[[str, str], object]:
     return ask
 
 
-def test_each_answer_is_printed_with_its_time_and_the_mean_at_the_end() -> None:
+def test_each_response_is_printed_with_its_time_and_finally_the_mean() -> None:
     run = Run(lambda api, caller_id: (api, caller_id))
 
     assert run.of(pings=3)
@@ -69,7 +69,7 @@ def test_each_answer_is_printed_with_its_time_and_the_mean_at_the_end() -> None:
     assert run.complaints == []
 
 
-def test_a_fault_is_an_answer() -> None:
+def test_a_fault_is_a_valid_response() -> None:
     def ask(_api: str, _caller_id: str) -> object:
         raise Fault(1, "no such method")
 
@@ -135,7 +135,7 @@ def test_ctrl_c_ends_with_the_mean_so_far() -> None:
     assert run.lines[-1] == "ping average: 2.000000ms"
 
 
-def test_all_nodes_are_pinged_and_sorted_by_whether_they_answer() -> None:
+def test_nodes_are_pinged_and_grouped_by_whether_they_respond() -> None:
     server = master(good="http://good:1/", bad="http://bad:1/")
     lines: list[str] = []
 

@@ -25,13 +25,13 @@ def test_only_the_newest_samples_count() -> None:
     assert figures.mean == 2.0
 
 
-def test_without_samples_there_are_no_figures() -> None:
+def test_no_samples_have_no_statistics() -> None:
     assert Samples().figures() is None
     assert RateWindow().figures() is None
     assert BandwidthWindow().figures(1.0) is None
 
 
-def test_a_rate_needs_two_moments_and_counts_moments() -> None:
+def test_a_rate_needs_two_distinct_times() -> None:
     rate = RateWindow()
     rate.add(10.0)
     assert rate.figures() is None
@@ -88,7 +88,7 @@ def test_a_report_of_one_topic() -> None:
     assert rates.report() == NO_NEW_MESSAGES
 
 
-def test_a_report_of_several_topics_is_a_table_of_those_with_news() -> None:
+def test_a_report_of_several_topics_is_a_table_of_active_ones() -> None:
     rates = Rates(["/fast", "/stamped", "/silent"], say=print)
     for moment in (0.0, 0.05, 0.1):
         rates.add("/fast", moment)

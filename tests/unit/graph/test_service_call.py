@@ -1,4 +1,4 @@
-"""Requests from YAML values, and waiting for a service, without a server."""
+"""Service requests from YAML values, and waits for a service, without a server."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_now_is_the_time_of_the_request() -> None:
 
 
 @pytest.mark.parametrize("values", [[], [True, False], [{"nope": 1}]])
-def test_values_that_do_not_fit_are_listed_with_what_would(values: list[object]) -> None:
+def test_the_error_about_wrong_service_arguments_lists_the_fields(values: list[object]) -> None:
     with pytest.raises(GraphError) as raised:
         caller("std_srvs/SetBool").request(values)
 

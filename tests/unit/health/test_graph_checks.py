@@ -1,4 +1,4 @@
-"""Findings about a running system: each fault is found, and nothing on a healthy one."""
+"""Findings about a running system: each fault is found, and nothing in a healthy one."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_nothing_is_found_in_a_healthy_system() -> None:
 
 
 @pytest.mark.parametrize("rule", FAULTS)
-def test_the_fault_is_found_and_no_other(rule: str) -> None:
+def test_only_the_planted_fault_is_found(rule: str) -> None:
     findings = check_graph(FAULTS[rule])
     assert [finding.rule for finding in findings] == [rule]
     assert findings[0].cure
@@ -143,7 +143,7 @@ def test_services_of_a_node_that_is_gone_are_not_reported_again() -> None:
     assert [finding.rule for finding in check_graph(system)] == ["ghost-node"]
 
 
-def test_stamps_of_another_clock_are_distinguished_from_clocks_that_differ() -> None:
+def test_timestamps_of_simulated_time_are_distinguished_from_clock_offsets() -> None:
     (of_another,) = check_graph(with_publisher(stamp_offset_s=-1.7e9))
     assert "19676 days behind" in of_another.summary
     assert of_another.cure.startswith("Stamp with rospy.Time.now()")
@@ -152,7 +152,7 @@ def test_stamps_of_another_clock_are_distinguished_from_clocks_that_differ() -> 
     assert differing.cure.startswith("Synchronize the clocks of both machines")
 
 
-def test_a_misspelt_topic_is_pointed_out() -> None:
+def test_a_misspelt_topic_is_reported() -> None:
     (finding,) = check_graph(FAULTS["no-publishers"])
     assert "with similar names: /chatter." in finding.cure
 

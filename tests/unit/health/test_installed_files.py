@@ -1,4 +1,4 @@
-"""Modules of pipros that another distribution replaced are found by the sums that pip recorded."""
+"""Modules of pipros that another distribution replaced are found by the hashes that pip recorded."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ OURS = "pipros-of-test"
 
 
 def install(folder: Path, name: str, modules: dict[str, str]) -> None:
-    """Writes modules and a record of them, as pip does."""
+    """Write modules and a record of them, as pip does."""
     rows = [f"../../bin/{name},,", "RECORD,,"]
     for module, text in modules.items():
         path = folder / module
@@ -37,7 +37,7 @@ def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_nothing_changed_after_an_installation(site: Path) -> None:
+def test_files_of_other_packages_are_ignored(site: Path) -> None:
     install(site, "bag-viewer", {"bag_viewer/__init__.py": "theirs\n"})
     assert changed_packages(OURS) == {}
 

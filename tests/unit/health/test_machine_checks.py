@@ -61,7 +61,7 @@ def test_nothing_is_found_on_a_healthy_machine() -> None:
 
 
 @pytest.mark.parametrize("rule", FAULTS)
-def test_the_fault_is_found_and_no_other(rule: str) -> None:
+def test_only_the_planted_fault_is_found(rule: str) -> None:
     findings = check_machine(FAULTS[rule])
     assert [finding.rule for finding in findings] == [rule]
     assert findings[0].summary
@@ -83,7 +83,7 @@ def test_a_loopback_master_asks_for_no_addresses() -> None:
         ("http://robot:11311", "Start roscore on [robot]"),
     ],
 )
-def test_a_missing_master_is_to_be_started_where_it_belongs(uri: str, cure: str) -> None:
+def test_advice_for_a_missing_master_depends_on_its_host(uri: str, cure: str) -> None:
     (finding,) = check_machine(machine({"ROS_MASTER_URI": uri}, master_error="Connection refused"))
     assert finding.cure.startswith(cure)
 

@@ -53,7 +53,7 @@ def test_results_of_rules_are_formatted_as_text(result: Any, text: str) -> None:
 
 
 @pytest.mark.parametrize("result", [None, False, "", [], 0])
-def test_nothing_wrong_is_nothing(result: Any) -> None:
+def test_without_findings_nothing_is_printed(result: Any) -> None:
     ctx = context()
     roswtf.rules.error_rule(RULE, result, ctx)
     assert ctx.errors == []

@@ -45,7 +45,7 @@ def test_the_summary_is_the_one_of_noetic() -> None:
 
 
 class Recorder(Console):
-    """A console that keeps what it is given."""
+    """A console that records its output."""
 
     def __init__(self) -> None:
         super().__init__()

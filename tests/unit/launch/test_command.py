@@ -26,7 +26,7 @@ def maker(tmp_path: Path, talker: Path) -> CommandMaker:
     return CommandMaker(index, {"PATH": "/bin", "ROS_NAMESPACE": "/outer"}, tmp_path / "home")
 
 
-def test_the_words_of_a_command_are_in_noetics_order(maker: CommandMaker, talker: Path) -> None:
+def test_the_arguments_of_a_command_are_in_noetics_order(maker: CommandMaker, talker: Path) -> None:
     node = Node(
         "talkers",
         "talker",
@@ -69,7 +69,7 @@ def test_a_node_at_the_root_has_no_namespace_of_the_launchers(maker: CommandMake
 
 
 @pytest.mark.parametrize("choice", list(WorkingFolder))
-def test_the_working_folder_is_the_one_wanted(
+def test_the_working_folder_is_the_requested_one(
     maker: CommandMaker, talker: Path, tmp_path: Path, choice: WorkingFolder
 ) -> None:
     command = maker.make(Node("talkers", "talker", "n", working_folder=choice), "http://m:1")
@@ -100,7 +100,7 @@ def test_nodes_that_cannot_be_launched_are_explained(maker: CommandMaker, node: 
         ),
     ],
 )
-def test_what_pipros_has_no_c_plus_plus_for_names_its_package(
+def test_missing_cpp_programs_and_nodelets_name_the_package_to_install(
     maker: CommandMaker, node: Node, complaint: str
 ) -> None:
     with pytest.raises(CannotLaunch, match=complaint):
@@ -116,7 +116,7 @@ def test_a_well_known_package_with_programs_here_is_not_called_compiled(
     assert "C++" not in str(refused.value)
 
 
-def test_a_script_that_is_not_executable_is_pointed_to(maker: CommandMaker, talker: Path) -> None:
+def test_a_script_that_is_not_executable_is_reported(maker: CommandMaker, talker: Path) -> None:
     talker.chmod(0o644)
     with pytest.raises(CannotLaunch, match=rf"chmod \+x\)\. There is {talker}"):
         maker.make(Node("talkers", "talker", "n"), "http://m:1")

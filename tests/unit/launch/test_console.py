@@ -26,7 +26,7 @@ def test_the_console_prints_and_records(tmp_path: Path, capsys: pytest.CaptureFi
     assert lines[3].startswith("[roslaunch][ERROR] ")
 
 
-def test_a_title_can_be_left_out_and_details_be_shown(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_title_is_optional_and_details_can_be_shown(capsys: pytest.CaptureFixture[str]) -> None:
     console = Console(has_title=False, is_verbose=True)
     console.title("title")
     console.detail("detail")

@@ -46,7 +46,7 @@ def test_a_process_that_has_ended_has_an_exit_code() -> None:
     assert ended.as_struct()["exit_code"] == -2
 
 
-def test_a_node_is_done_when_nothing_of_it_runs_or_will(managed: ManagedNode) -> None:
+def test_a_node_is_done_when_it_neither_runs_nor_respawns(managed: ManagedNode) -> None:
     assert managed.is_done
     managed.process = process()
     assert not managed.is_done

@@ -51,7 +51,7 @@ def test_roslaunch_uses_the_master_of_the_environment_unless_given_a_port() -> N
         ("nonsense", "127.0.0.1"),
     ],
 )
-def test_a_uri_with_the_name_of_this_computer_opens_roscore(
+def test_a_uri_with_the_name_of_this_computer_opens_the_master(
     monkeypatch: pytest.MonkeyPatch, requested: str, announced: str
 ) -> None:
     lookups = Lookups(4, resolve=hosts({"laptop": "127.0.1.1", "robot": "198.51.100.7"}))
@@ -90,7 +90,7 @@ def test_a_master_with_a_run_one_without_and_no_master_are_distinguished(
 
 
 @pytest.mark.parametrize("answer", [ProtocolError("it speaks SSH"), Fault(1, "no such method")])
-def test_something_else_at_the_address_of_the_master_is_an_error(answer: Exception) -> None:
+def test_another_server_at_the_address_of_the_master_is_an_error(answer: Exception) -> None:
     client: Any = FakeClient(answer)
     with pytest.raises(LaunchError, match=r"at ROS_MASTER_URI \[http://robot:11311\] is not a ROS master: "):
         run_id_of(client)

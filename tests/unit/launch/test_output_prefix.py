@@ -27,24 +27,24 @@ from pipros.launch.output_prefix import LinePrefix, PrefixedOutput, is_available
         ([b""], b""),
     ],
 )
-def test_each_line_has_one_prefix_however_it_comes_in_pieces(pieces: list[bytes], shown: bytes) -> None:
+def test_each_line_has_one_prefix_even_if_it_arrives_in_pieces(pieces: list[bytes], shown: bytes) -> None:
     prefix = LinePrefix(b"[n] ")
     assert b"".join(map(prefix.format, pieces)) == shown
 
 
 @given(st.lists(st.binary(max_size=8)))
-def test_nothing_of_the_output_is_lost(pieces: list[bytes]) -> None:
+def test_the_output_is_complete(pieces: list[bytes]) -> None:
     prefix = LinePrefix(b"<PREFIX>")
     shown = b"".join(map(prefix.format, pieces))
     assert shown.replace(b"<PREFIX>", b"") == b"".join(pieces)
 
 
-def test_there_is_no_prefix_where_the_output_is_not_a_terminal(capfd: pytest.CaptureFixture[str]) -> None:
+def test_lines_have_no_prefix_unless_the_output_is_a_terminal(capfd: pytest.CaptureFixture[str]) -> None:
     assert not is_available()
 
 
 @pytest.mark.parametrize("is_raw", [False, True])
-def test_lines_begin_at_the_left_also_while_a_node_reads_single_keys(
+def test_lines_start_in_the_first_column_while_a_node_reads_single_keys(
     monkeypatch: pytest.MonkeyPatch, is_raw: bool
 ) -> None:
     screen, terminal = pty.openpty()

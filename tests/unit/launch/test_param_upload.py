@@ -1,4 +1,4 @@
-"""What a launch does to the parameter server, and in which order."""
+"""The changes that a launch makes to the parameter server, in order."""
 
 from __future__ import annotations
 

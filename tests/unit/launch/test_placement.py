@@ -13,7 +13,7 @@ BASE = Machine("base", "base.local")
 
 @pytest.fixture
 def lookups(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The addresses that were looked up; `localhost` alone is this computer."""
+    """The resolved addresses; only `localhost` is this computer."""
     found: list[str] = []
 
     def is_this_machine(host: str) -> bool:

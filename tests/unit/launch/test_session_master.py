@@ -11,18 +11,18 @@ from pipros.launch.session_master import choose_run_id
     ("requested", "running", "chosen"),
     [("one", None, "one"), ("one", "", "one"), ("one", "one", "one"), (None, "two", "two")],
 )
-def test_the_requested_run_comes_before_that_of_the_master(
+def test_a_requested_run_id_precedes_that_of_the_master(
     requested: str | None, running: str | None, chosen: str
 ) -> None:
     assert choose_run_id(requested, running, Console()) == chosen
 
 
 @pytest.mark.parametrize("running", [None, ""])
-def test_without_either_the_run_is_a_new_one(running: str | None) -> None:
+def test_without_either_a_new_run_id_is_created(running: str | None) -> None:
     assert choose_run_id(None, running, Console()) != choose_run_id(None, running, Console())
 
 
-def test_a_run_of_the_master_that_cannot_name_a_folder_is_not_used(
+def test_a_run_id_of_the_master_that_is_not_a_folder_name_is_not_used(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert "/" not in choose_run_id(None, "../../etc", Console())
@@ -36,8 +36,6 @@ def test_a_run_of_the_master_that_cannot_name_a_folder_is_not_used(
         ("one", "two", "run_id on parameter server does not match declared run_id: two vs one"),
     ],
 )
-def test_a_requested_run_that_cannot_be_is_refused(
-    requested: str, running: str | None, complaint: str
-) -> None:
+def test_an_invalid_requested_run_id_is_refused(requested: str, running: str | None, complaint: str) -> None:
     with pytest.raises(LaunchError, match=complaint):
         choose_run_id(requested, running, Console())

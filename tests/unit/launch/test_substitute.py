@@ -112,7 +112,7 @@ def test_an_unknown_package_is_named(substitution: Substitution) -> None:
             substitution.resolve(text)
 
 
-def test_there_is_no_dirname_without_a_file(substitution: Substitution) -> None:
+def test_dirname_needs_a_file(substitution: Substitution) -> None:
     substitution.folder = None
     with pytest.raises(SubstitutionError, match=r"Cannot substitute \$\(dirname\)"):
         substitution.resolve("$(dirname)")

@@ -16,7 +16,7 @@ from pipros.launch.terminate import end, report_end
 
 
 class FakeProcess:
-    """Ends on one of the signals. `leaves` is what stays of its group, until that signal."""
+    """Ends on one of the signals. With `leaves`, its group exists until that signal."""
 
     def __init__(self, name: str, ends_on: Signals | None = SIGINT, leaves: Signals | None = None) -> None:
         self.name = name
@@ -58,7 +58,7 @@ class Recorder:
 
 
 def end_all(*processes: FakeProcess) -> tuple[Recorder, list[float]]:
-    """Ends the processes; what was printed, and how long each step may have taken."""
+    """End the processes; return the output and the timeouts of the steps."""
     console, waits = Recorder(), []
 
     def await_ends(left: Sequence[Any], timeout_s: float) -> list[Any]:
@@ -70,7 +70,7 @@ def end_all(*processes: FakeProcess) -> tuple[Recorder, list[float]]:
     return console, waits
 
 
-def test_all_get_sigint_and_only_those_that_stay_harder_signals() -> None:
+def test_all_processes_get_sigint_and_only_remaining_ones_stronger_signals() -> None:
     polite, stubborn, deaf = FakeProcess("a-1"), FakeProcess("b-2", SIGTERM), FakeProcess("c-3", SIGKILL)
     console, waits = end_all(polite, stubborn, deaf)
     assert polite.signals == [SIGINT]
@@ -86,7 +86,7 @@ def test_all_get_sigint_and_only_those_that_stay_harder_signals() -> None:
     ]
 
 
-def test_what_an_ended_process_left_running_is_ended_and_released() -> None:
+def test_children_of_an_ended_process_are_ended_and_released() -> None:
     shell = FakeProcess("a-1", leaves=SIGTERM)
     end_all(shell)
     assert shell.signals == [SIGINT, SIGTERM]
@@ -107,7 +107,7 @@ def report(process: FakeProcess, *, is_required: bool = False) -> Recorder:
     return console
 
 
-def test_a_clean_end_is_reported_with_noetics_text() -> None:
+def test_a_clean_exit_is_reported_with_noetics_text() -> None:
     process = FakeProcess("n-1")
     process.exit_code = 0
     console = report(process)
@@ -138,7 +138,7 @@ def test_an_error_log_is_quoted_before_standard_output(tmp_path: Path) -> None:
     assert report(process).errors[1].endswith("from stdout")
 
 
-def test_the_end_of_a_required_process_stands_out() -> None:
+def test_the_end_of_a_required_process_is_highlighted() -> None:
     process = FakeProcess("n-1")
     process.exit_code = 0
     [text] = report(process, is_required=True).errors

@@ -28,7 +28,7 @@ def test_an_error_names_file_line_column_and_element(tmp_path: Path) -> None:
     assert str(error.value).splitlines()[-1] == f'  in {file}:3:3: <node pkg="p" name="n"/>'
 
 
-def test_an_error_in_an_included_file_names_the_way_to_it(tmp_path: Path) -> None:
+def test_an_error_in_an_included_file_names_the_includes(tmp_path: Path) -> None:
     inner = write(tmp_path, "inner.launch", "<launch>\n <param/>\n</launch>")
     middle = write(tmp_path, "middle.launch", f'<launch>\n\n <include file="{inner}"/>\n</launch>')
     outer = write(tmp_path, "outer.launch", f'<launch><include file="{middle}"/></launch>')
@@ -133,7 +133,7 @@ def test_the_arguments_of_the_named_files_are_listed(tmp_path: Path) -> None:
     ]
 
 
-def test_an_unknown_machine_is_an_error_only_for_those_who_start_something() -> None:
+def test_an_unknown_machine_is_an_error_only_at_launch() -> None:
     text = '<launch><node pkg="p" type="t" name="n" machine="m"/></launch>'
     launch = load([], texts=[text])
     with pytest.raises(LaunchError, match=r"unknown machine \[m\]"):
@@ -152,7 +152,7 @@ def test_output_and_folder_default_to_none() -> None:
         load([], texts=['<launch><node pkg="p" type="t" name="b" cwd="NODE"/></launch>'])
 
 
-def test_which_file_includes_which_is_known(tmp_path: Path) -> None:
+def test_the_includes_of_each_file_are_known(tmp_path: Path) -> None:
     inner = write(tmp_path, "inner.launch", "<launch/>")
     outer = write(tmp_path, "outer.launch", f'<launch><include file="{inner}"/></launch>')
     assert load([outer]).includes == ((outer, inner),)
@@ -169,13 +169,13 @@ RESOURCES = Path(pipros.__file__).parent / "share" / "roslaunch" / "resources"
 
 @pytest.mark.parametrize("file", sorted(RESOURCES.iterdir()), ids=lambda file: file.name)
 def test_the_examples_that_ship_can_be_loaded(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    own_commands = str(Path(sys.executable).parent)  # one has the output of a command as a parameter
+    own_commands = str(Path(sys.executable).parent)  # one parameter is the output of a command
     monkeypatch.setenv("PATH", os.pathsep.join([own_commands, os.environ["PATH"]]))
     arguments = {"who": "x", "address": "localhost"} if "arg" in file.read_text() else {}
     assert load([str(file)], arguments).files[0] == str(file)
 
 
-def test_the_core_of_configurations_is_that_of_a_core() -> None:
+def test_the_core_configuration_equals_that_of_roscore() -> None:
     launch = load([str(RESOURCES / "roscore.xml")])
     assert launch.params == STANDARD_PARAMETERS
     assert [node.full_name for node in launch.nodes] == ["/rosout"]
@@ -191,7 +191,7 @@ def test_arguments_that_double_each_other_are_refused(tmp_path: Path) -> None:
     assert 'name="a17"' in error.value.element
 
 
-def test_what_all_substitutions_insert_is_limited(tmp_path: Path) -> None:
+def test_the_total_length_of_substitutions_is_limited(tmp_path: Path) -> None:
     params = "".join(f'<param name="p{number}" value="$(arg a)"/>' for number in range(9))
     file = write(
         tmp_path, "a.launch", f'<launch><arg name="a" value="{"x" * 900}"/><group>{params}</group></launch>'

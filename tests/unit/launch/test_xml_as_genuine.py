@@ -1,4 +1,4 @@
-"""The XML language, case by case, against what genuine roslaunch made of each case.
+"""The XML language, case by case, compared with the outcome in genuine roslaunch.
 
 `cases.txt` holds launch files of one line; `@a:=1 …` gives arguments, `#…` a file without the usual
 `<launch>` around it. `genuine.jsonl` was captured by `tests/interop/programs/genuine_launch_loader.py`.
@@ -22,7 +22,7 @@ from pipros.launch.xml import load
 FOLDER = Path(__file__).parents[2] / "golden" / "launch_language"
 GENUINE = [json.loads(line) for line in (FOLDER / "genuine.jsonl").read_text().splitlines()]
 
-# Where pipros knows better, and why.
+# Deliberate differences, with their reasons.
 REFUSED_HERE = {
     '<group ns="/" clear_params="true"/>': "it would delete every parameter there is",
 }
@@ -119,7 +119,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("outcome", GENUINE, ids=[row["case"] for row in GENUINE])
-def test_each_case_means_what_it_means_to_genuine_roslaunch(outcome: dict[str, Any], folder: Path) -> None:
+def test_each_case_has_the_outcome_of_genuine_roslaunch(outcome: dict[str, Any], folder: Path) -> None:
     case, genuine = outcome["case"], outcome["genuine"]
     if case in REFUSED_HERE or "error" in genuine:
         with pytest.raises(LaunchError):

@@ -14,10 +14,10 @@ def test_allowed_networks_and_this_computer_may_connect(peer: str) -> None:
 
 
 @pytest.mark.parametrize("peer", ["11.0.0.1", "192.168.1.8", "fe80::1%eth0", "nonsense"])
-def test_others_may_not(peer: str) -> None:
+def test_other_callers_may_not(peer: str) -> None:
     assert not ALLOWED.admits(Caller(peer))
 
 
-def test_what_is_not_a_network_is_refused() -> None:
+def test_an_invalid_network_is_an_error() -> None:
     with pytest.raises(ValueError, match="nonsense"):
         AllowedNetworks(["nonsense"])

@@ -43,7 +43,7 @@ def master() -> Case:
         ("getParam", 0),
     ],
 )
-def test_wrong_calls_are_answers_and_no_faults(master: Case, method: str, error_value: Any) -> None:
+def test_wrong_calls_are_error_responses_not_faults(master: Case, method: str, error_value: Any) -> None:
     assert master.call(method) == [-1, "missing required caller_id parameter", error_value]
     assert master.call(method, 5) == [-1, "caller_id must be a string", error_value]
     assert master.call(method, "/n", *range(9)) == [-1, "Error: bad call arity", error_value]
@@ -105,7 +105,7 @@ def test_registering_returns_and_notifies_the_other_side(master: Case) -> None:
         (("/t", "a/B", "h:1"), "ERROR: parameter [caller_api] is not an RPC URI"),
     ],
 )
-def test_a_bad_registration_is_refused_in_genuine_words(
+def test_an_invalid_registration_is_refused_with_the_text_of_genuine_ros(
     master: Case, arguments: tuple[Any, ...], text: str
 ) -> None:
     assert master.call("registerPublisher", "/n", *arguments) == [-1, text, []]
@@ -139,7 +139,7 @@ def test_parameters_are_set_got_searched_and_deleted(master: Case) -> None:
     assert master.call("getParam", "/ns/n", "~gain") == [-1, "Parameter [/ns/n/gain] is not set", 0]
 
 
-def test_parameter_subscribers_hear_changes_and_deletions(master: Case) -> None:
+def test_parameter_subscribers_are_notified_of_changes_and_deletions(master: Case) -> None:
     assert master.call("subscribeParam", "/s", API, "/w")[2] == {}
     master.call("setParam", "/x", "/w/g", 1)
     master.call("setParam", "/s", "/w/g", 2)
@@ -149,7 +149,7 @@ def test_parameter_subscribers_hear_changes_and_deletions(master: Case) -> None:
     assert master.call("unsubscribeParam", "/s", API, "/w")[2] == 1
 
 
-def test_the_master_tells_where_it_is(master: Case) -> None:
+def test_the_master_returns_its_uri(master: Case) -> None:
     assert master.call("getUri", "/n") == [1, "", "http://master:11311/"]
     assert master.call("getPid", "/n")[2] > 0
     assert master.call("shutdown", "/n", "bye") == [1, "shutdown", 0]

@@ -1,4 +1,4 @@
-"""Random calls to the master's API against a model that is too simple to be wrong."""
+"""Random calls to the master's API, compared with a simple model."""
 
 from __future__ import annotations
 

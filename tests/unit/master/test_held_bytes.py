@@ -1,4 +1,4 @@
-"""What a master holds in all: counted as it changes, and bounded."""
+"""The total size of a master's data: counted at each change, and limited."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ def test_the_weight_of_all_parameters_is_always_that_of_the_tree(changes: list[t
         assert tree.held_bytes == weigh(tree.get("/"))
 
 
-def test_what_would_be_too_much_is_refused_and_changes_nothing() -> None:
+def test_a_parameter_beyond_the_limit_is_refused_and_changes_nothing() -> None:
     tree = ParamTree(limit_bytes=1000)
     tree.set("/a", "x" * 500)
     with pytest.raises(ParamsFull, match=r"/b would bring the parameters to 1162 bytes; the limit is 1000"):
         tree.set("/b", "y" * 500)
     assert tree.get("/") == {"a": "x" * 500}
-    tree.set("/a", "x" * 800)  # in the place of the other one there is room
+    tree.set("/a", "x" * 800)  # replacing the other one makes room
     tree.set("/a", 1)
     tree.set("/b", "y" * 500)
 
@@ -57,14 +57,14 @@ def test_parameters_above_the_limit_can_become_fewer() -> None:
     assert tree.get("/") == {"a": ""}
 
 
-def test_only_small_values_are_weighed_at_once() -> None:
+def test_only_small_values_are_measured_at_once() -> None:
     assert is_small("x" * 1_000_000)
     assert is_small([[1] * 100, {"a": 2}])
     assert not is_small([[1] * 1000] * 3)
     assert not is_small({"a": {"b": [0] * 3000}})
 
 
-def test_a_caller_hears_which_limit_its_parameter_is_above() -> None:
+def test_the_response_names_the_limit_that_a_parameter_exceeds() -> None:
     api = MasterApi(
         Registry(), ParamTree(limit_bytes=500), notify=lambda _: None, shutdown=lambda _: True
     )  # fmt: skip
@@ -73,7 +73,7 @@ def test_a_caller_hears_which_limit_its_parameter_is_above() -> None:
 
 
 def held(books: Registry) -> int:
-    """The weight of the registry, counted again."""
+    """Return the weight of the registry, counted again."""
     registrations = sum(
         256 + len(entry.name) + len(entry.api) + len(key)
         for entry in books.nodes.values()
@@ -103,7 +103,7 @@ TYPES = st.sampled_from(["*", "a/B", "pkg/Type"])
         max_size=30,
     )
 )
-def test_what_registrations_hold_is_always_what_there_is(changes: list[tuple[Any, ...]]) -> None:
+def test_the_counted_bytes_of_registrations_are_always_their_size(changes: list[tuple[Any, ...]]) -> None:
     books = Registry(Limits(topic_types=1))
     for method, *arguments in changes:
         for notice in getattr(books, method)(*arguments) if method != "unregister" else ():
@@ -115,7 +115,7 @@ def test_what_registrations_hold_is_always_what_there_is(changes: list[tuple[Any
         assert len(books.topic_types.keys() - in_use) <= 1
 
 
-def test_a_registration_that_would_be_too_much_is_refused_and_changes_nothing() -> None:
+def test_a_registration_beyond_the_limit_is_refused_and_changes_nothing() -> None:
     books = Registry(Limits(registration_bytes=600))
     books.register_publisher("/n", "/t", "x/Y", "http://a:1/")
     for register in (
@@ -134,7 +134,7 @@ def test_a_registration_that_would_be_too_much_is_refused_and_changes_nothing() 
     assert books.register_publisher("/n", "/t", "x/Y", "http://a:1/") == []
 
 
-def test_the_types_that_were_unused_longest_are_forgotten() -> None:
+def test_the_types_that_were_unused_longest_are_discarded() -> None:
     books = Registry(Limits(topic_types=2))
     for topic in ("/a", "/b", "/c", "/used"):
         books.register_publisher("/n", topic, "x/Y", "http://a:1/")

@@ -1,4 +1,4 @@
-"""Who counts as gone, who as unreachable, and whose address is still theirs."""
+"""Which nodes are dead, which unreachable, and which still own their address."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def case() -> Case:
     return Case()
 
 
-def test_a_node_that_answers_stays(case: Case) -> None:
+def test_a_node_that_responds_stays_registered(case: Case) -> None:
     case.register()
     case.answers[API, "getPid"] = 7
     case.suspect()
@@ -82,7 +82,7 @@ def test_a_node_that_answers_stays(case: Case) -> None:
     assert case.asked == [(API, "getPid")]
 
 
-def test_a_node_that_refuses_every_time_is_gone(case: Case) -> None:
+def test_a_node_that_always_refuses_is_removed(case: Case) -> None:
     case.register()
     case.answers[API, "getPid"] = refused()
     case.suspect()
@@ -90,8 +90,8 @@ def test_a_node_that_refuses_every_time_is_gone(case: Case) -> None:
     assert len(case.asked) == CONFIRMATIONS
 
 
-def test_a_node_that_was_never_met_is_unreachable_and_stays(case: Case) -> None:
-    """In a container, say: its address means something only there."""
+def test_a_node_that_never_responded_is_unreachable_and_stays(case: Case) -> None:
+    """For example in a container, whose address is valid only there."""
     case.register(is_met=False)
     case.answers[API, "getPid"] = refused()
     case.suspect()
@@ -103,7 +103,7 @@ def test_a_node_that_was_never_met_is_unreachable_and_stays(case: Case) -> None:
     assert case.gone == [("/n", API)]
 
 
-def test_a_node_that_refuses_for_a_moment_stays(case: Case) -> None:
+def test_a_node_that_refuses_temporarily_stays_registered(case: Case) -> None:
     case.register()
     case.answers[API, "getPid"] = [refused(), refused(), 7]
     case.suspect()
@@ -122,7 +122,7 @@ def test_a_node_that_is_silent_is_unreachable_and_stays(case: Case, answer: Any)
 
 
 @pytest.mark.parametrize("answer", [Fault(1, "no such method"), None, "seven", -1])
-def test_a_node_that_does_not_tell_its_process_id_stays(case: Case, answer: Any) -> None:
+def test_a_node_without_a_process_id_stays_registered(case: Case, answer: Any) -> None:
     case.register()
     case.answers[API, "getPid"] = answer
     case.suspect()
@@ -155,7 +155,7 @@ def test_a_node_that_was_started_again_on_its_old_port_stays(case: Case) -> None
     assert case.gone == []
 
 
-def test_nodes_that_hang_do_not_keep_others_from_being_asked(case: Case) -> None:
+def test_hung_nodes_do_not_prevent_polling_others(case: Case) -> None:
     for number in range(PROBES_AT_A_TIME):
         case.register(f"/hanging_{number}", f"http://hanging:{number}/")
         case.answers[f"http://hanging:{number}/", "getPid"] = HANGS
@@ -174,7 +174,7 @@ def test_nodes_that_hang_do_not_keep_others_from_being_asked(case: Case) -> None
     assert case.gone == [("/n", API)]
 
 
-def test_a_node_that_moves_while_it_is_asked_stays(case: Case) -> None:
+def test_a_node_that_moves_during_a_check_stays_registered(case: Case) -> None:
     case.register()
     case.answers[API, "getPid"] = refused()
 
@@ -200,7 +200,7 @@ def test_a_node_that_moves_while_it_is_asked_stays(case: Case) -> None:
         (silent(), 7, False),
     ],
 )
-def test_an_address_belongs_to_a_node_as_long_as_it_answers_for_it(
+def test_an_address_belongs_to_a_node_while_it_responds_there(
     case: Case, name: Any, pid: Any, is_there: bool
 ) -> None:
     case.answers = {(API, "getName"): name, (API, "getPid"): pid}
@@ -226,7 +226,7 @@ def test_an_address_that_another_node_has_registered_belongs_to_that_one(case: C
         (lambda: ProtocolError("it speaks SSH"), False),
     ],
 )
-def test_after_a_crash_those_are_kept_that_answer_or_may_be_slow(
+def test_after_a_crash_nodes_that_respond_or_may_be_slow_are_kept(
     case: Case, answer: Callable[[], Any], is_kept: bool
 ) -> None:
     case.answers[API, "getName"] = answer()

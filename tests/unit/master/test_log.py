@@ -1,4 +1,4 @@
-"""`master.log`: who registered what, who set which parameter."""
+"""`master.log`: registrations and parameter changes, with the node that made them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def api() -> MasterApi:
 
 
 class Opened:
-    """A log that is open for what happens between `open` and `lines`."""
+    """A log of the calls between `open` and `lines`."""
 
     def __init__(self, folder: Path) -> None:
         self.file = folder / "log" / "master.log"
@@ -77,7 +77,7 @@ def test_each_change_is_a_line_with_noetics_text(api: MasterApi, opened: Opened)
     ]
 
 
-def test_what_changes_nothing_leaves_no_line_and_what_is_wrong_does(api: MasterApi, opened: Opened) -> None:
+def test_calls_without_effect_are_not_logged_but_invalid_ones_are(api: MasterApi, opened: Opened) -> None:
     call = api.methods
     call["getParam"]("/p", "w")
     call["deleteParam"]("/p", "w")
@@ -173,7 +173,7 @@ def test_a_line_that_cannot_be_formatted_costs_no_other(api: MasterApi, opened: 
     assert "+PARAM [/w]" in second
 
 
-def test_when_it_is_closed_nothing_is_written_any_more(api: MasterApi, tmp_path: Path) -> None:
+def test_a_closed_log_writes_nothing(api: MasterApi, tmp_path: Path) -> None:
     opened = MasterLog(tmp_path / "master.log")
     opened.close()
     api.methods["setParam"]("/p", "w", 1)

@@ -1,4 +1,4 @@
-"""How notices reach their nodes: in order, superseded, one slow node apart from the others."""
+"""The delivery of notifications: in order, superseded, unaffected by slow nodes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def update(
 
 
 class FakeNode:
-    """The client for one API. It answers after `delay_s`, or fails with `error`."""
+    """The client for one API. It responds after `delay_s`, or fails with `error`."""
 
     def __init__(self, network: Network, api: str) -> None:
         self._network = network
@@ -54,7 +54,7 @@ class FakeNode:
 
 
 class Network:
-    """Fake nodes, and what they heard: when, at which API, which method, with what."""
+    """Fake nodes, and the calls they received: time, API, method and arguments."""
 
     def __init__(self) -> None:
         self.nodes: list[FakeNode] = []
@@ -75,7 +75,7 @@ class Network:
 
 
 class FakeRecipients:
-    """Nodes that are all current, unless listed in `moved`, and a record of what was reported."""
+    """Nodes that are all current, unless listed in `moved`, and a record of the reports."""
 
     def __init__(self) -> None:
         self.moved: set[str] = set()
@@ -114,7 +114,7 @@ def case() -> Case:
     return Case()
 
 
-def test_a_node_hears_its_notices_in_order(case: Case) -> None:
+def test_a_node_gets_its_notifications_in_order(case: Case) -> None:
     async def main() -> None:
         case.notifier.notify(update(f"/t{number}") for number in range(5))
         await case.until_all_finished()
@@ -143,7 +143,7 @@ def test_a_newer_notice_about_the_same_topic_supersedes_a_waiting_one(case: Case
     assert second not in [notice for _, notice in case.recipients.reports]
 
 
-def test_a_slow_node_delays_no_other(case: Case) -> None:
+def test_a_slow_node_does_not_delay_others(case: Case) -> None:
     slow = [f"http://slow:{number}/" for number in range(TURNS_AT_A_TIME)]
 
     async def main() -> None:
@@ -160,7 +160,7 @@ def test_a_slow_node_delays_no_other(case: Case) -> None:
     assert case.notifier.delivered == TURNS_AT_A_TIME + 1
 
 
-def test_the_number_of_notices_under_way_is_bounded(case: Case) -> None:
+def test_the_number_of_notifications_in_transit_is_bounded(case: Case) -> None:
     async def main() -> None:
         apis = [f"http://n:{number}/" for number in range(5 * TURNS_AT_A_TIME)]
         case.network.delays_s.update(dict.fromkeys(apis, SLOW_S / 2))
@@ -171,7 +171,7 @@ def test_the_number_of_notices_under_way_is_bounded(case: Case) -> None:
     assert case.network.most_under_way == TURNS_AT_A_TIME
 
 
-def test_a_node_that_does_not_answer_in_time_is_reported_and_hears_the_next_notice(case: Case) -> None:
+def test_a_slow_node_is_reported_and_gets_the_next_notification(case: Case) -> None:
     case = Case(Limits(notice_s=3.0))
 
     async def main() -> None:
@@ -207,7 +207,7 @@ def test_the_oldest_notice_is_dropped_when_too_many_wait_for_a_node(
     assert caplog.text.count("does not answer: more than 2 notices are queued for it") == 1
 
 
-def test_a_node_that_has_moved_is_not_called_any_more(case: Case) -> None:
+def test_a_node_that_has_moved_is_no_longer_called_at_its_old_address(case: Case) -> None:
     case.recipients.moved.add(A)
 
     async def main() -> None:
@@ -220,7 +220,7 @@ def test_a_node_that_has_moved_is_not_called_any_more(case: Case) -> None:
 
 
 @pytest.mark.parametrize("may_end", [True, False])
-def test_a_process_is_shut_down_only_when_it_is_still_that_node(case: Case, may_end: bool) -> None:
+def test_a_process_is_shut_down_only_if_it_is_still_that_node(case: Case, may_end: bool) -> None:
     shutdown = Notice("/n", A, "shutdown", (MASTER_ID, "replaced"))
     case.recipients.moved.add(A)  # a successor has the name
     if may_end:
@@ -234,7 +234,7 @@ def test_a_process_is_shut_down_only_when_it_is_still_that_node(case: Case, may_
     assert [method for _, _, method, _ in case.network.heard] == (["shutdown"] if may_end else [])
 
 
-def test_an_api_that_is_not_a_uri_is_a_failure_at_once(case: Case) -> None:
+def test_an_invalid_api_uri_fails_at_once(case: Case) -> None:
     notice = update(api="nonsense")
 
     async def main() -> None:
@@ -261,7 +261,7 @@ def test_many_notices_are_queued_in_pieces_so_that_calls_are_answered_meanwhile(
     assert case.notifier.delivered == len(taken) == 2 * QUEUED_AT_A_TIME + 1
 
 
-def test_what_many_hear_is_encoded_once(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_notification_for_many_nodes_is_encoded_once(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     encoded: list[str] = []
     encode = notifier.encode_call
     monkeypatch.setattr(
@@ -282,7 +282,7 @@ def test_what_many_hear_is_encoded_once(case: Case, monkeypatch: pytest.MonkeyPa
     assert len(case.network.heard) == 9
 
 
-def test_a_connection_is_closed_when_there_was_nothing_to_say_for_a_while(case: Case) -> None:
+def test_an_idle_client_connection_is_closed(case: Case) -> None:
     async def main() -> None:
         case.notifier.notify([update("/t")])
         await asyncio.sleep(KEEP_CONNECTION_S - 1)

@@ -20,5 +20,5 @@ def test_a_timeout_that_is_not_positive_leaves_the_default(timeout_s: float | No
     assert limits_with_timeout(timeout_s) == process_limits()
 
 
-def test_the_timeout_of_a_command_is_the_time_that_nodes_have_for_a_notice() -> None:
+def test_the_timeout_option_is_the_timeout_of_notifications() -> None:
     assert limits_with_timeout(2.5).notice_s == 2.5

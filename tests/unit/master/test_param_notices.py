@@ -1,4 +1,4 @@
-"""Which nodes the change of a parameter is announced to, and what each hears."""
+"""Which nodes are notified of a parameter change, and with which key and value."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ A, B = "http://a:1/", "http://b:2/"
         ("/ab", "/a", {"b": 1}, None),
     ],
 )
-def test_subscribers_above_hear_the_change_and_those_below_their_part(
+def test_subscribers_above_get_the_change_and_those_below_their_part(
     subscribed: str, key: str, value: Any, heard: tuple[str, Any] | None
 ) -> None:
     registry = Registry()
@@ -46,7 +46,7 @@ def test_the_node_that_changes_a_parameter_is_not_notified() -> None:
     ]
 
 
-def test_all_subscribers_of_a_key_hear_one_value() -> None:
+def test_all_subscribers_of_a_key_get_the_same_value() -> None:
     registry = Registry()
     registry.subscribe_param("/a", "/w", A)
     registry.subscribe_param("/b", "/w", B)
@@ -54,7 +54,7 @@ def test_all_subscribers_of_a_key_hear_one_value() -> None:
     assert first.params is second.params
 
 
-def test_a_node_that_moves_before_its_notice_is_taken_is_notified_where_it_is_then() -> None:
+def test_a_node_that_moves_is_notified_at_its_new_address() -> None:
     registry = Registry()
     registry.subscribe_param("/a", "/w", A)
     notices = param_notices(registry, "/w", 1, except_node="/c")

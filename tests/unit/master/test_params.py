@@ -11,7 +11,7 @@ from pipros.master.params import LEVELS_LIMIT, NotATree, NotSet, ParamTree, TooD
 from pipros.wire.xmlrpc import NESTING_LIMIT, decode_response, encode_response
 
 
-def test_dictionaries_are_namespaces_both_ways() -> None:
+def test_dictionaries_and_namespaces_are_equivalent() -> None:
     tree = ParamTree()
     tree.set("/robot", {"wheels": 4, "arm": {"joints": [1, 2]}})
     assert tree.get("/robot/arm/joints") == [1, 2]
@@ -37,7 +37,7 @@ def test_a_namespace_replaces_a_value_and_a_value_a_namespace() -> None:
 
 
 @pytest.mark.parametrize("key", ["/nope", "/a/nope", "/a/b/below_a_value", "/x/y"])
-def test_what_is_not_set_is_not_there(key: str) -> None:
+def test_missing_parameters_cannot_be_read_or_deleted(key: str) -> None:
     tree = ParamTree({"a": {"b": 1}, "x/y": 2})
     assert not tree.has(key)
     with pytest.raises(NotSet):
@@ -53,7 +53,7 @@ def test_keys_with_a_slash_inside_a_dictionary_are_kept_but_are_not_paths() -> N
     assert tree.names() == ["/n/x/y"]
 
 
-def test_the_root_takes_a_dictionary_only_and_cannot_be_deleted() -> None:
+def test_the_root_accepts_only_a_dictionary_and_cannot_be_deleted() -> None:
     tree = ParamTree({"a": 1})
     with pytest.raises(NotATree):
         tree.set("/", 5)
@@ -63,13 +63,13 @@ def test_the_root_takes_a_dictionary_only_and_cannot_be_deleted() -> None:
     assert tree.get("/") == {"b": 2}
 
 
-def test_a_namespace_is_deleted_with_all_that_is_in_it() -> None:
+def test_a_namespace_is_deleted_with_its_parameters() -> None:
     tree = ParamTree({"a": {"b": {"c": 1}, "d": 2}})
     tree.delete("/a/b")
     assert tree.get("/") == {"a": {"d": 2}}
 
 
-def test_what_was_got_stays_what_it_was() -> None:
+def test_later_changes_do_not_affect_returned_values() -> None:
     tree = ParamTree({"a": {"b": 1, "c": {"d": 2}}})
     before = tree.get("/")
     tree.set("/a/b", 5)
@@ -105,7 +105,7 @@ def test_a_search_goes_upwards_for_the_first_part_of_the_key(ns: str, key: str, 
     assert tree.search(ns, key) == found
 
 
-def test_a_search_from_far_down_takes_no_longer_than_the_tree_is_deep() -> None:
+def test_the_time_of_an_upward_search_is_proportional_to_the_depth() -> None:
     far_down = "/ns" + "/x" * 100_000
     assert ParamTree({"ns": {"w": 1}}).search(far_down, "w") == "/ns/w"
 
@@ -125,12 +125,12 @@ def test_a_key_of_too_many_parts_is_refused_so_that_the_tree_fits_in_an_answer()
 def test_the_replaced_value_can_be_read_before() -> None:
     tree = ParamTree({"robot": {"speed": 5}})
     assert tree.former("/robot/speed") == 5
-    assert tree.former("/robot/speed/limit") == 5  # a value on the way
+    assert tree.former("/robot/speed/limit") == 5  # a value along the path
     assert tree.former("/robot") == {"speed": 5}
     assert tree.former("/nothing") is None
 
 
-def test_a_weight_that_is_known_is_not_measured_again() -> None:
+def test_a_known_size_is_not_computed_again() -> None:
     tree, value = ParamTree(), "x" * 1000
     empty = tree.held_bytes
     with tree.weights_known({id(value): 7}):

@@ -52,7 +52,7 @@ def test_a_replaced_process_may_be_shut_down_while_its_address_is_its_own(
     assert asyncio.run(case.nodes.may_shut_down(case.shutdown)) is may
 
 
-def test_a_node_that_was_delivered_to_is_known_to_be_there(case: Case) -> None:
+def test_a_delivered_notification_proves_that_a_node_is_alive(case: Case) -> None:
     case.nodes.on_delivered(update(B))
     assert case.liveness.met_count == 1
 

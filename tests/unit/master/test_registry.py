@@ -1,4 +1,4 @@
-"""What nodes register, and whom the master notifies of it."""
+"""The registrations of nodes, and the resulting notifications."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_a_new_subscriber_notifies_no_node() -> None:
     assert registry.apis_of(Role.PUBLISHER, "/t") == [C]
 
 
-def test_a_publisher_that_leaves_makes_the_list_shorter() -> None:
+def test_a_publisher_that_unregisters_is_removed_from_the_list() -> None:
     registry = Registry()
     registry.register_subscriber("/s", "/t", "*", A)
     registry.register_publisher("/p", "/t", "x/Y", B)
@@ -58,7 +58,7 @@ def test_a_subscriber_that_leaves_is_no_longer_notified() -> None:
     assert registry.register_publisher("/p", "/t", "x/Y", C) == []
 
 
-def test_unregistering_what_is_unknown_or_under_another_api_changes_nothing() -> None:
+def test_unregistering_unknown_names_or_another_api_has_no_effect() -> None:
     registry = Registry()
     registry.register_publisher("/p", "/t", "x/Y", A)
     for node, topic, api in (("/p", "/t", B), ("/p", "/u", A), ("/q", "/t", A)):
@@ -103,7 +103,7 @@ def test_a_service_moves_silently_to_its_last_provider() -> None:
     assert registry.table(Role.SERVICE) == []
 
 
-def test_a_second_node_of_the_same_name_shuts_the_first_down_and_drops_all_it_had() -> None:
+def test_a_second_node_of_the_same_name_replaces_the_first_and_its_registrations() -> None:
     registry = Registry()
     registry.register_subscriber("/s", "/t", "*", C)
     registry.register_publisher("/n", "/t", "x/Y", A)
@@ -135,7 +135,7 @@ def test_a_replaced_process_cannot_take_its_name_back_before_its_shutdown_notice
     assert registry.api_of("/n") == A
 
 
-def test_a_node_that_is_removed_is_missed_by_its_subscribers() -> None:
+def test_subscribers_are_notified_of_a_removed_node() -> None:
     registry = Registry()
     registry.register_subscriber("/s", "/t", "*", A)
     registry.register_publisher("/p", "/t", "x/Y", B)
@@ -186,7 +186,7 @@ class Recorder:
         self.entries.append(("type", *entry))
 
 
-def test_the_journal_gets_every_change_and_nothing_else() -> None:
+def test_the_journal_gets_exactly_the_changes() -> None:
     registry = Registry()
     registry.journal = journal = Recorder()
     registry.register_publisher("/p", "/t", "x/Y", A)

@@ -1,4 +1,4 @@
-"""What the master keeps on disk: all of it comes back, and a bad file is set aside."""
+"""The state of the master on disk: it is restored completely, and an unusable file is set aside."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def reopened(file: Path) -> tuple[ParamTree, Registry]:
     return params, registry
 
 
-def test_registrations_types_and_parameters_come_back(tmp_path: Path) -> None:
+def test_registrations_types_and_parameters_are_restored(tmp_path: Path) -> None:
     store = Store(tmp_path / "folder" / "master.db")
     registry, params = Registry(), ParamTree()
     registry.journal = params.journal = store
@@ -59,7 +59,7 @@ values = st.recursive(st.integers(0, 9), lambda inner: st.dictionaries(st.sample
 @example([("/", {}), ("/a/a", 0), ("/a/a", None)])
 @example([("/a", 5), ("/a/b", 1), ("/a/b", None)])
 @given(st.lists(st.tuples(st.just("/") | keys, st.none() | values), max_size=15))
-def test_whatever_was_set_and_deleted_the_same_tree_comes_back(
+def test_the_tree_survives_any_changes_and_a_restart(
     tmp_path_factory: pytest.TempPathFactory, changes: list[tuple[str, Any]]
 ) -> None:
     store = Store(tmp_path_factory.mktemp("store") / "master.db")
@@ -75,7 +75,7 @@ def test_whatever_was_set_and_deleted_the_same_tree_comes_back(
     assert reopened(store.file)[0].get("/") == params.get("/")
 
 
-def test_a_change_that_comes_alone_is_written_at_once_and_the_last_ones_before_the_end(
+def test_a_single_change_is_written_at_once_and_pending_ones_on_close(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("pipros.master.store.PAUSE_S", 1000.0)

@@ -1,4 +1,4 @@
-"""What every message can do, whichever its type."""
+"""The methods that every message class has."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_messages_cannot_be_keys_because_they_change() -> None:
         hash(Point())
 
 
-def test_copies_and_pickles_are_messages_of_their_own() -> None:
+def test_copies_and_pickles_are_independent_messages() -> None:
     message = PoseStamped()
     message.pose.position.x = 1.5
     for made in (copy.deepcopy(message), pickle.loads(pickle.dumps(message))):  # noqa: S301
@@ -64,7 +64,7 @@ def test_a_message_without_fields_takes_no_bytes() -> None:
     assert Empty._from_bytes(b"") == Empty()
 
 
-def test_a_class_made_by_hand_has_what_messages_have() -> None:
+def test_a_handwritten_class_has_the_methods_of_messages() -> None:
     class Nothing(Message):
         __slots__: list[str] = []  # as genpy's classes have it
         _slot_types: list[str] = []  # noqa: RUF012

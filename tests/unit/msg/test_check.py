@@ -1,4 +1,4 @@
-"""Which field does not fit its type, in genpy's words."""
+"""Errors about fields that do not fit their types, with genpy's texts."""
 
 from __future__ import annotations
 

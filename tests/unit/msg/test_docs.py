@@ -19,7 +19,7 @@ def test_the_examples_run() -> None:
         exec(example, names)  # noqa: S102 # our own document
 
 
-def test_the_depths_are_those_of_the_code() -> None:
+def test_the_documented_nesting_limits_are_those_of_the_code() -> None:
     text = " ".join(DOCUMENT.split())
 
     assert f"Messages may be nested {DEPTH_LIMIT} deep, arrays in arrays {BLOCK_LIMIT} deep." in text

@@ -1,4 +1,4 @@
-"""Classes from a text that a stranger sent: the same classes, within limits."""
+"""Classes from untrusted definitions: the same classes, within limits."""
 
 from __future__ import annotations
 
@@ -139,18 +139,18 @@ def part(name: str, text: str) -> str:
         ),
     ],
 )
-def test_what_a_stranger_sends_is_refused_within_limits(text: str, words: str) -> None:
+def test_untrusted_definitions_are_limited(text: str, words: str) -> None:
     with pytest.raises(DefinitionError, match=words):
         message_classes_from_text("p/T", text)
 
 
-def test_no_name_reaches_python_unchecked() -> None:
+def test_every_name_is_checked_before_python_uses_it() -> None:
     for text in ["int32 x\nint32 y;import os", "int32 x=__import__('os')", "int32 é", "string x\x00"]:
         with pytest.raises(DefinitionError):
             message_classes_from_text("p/T", text)
 
 
-def test_constants_come_back_as_they_are() -> None:
+def test_constants_survive_a_round_trip() -> None:
     text = (
         'string S="); import os; (" \\n # x\nfloat32 N=nan\nfloat32 P=-inf\nfloat32 float=2.5\nstring str=x'
     )

@@ -40,7 +40,7 @@ SERVICES = {folder.name: [str(folder / "srv")] for folder in SHARE.iterdir()}
         ("genmsg", "MsgSpec SrvSpec MsgContext MsgNotFound InvalidMsgSpec load_depends compute_md5"),
     ],
 )
-def test_what_others_import_is_there(module: str, names: str) -> None:
+def test_facades_have_the_names_that_packages_import(module: str, names: str) -> None:
     found = importlib.import_module(module)
     assert [name for name in names.split() if not hasattr(found, name)] == []
 
@@ -89,7 +89,7 @@ def test_services_load_likewise() -> None:
     )
 
 
-def test_what_is_missing_or_broken_raises_genmsgs_errors() -> None:
+def test_missing_and_invalid_definitions_raise_errors_of_genmsg() -> None:
     context = genmsg.MsgContext.create_default()
     with pytest.raises(genmsg.MsgNotFound, match=r"Cannot locate message \[X\]: unknown package \[nope\]"):
         genmsg.load_msg_by_type(context, "nope/X", SEARCH)

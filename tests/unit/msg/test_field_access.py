@@ -1,4 +1,4 @@
-"""What expressions may read of messages and times."""
+"""The attributes of messages and times that expressions may read."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def test_fields_and_the_type_of_a_message_are_read() -> None:
 
 
 @pytest.mark.parametrize("name", ["__class__", "serialize", "secs", "_full_text"])
-def test_nothing_else_of_a_message_is_read(name: str) -> None:
+def test_only_the_named_fields_are_read(name: str) -> None:
     with pytest.raises(AttributeError, match=rf"Header has no field \[{name}\]"):
         field_of(Header(), name)
 

@@ -1,4 +1,4 @@
-"""The finders of ROS packages among Python's, in this process. `test_hook.py` starts new ones."""
+"""The import finders of ROS packages, in this process. `test_hook.py` starts new ones."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pipros.msg.importing.load import load_message_class, load_service_class
 
 
 class Packages:
-    """Packages in a folder, and what was looked for."""
+    """Packages in a folder, and a record of the searches."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -39,7 +39,7 @@ def packages(tmp_path: Path) -> Packages:
     return Packages(tmp_path)
 
 
-def test_what_can_be_no_package_is_not_looked_for(packages: Packages) -> None:
+def test_names_that_cannot_be_ros_packages_are_not_searched(packages: Packages) -> None:
     finder = PackageFinder(packages.find)
     for name in ("json", "_private", "a.b", "pipros", "sitecustomize"):
         assert finder.find_spec(name) is None
@@ -53,20 +53,20 @@ def test_a_package_of_definitions_is_found(packages: Packages) -> None:
     assert list(spec.submodule_search_locations or ()) == [str(packages.folder / "robot/src/robot")]
 
 
-def test_a_package_with_python_modules_of_its_own_is_those(packages: Packages) -> None:
+def test_a_package_with_python_modules_is_imported_from_them(packages: Packages) -> None:
     packages.write("robot/src/robot/__init__.py")
     spec = PackageFinder(packages.find).find_spec("robot")
     assert spec is not None
     assert spec.origin == str(packages.folder / "robot/src/robot/__init__.py")
 
 
-def test_a_package_with_neither_is_left_to_others(packages: Packages) -> None:
+def test_a_package_without_definitions_is_left_to_other_finders(packages: Packages) -> None:
     packages.write("robot/package.xml")
     assert PackageFinder(packages.find).find_spec("robot") is None
     assert PackageFinder(packages.find).find_spec("no_robot") is None
 
 
-def test_no_package_is_looked_for_while_python_starts(
+def test_the_start_of_python_does_not_search_for_packages(
     packages: Packages, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     packages.write("robot/msg/Arm.msg", "int8 x")
@@ -100,7 +100,7 @@ def test_installing_the_hook_twice_changes_nothing() -> None:
     assert sys.meta_path == before
 
 
-def test_the_library_of_types_brings_the_hook_where_it_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_loading_a_type_installs_the_missing_hook(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "meta_path", [])
     library = hook.installed_library()
     assert [type(finder) for finder in sys.meta_path] == [InterfaceFinder, PackageFinder]
@@ -108,7 +108,7 @@ def test_the_library_of_types_brings_the_hook_where_it_is_not(monkeypatch: pytes
     assert "String" in library.files.names("msg", "std_msgs")
 
 
-def test_loading_a_type_says_why_it_cannot(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_loading_an_unknown_type_explains_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     assert load_service_class("std_srvs/Empty")._type == "std_srvs/Empty"
     with pytest.raises(NotFound, match=r"a type name must have the form package/Name, got \[String\]"):
         load_message_class("String")
@@ -117,7 +117,7 @@ def test_loading_a_type_says_why_it_cannot(monkeypatch: pytest.MonkeyPatch) -> N
         load_message_class("std_msgs/String")
 
 
-def test_the_room_has_the_names_that_it_promises() -> None:
+def test_the_package_loads_its_public_names_on_demand() -> None:
     for name in pipros.msg.__all__:
         assert getattr(pipros.msg, name).__name__ == name
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):

@@ -1,4 +1,4 @@
-"""Filling messages from YAML values, with the errors in genpy's words."""
+"""Messages filled from YAML values, with genpy's error texts."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ def test_a_dictionary_sets_some_fields() -> None:
     assert (twist.linear.x, twist.linear.y) == (2, 0.0)
 
 
-def test_nothing_fills_a_message_without_fields_only() -> None:
+def test_no_values_are_valid_only_for_a_message_without_fields() -> None:
     with pytest.raises(MessageException, match="Not enough arguments"):
         filled(String(), None)
 
 
-def test_words_stand_for_times_and_headers() -> None:
+def test_now_and_auto_are_times_and_headers() -> None:
     assert filled(TimeMessage(), ["now"]).data is NOW
     assert filled(PoseStamped(), [{"header": "auto"}]).header.stamp == NOW
     with pytest.raises(MessageException, match=r"No key named \[later\]"):
@@ -58,7 +58,7 @@ def test_arrays_of_messages_are_made_of_lists_and_dictionaries() -> None:
     assert [(point.x, point.y) for point in polygon.points] == [(1, 2), (0.0, 5)]
 
 
-def test_yaml_with_nothing_behind_a_name_is_an_empty_string() -> None:
+def test_a_yaml_key_without_a_value_is_an_empty_string() -> None:
     assert filled(String("x"), [{"data": None}]).data == ""
 
 
@@ -76,7 +76,7 @@ def test_yaml_with_nothing_behind_a_name_is_an_empty_string() -> None:
         ),
     ],
 )
-def test_what_is_wrong_is_named(message: Message, args: Any, words: str) -> None:
+def test_errors_name_the_wrong_part_of_a_definition(message: Message, args: Any, words: str) -> None:
     with pytest.raises(MessageException) as caught:
         filled(message, args)
     assert str(caught.value) == words

@@ -1,4 +1,4 @@
-"""Every type that ships, against what genuine genpy made of it (tests/golden/messages)."""
+"""Every included type, compared with the recorded one of genuine genpy (tests/golden/messages)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_every_type_that_ships_was_recorded() -> None:
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_types_that_ship_are_genpys_to_the_last_byte(package: str) -> None:
+def test_included_types_equal_those_of_genpy_byte_for_byte(package: str) -> None:
     for job in jobs():
         if job["type"].startswith(f"{package}/"):
             class_of = finder(job.get("service"))

@@ -1,4 +1,4 @@
-"""`sensor_msgs.point_cloud2`. tests/interop/test_point_clouds.py shows that it agrees with genuine ROS."""
+"""`sensor_msgs.point_cloud2`. tests/interop/test_point_clouds.py compares it with genuine ROS."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_a_message_that_is_not_a_cloud_is_refused() -> None:
         list(point_cloud2.read_points(Image()))
 
 
-def test_too_little_data_is_an_error_at_the_missing_point() -> None:
+def test_too_little_data_is_an_error_that_names_the_point() -> None:
     points = point_cloud2.read_points(PointCloud2(**{**attributes(CLOUD), "data": CLOUD.data[:-1]}))
 
     assert next(points) == (1.0, 2.0, 3.0)

@@ -1,4 +1,4 @@
-"""Made-up definitions and values: what is written comes back, what is cut off is noticed."""
+"""Random definitions and values: they survive a round trip, and truncation is detected."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ seeds = st.integers(0, 2**32)
 
 
 def made(seed: int) -> Message:
-    """A message of a made-up type with made-up values."""
+    """Return a message of a random type with random values."""
     classes: dict[str, Any] = dict(message_classes_from_text("made/T", full_text(seed)))
     value = random_value(random.Random(seed), "made/T", classes.__getitem__)  # noqa: S311
     message: Message = build("made/T", value, classes.__getitem__, genpy)
@@ -30,7 +30,7 @@ def made(seed: int) -> Message:
 
 @settings(deadline=None, max_examples=examples(60))
 @given(seeds)
-def test_what_is_written_comes_back(seed: int) -> None:
+def test_messages_survive_a_round_trip(seed: int) -> None:
     message = made(seed)
     data = written(message)
     read = type(message)._from_bytes(data)
@@ -41,7 +41,7 @@ def test_what_is_written_comes_back(seed: int) -> None:
 
 @settings(deadline=None, max_examples=examples(60))
 @given(seeds, st.data())
-def test_what_is_cut_off_is_noticed(seed: int, data: st.DataObject) -> None:
+def test_truncated_messages_raise(seed: int, data: st.DataObject) -> None:
     message = made(seed)
     whole = written(message)
     length = data.draw(st.integers(0, max(len(whole) - 1, 0)))
@@ -58,7 +58,7 @@ def test_failing_to_write_names_the_field_and_leaves_no_trace(seed: int) -> None
     message = made(seed)
     last = getattr(message, message.__slots__[-1]) if message.__slots__ else None
     if last is None or last == [] or (isinstance(last, Message) and not written(last)):
-        return  # nothing of it goes to the wire
+        return  # none of it is written
     setattr(message, message.__slots__[-1], object())
     buffers: list[bytes] = []
     with pytest.raises(genpy.SerializationError, match=f"field {message.__slots__[-1]} |non-ascii"):

@@ -1,4 +1,4 @@
-"""The packages that come with pipros are ROS packages in every respect."""
+"""The included packages are ROS packages in every respect."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ WITH_DEFINITIONS = sorted(
 
 
 @pytest.mark.parametrize("folder", WITH_DEFINITIONS, ids=lambda folder: folder.name)
-def test_a_shipped_package_names_all_that_it_depends_on(folder: Path) -> None:
+def test_an_included_package_declares_all_its_dependencies(folder: Path) -> None:
     texts = [file.read_text() for kind in ("msg", "srv", "action") for file in folder.glob(f"{kind}/*")]
     used = set(re.findall(r"^(\w+)/\w+", "\n".join(texts), re.MULTILINE))
     manifest = (folder / "package.xml").read_text()
@@ -32,6 +32,6 @@ def test_a_shipped_package_names_all_that_it_depends_on(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("package", ["", "..", "/etc"])
-def test_an_invalid_package_name_is_not_looked_for_as_a_folder(package: str) -> None:
+def test_an_invalid_package_name_is_not_treated_as_a_folder(package: str) -> None:
     with pytest.raises(NotFound, match="there is no package"):
         installed_library().files.file("msg", f"{package}/String")

@@ -1,4 +1,4 @@
-"""The definitions that ship say what they mean, and say it so that every parser takes it for a comment."""
+"""The included definitions have documentation that every parser reads as comments."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LONGEST_LINE = 110
 
 
 def parts(file: Path, definitions: Definitions) -> list[MessageSpec]:
-    """The message of a file, or the parts of its service or action."""
+    """Return the message of a file, or the parts of its service or action."""
     type_name = f"{file.parts[-3]}/{file.stem}"
     if file.suffix == ".msg":
         return [definitions.message(type_name)]
@@ -66,7 +66,7 @@ def test_no_comment_follows_a_string_constant_whose_value_would_include_it() -> 
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_comments_hold_nothing_that_a_generator_of_code_could_stumble_over(package: str) -> None:
+def test_comments_contain_no_syntax_that_breaks_code_generators(package: str) -> None:
     for file in (file for file in FILES if file.parts[-3] == package):
         text = file.read_text()
         assert text.isascii(), file

@@ -1,4 +1,4 @@
-"""Type stubs: what an editor reads, for each kind of field and definition."""
+"""Type stubs for editors, for each kind of field and definition."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def packages(tmp_path: Path) -> Path:
 
 
 def stubs(packages: Path, *names: str, suffix: str = "") -> dict[str, str]:
-    """The stubs of those packages, by their paths."""
+    """Return the stubs of those packages, by their paths."""
 
     def find(name: str) -> str | None:
         return str(packages / name) if (packages / name).is_dir() else None
@@ -49,7 +49,7 @@ def stubs(packages: Path, *names: str, suffix: str = "") -> dict[str, str]:
     return {file.relative_to(folder).as_posix(): file.read_text() for file in files}
 
 
-def test_a_package_has_one_module_a_kind_and_one_that_joins_them(packages: Path) -> None:
+def test_a_package_has_a_module_for_each_kind_and_one_for_all(packages: Path) -> None:
     assert set(stubs(packages, "robot", suffix="-stubs")) == {
         "robot-stubs/__init__.pyi",
         "robot-stubs/msg/__init__.pyi",

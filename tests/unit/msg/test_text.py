@@ -1,4 +1,4 @@
-"""The text form of messages. The one of every shipped type is compared in test_golden.py."""
+"""The text form of messages. test_golden.py compares that of every included type."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ def test_genpy_gives_these_classes() -> None:
     assert (genpy.Time, genpy.Duration, genpy.TVal) == (Time, Duration, TVal)
 
 
-def test_it_is_written_as_genpys() -> None:
+def test_it_is_written_like_that_of_genpy() -> None:
     assert repr(Time(1, 5)) == "genpy.Time[1000000005]"
     assert str(Duration(-1, 5)) == "-999999995"
 
@@ -49,7 +49,7 @@ def test_order_is_that_of_the_nanoseconds(first: int, second: int) -> None:
 
 
 @given(nanoseconds, st.integers(-1000, 1000))
-def test_whole_multiples_are_exact(total: int, factor: int) -> None:
+def test_integer_multiples_are_exact(total: int, factor: int) -> None:
     assert (duration(total) * factor).to_nsec() == total * factor
 
 
@@ -128,7 +128,7 @@ def test_numbers_of_other_kinds_are_numbers() -> None:
     assert Duration(1) * Fraction(3, 2) == Duration(1.5)
 
 
-def test_comparison_gives_minus_one_nought_or_one() -> None:
+def test_comparison_returns_minus_one_zero_or_one() -> None:
     assert [Time(2).__cmp__(Time(secs)) for secs in (1, 2, 3)] == [1, 0, -1]
     with pytest.raises(TypeError, match="annot compare to non-Time"):
         Time(2).__cmp__(Duration(2))

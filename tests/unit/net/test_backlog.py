@@ -19,7 +19,7 @@ def contents(backlog: Backlog) -> bytes:
 
 
 @pytest.mark.parametrize("step", [1, 2, 3, 5, 11])
-def test_messages_go_out_in_order_however_they_are_cut(step: int) -> None:
+def test_messages_are_sent_in_order_for_any_split(step: int) -> None:
     backlog = backlog_of((b"ab", b"cde"), (b"f",), (b"", b"ghijk"))
     out, messages = b"", 0
     while backlog:

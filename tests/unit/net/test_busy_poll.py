@@ -18,7 +18,7 @@ def ends() -> Iterator[tuple[socket.socket, socket.socket]]:
         yield ours, theirs
 
 
-ONE_LOOK = -1.0  # a time that is over after the first
+ONE_LOOK = -1.0  # a time that ends after the first poll
 
 
 class SleepySocket:
@@ -105,7 +105,7 @@ def test_a_successful_poll_is_repeated(
     sleepy: SleepySocket, ends: tuple[socket.socket, socket.socket]
 ) -> None:
     one = PollingReceiver(ONE_LOOK)
-    for _ in range(5):  # looks, passes, looks, passes twice
+    for _ in range(5):  # polls, skips, polls, skips twice
         wait_on(one, sleepy)
     ends[1].sendall(b"here")
     assert one.receive(ends[0], 100) == b"here"

@@ -56,12 +56,12 @@ def full(server: socket.socket) -> Iterator[int]:
         sock.close()
 
 
-def test_a_connection_that_gets_no_answer_ends_in_time(full: int) -> None:
+def test_an_unanswered_connection_attempt_times_out(full: int) -> None:
     with pytest.raises(TimeoutError):
         Connector().connect("127.0.0.1", full, limit_s=0.05)
 
 
-def test_a_connection_that_gets_no_answer_can_be_interrupted(full: int) -> None:
+def test_an_unanswered_connection_attempt_can_be_interrupted(full: int) -> None:
     connector, ended = Connector(), []
 
     def connect() -> None:

@@ -76,7 +76,7 @@ def test_idle_connections_are_closed_after_their_time() -> None:
     assert (old.is_closed, recent.is_closed) == (True, False)
 
 
-def test_removal_may_be_repeated_and_a_use_after_it_does_nothing() -> None:
+def test_removal_may_be_repeated_and_later_use_has_no_effect() -> None:
     connections = table_of(10)
     peer = Peer("a")
     connections.add(peer)
@@ -129,7 +129,7 @@ def test_a_busy_connection_has_no_deadline() -> None:
 
 
 def test_a_new_link_replaces_the_newest_of_the_peer_with_the_most() -> None:
-    connections = table_of(4)  # of which less than one is for calls
+    connections = table_of(4)  # less than one of which is for calls
     other, *links = Peer("other"), Peer("a"), Peer("a"), Peer("a")
     for link in (*links, other):
         assert connections.add_link(link)
@@ -150,7 +150,7 @@ def test_the_log_says_whether_an_idle_connection_or_a_link_was_closed(
     ]
 
 
-def test_no_link_is_closed_first_to_a_call() -> None:
+def test_calls_do_not_close_links() -> None:
     connections = table_of(2)
     links = [Peer("a"), Peer("a")]
     for link in links:
@@ -159,7 +159,7 @@ def test_no_link_is_closed_first_to_a_call() -> None:
     assert not any(link.is_closed for link in links)
 
 
-def test_links_that_are_made_leave_room_for_links_and_calls_of_peers() -> None:
+def test_outgoing_links_leave_room_for_links_and_calls_of_peers() -> None:
     connections = table_of(16)
     assert [connections.reserve_outgoing(most=100) for _ in range(20)].count(True) == 12
     links = [Peer("a"), Peer("a"), Peer("a")]
@@ -184,7 +184,7 @@ def test_the_nodes_of_this_machine_share_an_address_and_are_spared() -> None:
     assert [peer.is_closed for peer in remote] == [True, True, False, False]
 
 
-def test_the_request_that_began_first_is_closed_first_to_the_others() -> None:
+def test_the_oldest_request_is_closed_first() -> None:
     bodies = HeldBytes(limit_bytes=100, refusals=Refusals())
     first, second, third = Peer("a"), Peer("b"), Peer("c")
     bodies.note(first, 40)

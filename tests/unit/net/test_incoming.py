@@ -1,4 +1,4 @@
-"""The links of one topic take turns, and poll longer for answers."""
+"""The links of one topic take turns, and poll longer for replies."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ def test_a_name_is_resolved_with_the_requested_port(resolver: Resolver) -> None:
 
 
 @pytest.mark.parametrize("address", ["127.0.0.1", "::1", "fe80::1"])
-def test_an_address_is_not_looked_up(resolver: Resolver, address: str) -> None:
+def test_a_numeric_address_is_not_resolved(resolver: Resolver, address: str) -> None:
     found = Lookups(2, resolve=resolver).find(address, 80, type=socket.SOCK_STREAM)
 
     assert found == socket.getaddrinfo(address, 80, type=socket.SOCK_STREAM)
@@ -95,7 +95,7 @@ def test_a_lookup_without_an_answer_times_out(resolver: Resolver) -> None:
         lookups.find("silent", 1, deadline=time.monotonic() + 0.01)
     with pytest.raises(Interrupted):
         lookups.find("silent", 1, is_given_up=lambda: True)
-    assert resolver.asked == ["silent"]  # who asks again joins in
+    assert resolver.asked == ["silent"]  # a second caller joins the running look-up
 
 
 def test_concurrent_lookups_are_limited_and_the_next_follow(resolver: Resolver) -> None:

@@ -46,6 +46,9 @@ def test_a_connection_by_name_uses_the_lookup_threads(silence: Silence) -> None:
 
         loop.run(connect(), 10)
     loop.stop()
+    assert silence.thread is not None
+    assert silence.thread.daemon
+    assert silence.thread is not threading.main_thread()
 
 
 def test_closing_the_loop_does_not_wait_for_lookups(silence: Silence) -> None:

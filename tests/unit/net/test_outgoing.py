@@ -165,7 +165,7 @@ def test_with_a_full_socket_the_newest_messages_wait_and_the_oldest_are_dropped(
     assert subscriber.loop.writer is None, "nothing waits, so the socket is not watched"
 
 
-def test_the_rest_of_a_message_follows_whatever_is_dropped_behind_it() -> None:
+def test_the_rest_of_a_message_is_sent_even_if_later_messages_are_dropped() -> None:
     subscriber = Subscriber(1)
     subscriber.sock.space = 4
     subscriber.send(1, 2, 3)
@@ -194,7 +194,7 @@ def test_a_message_larger_than_the_limit_is_queued_nevertheless() -> None:
     assert subscriber.messages == "1"
 
 
-def test_without_a_queue_a_link_that_does_not_become_writable_in_time_has_stalled() -> None:
+def test_without_a_queue_a_link_that_stays_full_has_stalled() -> None:
     subscriber = Subscriber(None)
     subscriber.send(1, 2, 3)
     assert subscriber.link.is_waited_for
@@ -204,7 +204,7 @@ def test_without_a_queue_a_link_that_does_not_become_writable_in_time_has_stalle
     assert subscriber.link.statistics.dropped == 2, "as with queue_size=1"
 
 
-def test_a_stalled_link_is_waited_for_again_when_it_has_caught_up(drained: list[bool]) -> None:
+def test_publish_waits_again_for_a_link_that_has_caught_up(drained: list[bool]) -> None:
     subscriber = Subscriber(None)
     subscriber.send(1)
     subscriber.link.stop_waiting()
@@ -262,7 +262,7 @@ def test_the_header_is_sent_first_and_is_not_counted() -> None:
     assert subscriber.link.statistics.frames == 1
 
 
-def test_the_messages_of_a_publisher_that_reuses_its_message_are_kept_as_they_were() -> None:
+def test_queued_messages_do_not_change_when_the_publisher_reuses_its_message() -> None:
     subscriber = Subscriber(10)
     message = bytearray(b"1" * SIZE)
     subscriber.link.send((memoryview(message),), SIZE)

@@ -148,7 +148,7 @@ def peer() -> Iterator[Peer]:
     assert len(peer.server.connections) == 0
 
 
-def test_a_quick_call_is_answered_in_the_callback_that_brings_it(peer: Peer) -> None:
+def test_a_quick_call_is_answered_in_the_read_callback(peer: Peer) -> None:
     peer.send(CALL)
     assert peer.transport.answers == 1
     assert b"4711" in peer.transport.sent
@@ -202,7 +202,7 @@ def test_single_bytes_do_not_extend_the_deadline_of_a_request(peer: Peer) -> Non
     assert peer.transport.events == ["abort"]
 
 
-def test_a_half_closed_peer_gets_the_answers_to_all_that_it_has_sent(peer: Peer) -> None:
+def test_a_half_closed_peer_gets_all_its_responses(peer: Peer) -> None:
     peer.send(CALL * 3)
     assert peer.connection.eof_received()
     assert peer.transport.events == []

@@ -26,7 +26,7 @@ def test_a_closed_connection_stays_closed(event: Event) -> None:
     assert after(State.CLOSED, event) is State.CLOSED
 
 
-def test_a_final_state_never_leads_back() -> None:
+def test_a_final_state_has_no_transitions() -> None:
     for state, event in itertools.product(FINAL, Event):
         assert after(state, event) in FINAL
 
@@ -52,7 +52,7 @@ def test_a_graceful_close_waits_for_the_answer() -> None:
     assert run(Event.TURN_QUEUED, Event.CLOSED_GRACEFULLY) is State.QUEUED
 
 
-def test_a_refusal_that_fills_the_transport_is_drained_all_the_same() -> None:
+def test_a_refusal_that_fills_the_transport_is_drained() -> None:
     assert run(Event.WRITING_PAUSED, Event.REQUEST_REFUSED) is State.DRAINING
     assert run(Event.WRITING_PAUSED, Event.REQUEST_REFUSED, Event.WRITING_RESUMED) is State.DRAINING
     assert run(Event.REQUEST_REFUSED, Event.CLOSED_GRACEFULLY) is State.CLOSING
@@ -71,7 +71,7 @@ class TestNextStep:
             )
             assert step is Step.QUEUE_TURN
 
-    def test_nothing_follows_the_last_answer(self, has_input: bool, has_peer_ended: bool) -> None:
+    def test_no_bytes_follow_the_last_response(self, has_input: bool, has_peer_ended: bool) -> None:
         step = next_step(
             has_unsent=False, is_last_answer=True, has_input=has_input, has_peer_ended=has_peer_ended
         )

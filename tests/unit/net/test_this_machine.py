@@ -29,7 +29,7 @@ from pipros.net.this_machine import (
 from tests.support.network import LoneNetwork, needs_network
 from tests.support.users import STRANGER, needs_other_users
 
-# What a server sees of connections from each of its own addresses.
+# The callers that a server sees for connections from its own addresses.
 LOOK = """
 import socket, sys
 from pipros.net.this_machine import Caller, has_address
@@ -93,7 +93,7 @@ def test_a_caller_from_another_machine_is_not_local() -> None:
     assert caller.user_id() is None
 
 
-def test_a_connection_that_is_gone_has_no_caller() -> None:
+def test_a_closed_connection_has_no_caller() -> None:
     caller = Caller.from_names(None, ("127.0.0.1", 1))
     assert caller == Caller()
     assert not caller.is_here
@@ -101,7 +101,7 @@ def test_a_connection_that_is_gone_has_no_caller() -> None:
 
 def test_a_connection_closed_by_the_caller_has_no_owner() -> None:
     with connected() as (caller, client):
-        client.close()  # Linux shows what is left of it as root's
+        client.close()  # Linux attributes the closed connection to root
         assert caller.user_id() is None
 
 
@@ -159,7 +159,7 @@ def test_names_are_looked_up_as_configured() -> None:
     assert addresses_of("127.0.1.1") == ("127.0.1.1",)
 
 
-def test_a_hanging_lookup_is_neither_awaited_nor_repeated() -> None:
+def test_a_hung_lookup_is_neither_awaited_nor_repeated() -> None:
     released, threads = threading.Event(), []
 
     def hang(*_: object, **__: object) -> list[object]:
@@ -171,5 +171,5 @@ def test_a_hanging_lookup_is_neither_awaited_nor_repeated() -> None:
     for _ in range(2):
         assert addresses_of("hangs.example", Limits(lookup_s=0.05), lookups) == ()
     [thread] = threads
-    assert thread.daemon  # the end of the process does not wait for it
+    assert thread.daemon  # the process does not wait for it at its end
     released.set()

@@ -35,8 +35,15 @@ def test_with_a_queue_size_the_newest_are_kept_and_the_others_counted() -> None:
 
 def test_a_message_after_the_end_of_the_loop_is_dropped() -> None:
     async def make() -> MessageStream[int]:
-        return MessageStream(None)
+        stream: MessageStream[int] = MessageStream(None)
+        fill(stream, 2)
+        return stream
+
+    async def take() -> list[int]:
+        return [number async for number in stream]
 
     stream = asyncio.run(make())
-    stream(1)
+    stream(2)
     stream.close()
+    assert asyncio.run(take()) == [0, 1]
+    assert stream.dropped == 0

@@ -82,7 +82,7 @@ def test_slow_attempts_make_room_up_to_a_bound(monkeypatch: pytest.MonkeyPatch) 
     asyncio.run(run())
 
 
-def test_a_cancelled_attempt_passes_its_turn_on() -> None:
+def test_a_cancelled_attempt_lets_the_next_one_start() -> None:
     async def run() -> None:
         bound, peers = Attempts(1), Peers()
         busy, waiting, last = (
@@ -90,7 +90,7 @@ def test_a_cancelled_attempt_passes_its_turn_on() -> None:
         )
         await turns()
         busy.cancel()
-        await turns(1)  # the turn is given to the second, which has not run yet
+        await turns(1)  # the second may start, but has not run yet
         waiting.cancel()
         await turns()
         assert peers.begun[-1] == "c"
@@ -101,7 +101,7 @@ def test_a_cancelled_attempt_passes_its_turn_on() -> None:
     asyncio.run(run())
 
 
-def test_a_failure_is_raised_and_passes_the_turn_on() -> None:
+def test_a_failed_attempt_raises_and_lets_the_next_one_start() -> None:
     async def fail() -> None:
         raise ConnectionRefusedError
 

@@ -48,7 +48,7 @@ def test_simulated_time_is_zero_until_it_is_published() -> None:
     assert SimulatedClock().now_ns() == 0
 
 
-def test_a_simulated_sleep_waits_for_the_clock_to_start_and_to_get_there() -> None:
+def test_a_simulated_sleep_waits_for_the_first_clock_and_the_end() -> None:
     clock = SimulatedClock()
     sleeper = Sleeper(clock, 2)
     clock.set_ns(10 * S)

@@ -70,13 +70,15 @@ def test_simulated_time_is_logged_beside_wall_time(capsys: pytest.CaptureFixture
     assert capsys.readouterr().out == "[INFO] [1795144503.366333, 2.500000]: hello\n"
 
 
-def test_a_closed_console_does_not_stop_a_node(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_closed_console_does_not_stop_a_node(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     closed = io.StringIO()
     closed.close()
-    monkeypatch.setattr(sys, "stdout", closed)
-    console().emit(record(logging.INFO))
-    monkeypatch.setattr(sys, "stdout", None)
-    console().emit(record(logging.INFO))
+    for stdout in (closed, None):
+        monkeypatch.setattr(sys, "stdout", stdout)
+        console().emit(record(logging.INFO))
+    assert capsys.readouterr().err == ""
 
 
 def test_wrong_arguments_of_a_log_call_raise_in_the_caller() -> None:

@@ -27,7 +27,7 @@ def root() -> Iterator[logging.Logger]:
 
 
 def node(folder: Path, *argv: str, **variables: str) -> Any:
-    """The parts of a node that its log needs."""
+    """Return the parts of a node that its log needs."""
     environment = Environment.from_os({"ROS_LOG_DIR": str(folder), **variables})
     identity = Identity.settle("talker", anonymous=False, argv=argv, environment=environment)
     params = SimpleNamespace(get_cached=lambda _: False)
@@ -60,7 +60,7 @@ def test_the_file_is_named_after_the_node_and_receives_the_lines_of_all_loggers(
     assert [type(handler) for handler in logger.handlers] == [ConsoleHandler]
 
 
-def test_a_file_of_the_command_line_wins(tmp_path: Path, root: logging.Logger) -> None:
+def test_a_file_on_the_command_line_takes_precedence(tmp_path: Path, root: logging.Logger) -> None:
     open_console_and_file(
         node(tmp_path, f"__log:={tmp_path / 'my.log'}"), logging.Logger("rosout"), logging.INFO
     )

@@ -147,7 +147,7 @@ def test_all_links_share_packets_in_a_burst_and_new_ones_too() -> None:
 
 def test_a_burst_is_watched_until_it_has_ended_in_silence() -> None:
     topic = Topic()
-    topic.now_s += 3600  # so that the burst still goes on by the clock of the watch
+    topic.now_s += 3600  # so that the burst still lasts by the watch's clock
     topic.send(1 + RUN_LENGTH, CLOSE)
     assert topic.loop.turn() == 0
     assert topic.loop.turn() == CHECK_S

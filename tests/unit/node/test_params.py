@@ -128,7 +128,7 @@ def test_a_deletion_by_this_node_takes_effect_at_once() -> None:
         params.delete("/speed")
 
 
-def test_a_notice_that_overtakes_the_first_value_is_not_lost() -> None:
+def test_a_notification_before_the_first_value_is_not_lost() -> None:
     master = Master(speed=1)
     params = parameters(master)
 
@@ -143,7 +143,7 @@ def test_a_notice_that_overtakes_the_first_value_is_not_lost() -> None:
     assert master.asked == ["/speed"]
 
 
-def test_a_notice_that_overtakes_a_refresh_repeats_it() -> None:
+def test_a_notification_during_a_refresh_repeats_it() -> None:
     master = Master(speed=1)
     params = parameters(master)
     params.get_cached("/speed")
@@ -155,7 +155,7 @@ def test_a_notice_that_overtakes_a_refresh_repeats_it() -> None:
         params.update("/speed", 2)
 
     master.before_answer = overtake
-    assert params.get_cached("/speed") == 1  # what the master answered
+    assert params.get_cached("/speed") == 1  # the master's response
     assert params.get_cached("/speed") == 2
     assert master.asked == ["/speed", "/speed"]
 

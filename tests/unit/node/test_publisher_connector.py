@@ -74,7 +74,7 @@ def test_each_listed_publisher_gets_one_link() -> None:
     run_instantly(run())
 
 
-def test_a_link_that_ends_is_made_again_only_while_its_publisher_is_listed() -> None:
+def test_an_ended_link_is_reopened_only_while_its_publisher_is_registered() -> None:
     async def run() -> None:
         publishers = Publishers()
         topic, _ = following(publishers)
@@ -186,7 +186,7 @@ def test_a_list_beyond_the_limit_keeps_the_existing_links() -> None:
     run_instantly(run())
 
 
-def test_nothing_is_connected_after_the_end() -> None:
+def test_a_stopped_topic_connects_to_no_publisher() -> None:
     async def run() -> None:
         publishers = Publishers()
         topic, _ = following(publishers)

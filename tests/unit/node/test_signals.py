@@ -159,7 +159,7 @@ def test_a_running_main_thread_is_interrupted_after_a_shutdown_by_another_thread
         go_on()
 
 
-def test_a_handler_that_replaces_ours_is_respected() -> None:
+def test_a_signal_handler_that_replaces_the_nodes_is_called() -> None:
     ends, reader = Ends(), Reader()
     signals = Signals(ends)
     signals.install()

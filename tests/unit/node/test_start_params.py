@@ -47,7 +47,7 @@ def test_a_private_parameter_that_is_not_yaml_is_refused() -> None:
         set_private_params(node({}, rate="[1"))
 
 
-def test_windows_keep_their_defaults_where_parameters_are_missing_or_useless() -> None:
+def test_windows_have_defaults_for_missing_and_invalid_parameters() -> None:
     given = {"/statistics_window_max_size": 8, "/statistics_window_min_size": -1}
     given |= {"/statistics_window_min_elements": "many"}  # type: ignore[dict-item]
 

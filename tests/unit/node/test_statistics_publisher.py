@@ -12,7 +12,7 @@ class Published:
         self.messages: list[Any] = []
 
     def publish(self, message: Any) -> None:
-        message._to_buffers()  # every field holds what it is given
+        message._to_buffers()  # every field keeps its value
         self.messages.append(message)
 
 

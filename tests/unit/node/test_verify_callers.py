@@ -46,7 +46,7 @@ def test_a_flood_of_calls_makes_two_checks(loop: BackgroundLoop) -> None:
     loop.call(verification.ask, "b", lambda: asked.append("b"))
     answered.set()
     wait_until(lambda: asked[-1] == "b")
-    assert asked == ["a", "a", "b"]  # a later call may have been news
+    assert asked == ["a", "a", "b"]  # a later call may have contained a change
 
 
 def test_calls_within_the_interval_wait(loop: BackgroundLoop) -> None:

@@ -14,7 +14,7 @@ QT = ("python_qt_binding.QtWidgets", "qt_gui.plugin", "rqt_gui.main", "rqt_gui_p
 
 
 def failed_import(module: str, folder: Path) -> str:
-    """The last line of what a program says that imports a module which only `folder` may have."""
+    """Return the last line of the output of a program that imports a module found only in `folder`."""
     hide_em = "import sys; sys.path = [p for p in sys.path if not p.endswith('-packages')]; "
     ended = subprocess.run(
         [sys.executable, "-c", f"{hide_em}import {module}"],
@@ -29,7 +29,7 @@ def failed_import(module: str, folder: Path) -> str:
 
 
 @pytest.mark.parametrize("module", QT)
-def test_the_import_of_a_qt_plugin_says_what_there_is_instead(module: str, tmp_path: Path) -> None:
+def test_importing_a_qt_plugin_names_the_alternative(module: str, tmp_path: Path) -> None:
     name = module.partition(".")[0]
     assert failed_import(module, tmp_path) == (
         f"ModuleNotFoundError: {name} is not installed: pipros shows no Qt plugins. Its rqt is a page in the "
@@ -37,7 +37,7 @@ def test_the_import_of_a_qt_plugin_says_what_there_is_instead(module: str, tmp_p
     )
 
 
-def test_the_import_of_em_says_how_to_get_it(tmp_path: Path) -> None:
+def test_importing_em_names_the_extra(tmp_path: Path) -> None:
     assert failed_import("em", tmp_path).endswith("pip install 'pipros[templates]'")
 
 
@@ -49,7 +49,7 @@ def test_a_module_that_is_installed_is_imported(tmp_path: Path) -> None:
     assert failed_import("em, qt_gui.plugin", tmp_path) == ""
 
 
-def test_a_script_may_do_without_the_module() -> None:
+def test_a_script_works_without_the_module() -> None:
     with pytest.raises(ModuleNotFoundError, match="python_qt_binding") as error:
         import python_qt_binding  # type: ignore[import-not-found] # noqa: F401
     assert error.value.name == "python_qt_binding"

@@ -1,4 +1,4 @@
-"""What a crawl finds and remembers. `tests/unit/workspace/test_index.py` has how it serves the index."""
+"""The results of a crawl and their cache. `tests/unit/workspace/test_index.py` tests their use."""
 
 from __future__ import annotations
 
@@ -82,9 +82,7 @@ def test_a_manifest_that_is_a_pipe_does_not_block(tmp_path: Path) -> None:
         ("a folder is marked", False),
     ],
 )
-def test_a_crawl_knows_whether_a_new_one_would_find_the_same(
-    tmp_path: Path, change: str, is_current: bool
-) -> None:
+def test_a_crawl_detects_that_it_is_outdated(tmp_path: Path, change: str, is_current: bool) -> None:
     root = write(
         tmp_path / "root", "a/package.xml=<name>a</name>", "a/x.txt=1", "group/b/package.xml=<name>b</name>"
     )

@@ -1,4 +1,4 @@
-"""Versions of the Python packages of ROS, as `importlib.metadata` gives them."""
+"""Versions of the Python packages of ROS in `importlib.metadata`."""
 
 from __future__ import annotations
 

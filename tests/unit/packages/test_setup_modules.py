@@ -46,7 +46,7 @@ def package(folder: Path, setup: str, *files: str) -> Path:
         ("if True:\n    setup(packages=['lib'], package_dir=dict())", "lib"),
     ],
 )
-def test_a_module_is_where_its_setup_says(tmp_path: Path, setup: str, file: str) -> None:
+def test_a_module_is_in_the_folder_of_its_setup(tmp_path: Path, setup: str, file: str) -> None:
     folder = package(tmp_path / "p", HEAD + setup, file if file.endswith(".py") else f"{file}/__init__.py")
     assert declared_module((HEAD + setup).encode(), str(folder), "lib") == str(folder / file)
     assert SetupModules().find("lib", [str(tmp_path / "nothing"), str(folder)]) == str(folder / file)
@@ -64,7 +64,7 @@ def test_a_module_is_where_its_setup_says(tmp_path: Path, setup: str, file: str)
         "",
     ],
 )
-def test_what_is_not_there_or_not_named_is_not_found(tmp_path: Path, setup: str) -> None:
+def test_unnamed_and_missing_modules_are_not_found(tmp_path: Path, setup: str) -> None:
     folder = package(tmp_path / "p", setup, "src/lib/__init__.py")
     assert SetupModules().find("lib", [str(folder)]) is None
 

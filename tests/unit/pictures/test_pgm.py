@@ -6,7 +6,7 @@ from pipros.pictures.errors import PictureError
 from pipros.pictures.pgm import read_pgm, write_pgm
 
 
-def test_what_is_written_is_read() -> None:
+def test_a_written_pgm_is_read() -> None:
     assert read_pgm(write_pgm(2, 3, b"abcdef", "a comment é"), "f") == (2, 3, b"abcdef")
 
 

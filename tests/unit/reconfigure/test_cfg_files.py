@@ -91,7 +91,7 @@ def test_a_configuration_is_imported_without_a_build(cfg: Path, monkeypatch: pyt
         ("Tuning.cfg", "generate_dynamic_reconfigure_options(lost/Tuning.cfg Tuning.cfg) # setup.cfg"),
     ],
 )
-def test_files_are_found_where_the_cmake_file_says(
+def test_files_are_found_by_the_cmake_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: str, cmake: str
 ) -> None:
     package = tmp_path / "tuned_pkg"
@@ -160,7 +160,7 @@ def test_a_file_that_never_ends_is_ended(cfg: Path) -> None:
         read(cfg, time_limit_s=0.3)
 
 
-def test_what_it_started_ends_with_it(cfg: Path, tmp_path: Path) -> None:
+def test_processes_started_by_a_cfg_file_end_with_it(cfg: Path, tmp_path: Path) -> None:
     """A background process that inherited the file's standard error is not waited for."""
     child = "import os, threading; print(os.getpid(), flush=True); threading.Event().wait()"
     cfg.write_text(
@@ -180,7 +180,7 @@ def test_what_it_started_ends_with_it(cfg: Path, tmp_path: Path) -> None:
 
 
 def test_a_daemon_that_it_started_ends_with_it(cfg: Path, tmp_path: Path) -> None:
-    """A daemon has left the process group, and its parent."""
+    """A daemon, which has left the process group and its parent."""
     started = tmp_path / "pid"
     cfg.write_text(
         "import os, threading\n"
@@ -252,7 +252,7 @@ def test_a_file_that_is_a_pipe_is_an_error(cfg: Path) -> None:
 
 
 def is_alive(pid: int) -> bool:
-    """Whether the process runs; not when its end only waits to be noticed."""
+    """Return whether the process runs; a zombie does not."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
     except (FileNotFoundError, ProcessLookupError):
@@ -260,7 +260,7 @@ def is_alive(pid: int) -> bool:
 
 
 def counting(cfg: Path, tmp_path: Path) -> Path:
-    """Makes the file count its runs by the length of the file that is returned."""
+    """Make the `.cfg` file count its runs; return the file whose length is the count."""
     runs = tmp_path / "runs"
     cfg.write_text(f"open({str(runs)!r}, 'a').write('.')\nimport sys\n" + cfg.read_text())
     return runs
@@ -315,7 +315,7 @@ def test_an_unreadable_entry_is_replaced(cfg: Path, tmp_path: Path) -> None:
         read(tmp_path / "nothing.cfg")
 
 
-def test_configurations_and_descriptions_come_back_from_messages(cfg: Path) -> None:
+def test_configurations_and_descriptions_survive_conversion_to_messages(cfg: Path) -> None:
     class Module:
         pass
 
@@ -341,7 +341,7 @@ def test_configurations_and_descriptions_come_back_from_messages(cfg: Path) -> N
         _ = config.nothing
 
 
-def test_generate_needs_to_be_asked(
+def test_a_cfg_file_that_is_run_directly_explains_that_it_need_not_be(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.delenv("PIPROS_CFG_OUTPUT", raising=False)

@@ -1,4 +1,4 @@
-"""What the messages of a dynamic_reconfigure server say, and what asks for changes."""
+"""The messages of a dynamic_reconfigure server, and requests for changes."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def group(number: int, parent: int) -> Any:
     return SimpleNamespace(id=number, parent=parent, name=f"g{number}", type="", parameters=[])
 
 
-def test_changes_are_asked_for_by_type() -> None:
+def test_changes_are_requested_by_type() -> None:
     fields = change_fields(DESCRIPTION, {"gain": 3, "size": "large", "on": "yes"}, {"Inner": False})
     assert fields == {
         "bools": [{"name": "on", "value": True}],
@@ -121,11 +121,11 @@ def test_a_long_edit_method_is_not_parsed() -> None:
         {"name": "a", "type": "str", "value": {1, 2}},
     ],
 )
-def test_malformed_constants_are_left_out(constant: Any) -> None:
+def test_malformed_constants_are_ignored(constant: Any) -> None:
     good = {"name": "b", "type": "str", "value": "x"}
     assert constants(repr({"enum": [constant, good]})) == [good]
 
 
-def test_constants_are_the_callers_own() -> None:
+def test_constants_can_be_changed_by_the_caller() -> None:
     constants(ENUM)[0]["name"] = "Changed"
     assert constants(ENUM)[0]["name"] == "Small"

@@ -81,7 +81,7 @@ def test_expressions_have_the_value_that_python_gives_them(text: str, value: Any
     assert evaluate(text, names=NAMES) == value
 
 
-def test_functions_of_the_caller_are_called_and_win() -> None:
+def test_functions_of_the_caller_take_precedence() -> None:
     assert evaluate("arg('x') + len('abc')", functions={"arg": lambda name: name, "len": str}) == "xabc"
 
 
@@ -137,7 +137,7 @@ def test_functions_of_the_caller_are_called_and_win() -> None:
         "yield a",
     ],
 )
-def test_what_is_not_on_the_list_is_refused(text: str) -> None:
+def test_attributes_and_methods_outside_the_allow_list_are_refused(text: str) -> None:
     with pytest.raises(ExpressionError):
         evaluate(text, names=NAMES)
 
@@ -196,8 +196,8 @@ def test_what_is_not_on_the_list_is_refused(text: str) -> None:
         f"len({{x: 0 for x in range(0, 90000 * {MODULUS}, {MODULUS})}})",
     ],
 )
-def test_what_would_run_away_is_refused(text: str) -> None:
-    """Without a limit on its work each would compute beyond the time limit of a test, or fill the memory."""
+def test_expressions_that_would_exhaust_resources_are_refused(text: str) -> None:
+    """Without a limit, each would exceed the time limit of a test or exhaust memory."""
     with pytest.raises(ExpressionError):
         evaluate(text, names=NAMES)
 
@@ -211,7 +211,7 @@ def test_sets_and_dictionaries_are_as_large_as_other_results() -> None:
     assert evaluate("set()") == set()
 
 
-def test_the_limits_are_those_that_the_caller_gives() -> None:
+def test_the_callers_limits_apply() -> None:
     for text, limits, words in [
         ("1 + 1", Limits(expression_characters=4), "longer than 4 characters"),
         ("'abc' + 'de'", Limits(expression_size=4), "more than 4 characters or elements"),
@@ -236,7 +236,7 @@ def test_an_error_of_a_function_is_kept_as_the_cause() -> None:
     assert isinstance(error.value.__cause__, KeyError)
 
 
-def test_fields_are_looked_up_by_the_caller_only() -> None:
+def test_fields_are_resolved_only_for_the_caller() -> None:
     def field(value: Any, name: str) -> Any:
         return value[name]
 
@@ -257,12 +257,12 @@ def test_arithmetic_knows_numbers_and_pi(text: str, value: float) -> None:
     "text",
     ["", "x", "sin(1)", "'a'", "1 if 1 else 2", "1 < 2", "True", "a.b", "1j", "1/0", "8**9**9", "9" * 400],
 )
-def test_arithmetic_refuses_all_else(text: str) -> None:
+def test_arithmetic_refuses_other_syntax(text: str) -> None:
     with pytest.raises(ExpressionError):
         arithmetic(text)
 
 
 @given(st.text(alphabet="abs(),.[]{}'\"+-*/%<>=:! \n0123456789_lambdifoneratu", max_size=60))
-def test_no_text_does_anything_but_give_a_value_or_an_expression_error(text: str) -> None:
+def test_any_text_returns_a_value_or_raises_an_expression_error(text: str) -> None:
     with contextlib.suppress(ExpressionError):
         evaluate(text, names=NAMES)

@@ -32,7 +32,7 @@ def budget(size: int = 100, work: int = 1000) -> Budget:
         lambda of: of.charge(["a" * 60] * 2),
     ],
 )
-def test_a_result_above_the_limit_is_not_made(operation: Callable[[Budget], Any]) -> None:
+def test_a_result_above_the_limit_is_not_computed(operation: Callable[[Budget], Any]) -> None:
     with pytest.raises(ResultTooLarge):
         operation(budget())
 
@@ -57,7 +57,7 @@ def test_small_results_are_as_in_python(operation: Callable[[Budget], Any], resu
     assert operation(budget()) == result
 
 
-def test_many_small_results_use_the_budget_up() -> None:
+def test_many_small_results_exhaust_the_budget() -> None:
     of = budget(work=1000)
 
     for _ in range(10):
@@ -73,8 +73,8 @@ def test_a_text_in_a_list_counts_each_time() -> None:
         budget().charge([long] * 4)
 
 
-def test_numbers_of_equal_hashes_cost_their_comparisons() -> None:
-    modulus = (1 << 61) - 1  # of Python's hash of integers
+def test_numbers_with_equal_hashes_count_as_comparisons() -> None:
+    modulus = (1 << 61) - 1  # the modulus of Python's integer hash
     colliding = [1 + number * modulus for number in range(200)]
     distinct = list(range(200))
 
@@ -102,7 +102,7 @@ def test_widths_and_digits_are_bounded() -> None:
         FUNCTIONS["round"](2.5, 10_000)
 
 
-def test_nothing_leads_to_the_interpreter() -> None:
+def test_no_attribute_leads_to_the_interpreter() -> None:
     names = {*CONSTANTS, *FUNCTIONS}
 
     assert not names & {"eval", "exec", "open", "getattr", "type", "vars", "globals", "__import__", "object"}

@@ -24,7 +24,7 @@ def fits(text: str | bytes, values: int, depth: int = 100, loader: Any = yaml.Sa
 
 
 def count_of(value: Any) -> int:
-    """The values in a built value: itself, and those in it."""
+    """Return the values in a built value: itself, and those in it."""
     if isinstance(value, dict):
         return 1 + sum(count_of(part) for pair in value.items() for part in pair)
     if isinstance(value, list):

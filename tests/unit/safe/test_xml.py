@@ -6,7 +6,7 @@ from pipros.basics.limits import Limits
 from pipros.safe.xml import XmlError, parse
 
 
-def test_elements_know_their_place() -> None:
+def test_elements_have_their_position() -> None:
     root = parse('<launch>\n  <node\n   name="a"/><arg name="b"/>\n</launch>')
     assert [(child.tag, child.line, child.column) for child in root.children] == [
         ("node", 2, 3),

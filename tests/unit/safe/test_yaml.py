@@ -68,7 +68,7 @@ def test_a_bad_document_is_refused_with_its_place(text: str, place: str) -> None
     assert str(error.value).startswith(place)
 
 
-def test_aliases_that_multiply_are_refused() -> None:
+def test_multiplying_aliases_are_refused() -> None:
     lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
     lines += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]" for n in range(1, 9)]
     with pytest.raises(YamlError, match="expands to more than"):
@@ -85,7 +85,7 @@ def test_deep_nesting_is_refused() -> None:
         load("[" * 200 + "]" * 200)
 
 
-def test_aliases_are_counted_where_they_stand() -> None:
+def test_aliases_are_counted_at_each_use() -> None:
     text = "a: &a [1, 2]\nb: [*a, *a]\n"
 
     assert load(text, limits=Limits(yaml_values=13)) == {"a": [1, 2], "b": [[1, 2], [1, 2]]}
@@ -105,7 +105,7 @@ def test_an_anchor_may_be_used_again_in_the_next_document() -> None:
     assert load_all("- &a 1\n- *a\n---\n- &a [2]\n- *a\n") == [[1, 1], [[2], [2]]]
 
 
-def test_merged_mappings_are_as_they_were() -> None:
+def test_merged_mappings_are_unchanged() -> None:
     text = "a: &a {x: 1, y: 2}\nb: {<<: *a, y: 3}\nc: {<<: [{x: 5}, *a]}"
 
     assert load(text) == {"a": {"x": 1, "y": 2}, "b": {"x": 1, "y": 3}, "c": {"x": 5, "y": 2}}

@@ -1,4 +1,4 @@
-"""What rostest does with a launch file's tests, on a stage without processes."""
+"""How rostest runs the tests of a launch file, on a stage without processes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FAILED = Suite("s", (Case("c", "test_it", 0.0, Outcome.FAILURE, "AssertionError"
 
 @dataclass
 class FakeStage:
-    """Writes given results where a test program would, and records the calls."""
+    """Write the given results to the files of the test programs, and record the calls."""
 
     leaves: Callable[[], Suite | None] = lambda: PASSED
     failing_nodes: Sequence[str] = ()
@@ -167,7 +167,7 @@ def test_nodes_that_do_not_start_are_a_failure(index: PackageIndex, tmp_path: Pa
     assert result.cases[0].text == "Test Fixture Nodes ['talker'] failed to launch\n"
 
 
-def test_a_program_that_leaves_no_results_is_a_failure_even_when_old_ones_lie_there(
+def test_a_program_without_results_fails_even_if_old_results_exist(
     index: PackageIndex, tmp_path: Path
 ) -> None:
     (tmp_path / "pkg").mkdir()
@@ -179,9 +179,7 @@ def test_a_program_that_leaves_no_results_is_a_failure_even_when_old_ones_lie_th
     assert "removing previous test results file" in printed
 
 
-def test_time_that_is_over_is_an_error_and_the_stage_is_torn_down(
-    index: PackageIndex, tmp_path: Path
-) -> None:
+def test_a_timeout_is_an_error_and_the_stage_is_torn_down(index: PackageIndex, tmp_path: Path) -> None:
     def too_slow() -> Suite:
         raise TestProgramTimedOut("max time [2.0s] allotted for test [a] of type [pkg/a.py]")
 

@@ -83,7 +83,7 @@ def test_a_program_is_a_case_that_leaves_results(results: Path, tmp_path: Path) 
     program.chmod(0o755)
     case = rosunit.baretest.BareTestCase(str(program), [], retry=1, package_name="p")
     assert case.test_name == "cases.py"
-    assert run_quietly(case).wasSuccessful()  # it ran and left results, which are those of a failure
+    assert run_quietly(case).wasSuccessful()  # it ran, and its results are those of a failure
     assert (case.results.num_tests, case.results.num_failures, case.retry) == (1, 1, 0)
     assert results.is_dir()
 
@@ -110,7 +110,7 @@ def test_a_summary_names_the_programs_that_could_not_be_run(capsys: pytest.Captu
     assert printed.endswith("ERROR: The following tests failed to run:\n * test_b\n\n")
 
 
-def test_late_parts_are_attributes_of_their_packages() -> None:
+def test_lazily_loaded_modules_are_attributes_of_their_packages() -> None:
     assert rosunit.rosunit_main.BareTestCase is rosunit.baretest.BareTestCase
     with pytest.raises(AttributeError, match="nope"):
         _ = rosunit.nope

@@ -1,4 +1,4 @@
-"""The runner of test cases: its lines on the console, and when it leaves a result file."""
+"""The runner of test cases: its console output and its result files."""
 
 # ruff: noqa: PT009 - the cases that are run are those of unittest
 
@@ -42,7 +42,7 @@ def test_a_case_that_passes_is_one_line(tmp_path: Path) -> None:
     assert result.wasSuccessful()
 
 
-def test_a_failure_says_what_and_where_and_leaves_out_the_frames_of_unittest(tmp_path: Path) -> None:
+def test_a_failure_has_its_text_and_line_without_frames_of_unittest(tmp_path: Path) -> None:
     _, console = run(case_of(test_it=lambda self: self.assertEqual(1, 2)), tmp_path / "r.xml")
 
     lines = console.splitlines()
@@ -74,7 +74,7 @@ def test_output_of_cases_is_written_to_the_file_and_not_to_the_console(tmp_path:
     assert (suite.stdout, suite.stderr) == ("to out\n", "to err\n")
 
 
-def test_sub_tests_that_fail_are_cases_of_their_own(tmp_path: Path) -> None:
+def test_failed_sub_tests_are_separate_cases(tmp_path: Path) -> None:
     def test_it(self: unittest.TestCase) -> None:
         for level in (0, 1.5, 2):
             with self.subTest(level=level):

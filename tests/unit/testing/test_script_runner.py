@@ -1,4 +1,4 @@
-"""The end of a test script: `rostest.rosrun` and `rosunit.unitrun` without any ROS around them."""
+"""The end of a test script: `rostest.rosrun` and `rosunit.unitrun` without a ROS system."""
 
 from __future__ import annotations
 
@@ -50,9 +50,7 @@ def test_success_is_reported_as_noetic_does(results: Path, capsys: pytest.Captur
     )
 
 
-def test_the_names_of_broken_cases_stand_in_the_summary(
-    results: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_summary_names_the_failed_cases(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert not run_program("pkg", "t", Broken, [])
 
     summary = capsys.readouterr().out.partition("SUMMARY:\n")[2]

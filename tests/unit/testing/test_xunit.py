@@ -39,14 +39,14 @@ def test_a_file_has_the_form_that_genuine_rosunit_writes() -> None:
     )
 
 
-def test_colours_in_what_was_printed_are_written_out_since_xml_has_no_escape_character() -> None:
+def test_escape_sequences_in_output_are_written_as_text_in_xml() -> None:
     text = format_suite(Suite("s", stdout="\x1b[32mok\x1b[0m"))
 
     assert "&amp;#x001B;[32mok&amp;#x001B;[0m" in text
 
 
 @given(st.text(), st.text(), st.text())
-def test_any_text_gives_a_file_that_xml_readers_accept(name: str, message: str, printed: str) -> None:
+def test_arbitrary_text_produces_valid_xml(name: str, message: str, printed: str) -> None:
     case = Case("c", name, 0.0, Outcome.FAILURE, "E", message)
 
     root = ElementTree.fromstring(format_suite(Suite("s", (case,), stdout=printed)).encode())  # noqa: S314

@@ -1,4 +1,4 @@
-"""Where requests to the page may come from."""
+"""Allowed hosts and origins of requests to the page."""
 
 from __future__ import annotations
 
@@ -70,12 +70,12 @@ def test_the_address_has_the_token_in_its_fragment_and_the_tab() -> None:
     assert OPEN.url("robot") == f"https://robot:8000/#token={OPEN.secret.token}"
 
 
-def test_an_address_for_once_has_a_code_instead() -> None:
+def test_a_one_time_address_has_a_code_instead_of_the_token() -> None:
     url = ACCESS.one_time_url("localhost", "plot/%2Fimu")
     code = url.removeprefix("http://localhost:8000/#code=").removesuffix("/plot/%2Fimu")
     assert ACCESS.secret.token not in url
     assert ACCESS.secret.redeem(code)
 
 
-def test_the_token_is_not_in_what_is_printed_of_it() -> None:
+def test_the_repr_of_a_secret_does_not_contain_the_token() -> None:
     assert ACCESS.secret.token not in repr(ACCESS)

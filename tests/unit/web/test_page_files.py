@@ -1,4 +1,4 @@
-"""The files of the page: third-party code as it was published, and nothing that the page's policy forbids."""
+"""The files of the page: unmodified third-party code, and nothing that the page's policy forbids."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_third_party_code_is_listed() -> None:
 
 
 @pytest.mark.parametrize("file", OWN, ids=lambda file: file.name)
-def test_texts_of_the_system_never_become_markup(file: object) -> None:
+def test_text_from_the_system_is_never_markup(file: object) -> None:
     text = (PAGE / str(file)).read_text()
     forbidden = r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function"
     assert not re.search(forbidden, text)

@@ -1,4 +1,4 @@
-"""The secret of a server, and the one-time codes that stand for it."""
+"""The secret of a server, and the one-time codes that replace it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pipros.web.secret import CODE_S, CODES, Denied, Secret
 
 
 class Clock:
-    """A clock that stands still until it is set."""
+    """A clock that only changes when it is set."""
 
     now = 0.0
 

@@ -1,4 +1,4 @@
-"""What the tabs make of messages: numbers for curves, pixels, frames, components."""
+"""The data of the tabs: numbers for curves, pixels, frames, components."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def test_an_image_without_pixels_is_shown_as_such(height: int, step: int) -> Non
         (Image(width=1, height=1, step=6, encoding="rgb16", data=b"123456"), "encoding \\[rgb16\\]"),
     ],
 )
-def test_images_that_cannot_be_shown(message: Any, words: str) -> None:
+def test_images_that_cannot_be_shown_are_refused(message: Any, words: str) -> None:
     with pytest.raises(RequestRefused, match=words):
         packed(message)
 
@@ -210,7 +210,7 @@ def components(count: int, text: str, name: str = "/{}") -> DiagnosticArray:
     )
 
 
-def test_components_without_news_are_not_sent_again() -> None:
+def test_unchanged_components_are_not_sent_again() -> None:
     statuses = Statuses(1_000_000)
     statuses.add(components(3, ""), None, 1.0)
     sent: dict[str, int] = {}
@@ -219,7 +219,7 @@ def test_components_without_news_are_not_sent_again() -> None:
     assert [(row["name"], row["level"]) for row in statuses.news(sent, 1_000_000)] == [("/1", 1)]
 
 
-def test_many_components_are_sent_in_parts_and_none_waits_for_ever() -> None:
+def test_many_components_are_sent_in_parts_and_all_are_sent() -> None:
     statuses = Statuses(10_000_000)
     sent: dict[str, int] = {}
     for moment in range(30):
@@ -238,7 +238,7 @@ def test_diagnostics_stay_within_their_budget() -> None:
     assert any("page_view_bytes" in row["values"][0][1] for row in rows)
 
 
-def test_log_entries_stay_within_their_budget_and_the_lost_are_counted() -> None:
+def test_log_entries_stay_within_their_budget_and_dropped_ones_are_counted() -> None:
     log = console.Log(1_000_000)
     entry = LogMessage(name="n" * 16_000, msg="m" * 16_000, file="f" * 16_000, function="g" * 16_000)
     for _ in range(1000):

@@ -1,4 +1,4 @@
-"""The observed system, with an observer that makes mistakes."""
+"""The observed system, with an observer that fails."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ClumsyObserver:
         pass
 
 
-def test_observing_goes_on_after_a_mistake(
+def test_polling_continues_after_an_error(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(watched_system, "SystemObserver", ClumsyObserver)

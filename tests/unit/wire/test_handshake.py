@@ -1,4 +1,4 @@
-"""What two ends tell each other, and when one refuses."""
+"""The headers that two peers exchange, and the reasons for a refusal."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_a_refusal_names_both_types_and_md5sums() -> None:
 
 
 @pytest.mark.parametrize("missing", ["callerid", "topic", "md5sum"])
-def test_a_subscriber_must_say_who_it_is_and_what_it_wants(missing: str) -> None:
+def test_a_subscriber_must_name_itself_and_the_topic(missing: str) -> None:
     request = request_topic_link("/c", "/l", STRING, tcp_nodelay=False)
     del request[missing]
     assert topic_refusal(request, STRING) == f"Missing required '{missing}' field"
@@ -56,12 +56,12 @@ def test_a_subscriber_may_omit_the_type() -> None:
     assert topic_refusal(request, STRING) is None
 
 
-def test_a_refusal_is_raised_in_the_publishers_words() -> None:
+def test_a_refusal_is_raised_with_the_publishers_text() -> None:
     with pytest.raises(Refused, match="no such topic"):
         check_topic_reply({"error": "no such topic"}, STRING, "host:1")
 
 
-def test_a_publisher_of_another_type_is_not_listened_to() -> None:
+def test_a_publisher_of_another_type_is_not_connected() -> None:
     reply = accept_topic_link("/c", "/t", OTHER, latching=False)
     with pytest.raises(ProtocolError, match=r"sends \[a/B/0+\], but this node expects \[std_msgs/String/992"):
         check_topic_reply(reply, STRING, "host:1")
@@ -92,18 +92,18 @@ def test_a_client_of_another_service_type_is_refused_with_both_md5sums() -> None
 
 
 @pytest.mark.parametrize("missing", ["service", "md5sum", "callerid"])
-def test_a_service_client_must_say_who_it_is_and_what_it_wants(missing: str) -> None:
+def test_a_service_client_must_name_itself_and_the_service(missing: str) -> None:
     request = request_service_link("/s", "/me", OTHER)
     del request[missing]
     assert service_refusal(request, OTHER) == f"Missing required '{missing}' field"
 
 
-def test_a_service_servers_refusal_is_raised_in_its_words() -> None:
+def test_a_refusal_is_raised_with_the_servers_text() -> None:
     with pytest.raises(Refused, match="no such service"):
         check_service_reply({"error": "no such service"}, "host:1")
 
 
-def test_an_answer_without_what_the_protocol_wants_names_the_peer_and_the_field() -> None:
+def test_an_incomplete_response_names_the_peer_and_the_field() -> None:
     with pytest.raises(ProtocolError, match="service at host:1: Missing required 'callerid' field"):
         check_service_reply({}, "host:1")
     with pytest.raises(ProtocolError, match="publisher host:1: Missing required 'type' field"):

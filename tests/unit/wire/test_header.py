@@ -1,4 +1,4 @@
-"""Connection headers, to the byte, and what becomes of malformed ones."""
+"""Connection headers, byte for byte, and malformed ones."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_a_malformed_header_is_refused(body: bytes, problem: str) -> None:
         decode_header(body)
 
 
-def test_a_header_may_come_byte_by_byte_and_leaves_what_follows() -> None:
+def test_a_header_byte_by_byte_leaves_the_following_bytes() -> None:
     reader = HeaderReader()
     stream = encode_header({"a": "b"})
     for byte in stream[:-1]:
@@ -49,6 +49,6 @@ def test_a_header_may_come_byte_by_byte_and_leaves_what_follows() -> None:
     assert reader.rest == b"rest"
 
 
-def test_a_header_above_the_limit_is_not_waited_for() -> None:
+def test_a_header_above_the_limit_is_refused_at_once() -> None:
     with pytest.raises(LimitExceeded, match="2000 bytes announced, the limit is 1000"):
         HeaderReader(limit_bytes=1000).feed(struct.pack("<I", 2000))

@@ -1,4 +1,4 @@
-"""HTTP, sans IO: requests and responses are cut out of any stream of bytes, or refused by name."""
+"""HTTP without I/O: requests and responses are split from any byte stream, or refused with a reason."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def request(*headers: str, body: bytes = b"", start: str = "POST /RPC2 HTTP/1.1"
 
 
 def read(stream: bytes, reader: RequestReader | None = None) -> list[Request]:
-    """Feeds a stream and takes all requests that it completes."""
+    """Feed a stream, and return all requests that it completes."""
     reader = reader or RequestReader()
     reader.feed(stream)
     return list(iter(reader.next_request, None))
@@ -45,7 +45,7 @@ def test_requests_and_responses_have_the_headers_that_genuine_parsers_expect() -
     )
 
 
-def test_a_request_that_comes_byte_by_byte_is_one_request() -> None:
+def test_a_request_sent_byte_by_byte_is_one_request() -> None:
     reader = RequestReader()
     stream = build_request("h:1", "/", b"hello")
     got = [found for byte in stream for found in read(bytes([byte]), reader)]
@@ -54,9 +54,7 @@ def test_a_request_that_comes_byte_by_byte_is_one_request() -> None:
 
 
 @given(st.lists(st.binary(max_size=50)), st.data())
-def test_requests_are_cut_the_same_however_the_stream_is_cut(
-    bodies: list[bytes], data: st.DataObject
-) -> None:
+def test_requests_are_the_same_for_any_split_of_the_stream(bodies: list[bytes], data: st.DataObject) -> None:
     stream = b"".join(build_request("h:1", "/", body) for body in bodies)
     cuts = sorted(data.draw(st.lists(st.integers(0, len(stream)), max_size=5)))
     reader = RequestReader()
@@ -101,7 +99,7 @@ def test_keep_alive_is_what_version_and_header_say(start: str, header: str, keep
     assert found.keep_alive is keep_alive
 
 
-def test_bare_newlines_and_blank_lines_before_a_request_are_borne() -> None:
+def test_bare_newlines_and_blank_lines_before_a_request_are_accepted() -> None:
     [found] = read(b"\r\n\nPOST / HTTP/1.1\nContent-Length: 1\n\nx")
     assert found.body == b"x"
 

@@ -1,7 +1,7 @@
-"""The HTTP reader and h11, a complete implementation, read generated messages alike.
+"""The HTTP reader and h11, a complete implementation, read the same generated messages.
 
-The reader supports less than HTTP has, and refuses the rest by a status of its own; h11 accepts that. What
-is not HTTP at all, both must refuse. `LENIENT` lists where the reader accepts more than h11.
+The reader supports a part of HTTP, and refuses the rest, which h11 accepts, with a status. Both must refuse
+streams that are not HTTP. `LENIENT` lists the cases in which the reader accepts more than h11.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ STRICT = (
 
 @dataclass(frozen=True)
 class Read:
-    """One message as a reader understood it."""
+    """A message as parsed by a reader."""
 
     start: tuple[str, ...]
     headers: dict[str, str]
@@ -48,7 +48,7 @@ class Read:
 
 
 def joined(headers: Any) -> dict[str, str]:
-    """h11's headers as the reader has them: values of one name joined, equal lengths counted once."""
+    """Return h11's headers in the reader's form: values of one name joined, equal lengths once."""
     found: dict[str, list[str]] = {}
     for name, value in headers:
         found.setdefault(name.decode(), []).append(value.decode("latin-1"))
@@ -58,7 +58,7 @@ def joined(headers: Any) -> dict[str, str]:
 
 
 def by_h11(stream: bytes, role: Any) -> list[Read] | None:
-    """The messages that h11 reads; None when it refuses the stream."""
+    """Return the messages that h11 reads; None when it refuses the stream."""
     connection = h11.Connection(role, max_incomplete_event_size=1 << 20)
     found: list[Read] = []
     if role is h11.CLIENT:
@@ -110,7 +110,7 @@ def read_of(head: Any, body: bytes, connection: h11.Connection) -> Read:
 
 
 def requests_by_reader(parts: list[bytes]) -> tuple[list[Read], int]:
-    """The requests that the reader cuts out, and the status of its refusal, 0 for none."""
+    """Return the requests that the reader cuts out, and the status of its refusal, 0 for none."""
     reader = RequestReader(body_limit=1 << 20)
     found: list[Read] = []
     try:
@@ -208,7 +208,7 @@ responses = st.builds(bytes.__add__, status_line, framed())
 
 
 def lacks_host(stream: bytes) -> bool:
-    """True when a head has no `Host`, which RFC 9112 demands and XML-RPC does not need."""
+    """Return True if a head has no `Host`, which RFC 9112 demands and XML-RPC does not need."""
     heads = re.findall(rb"POST [^\n]*HTTP/1.*?\n\r?\n", stream, re.DOTALL)
     return any(not re.search(rb"\nhost:", head, re.IGNORECASE) for head in heads)
 
@@ -228,7 +228,9 @@ def check(stream: bytes, mine: list[Read], status: int, theirs: list[Read] | Non
         read.start[0] in ("POST", "200", "500") for read in refused
     )
     if is_supported and not any(re.search(pattern, stream) for pattern in STRICT):
-        assert len(mine) == len(theirs)  # the reader may refuse what follows before h11 has a whole head
+        assert len(mine) == len(
+            theirs
+        )  # the reader may refuse the following bytes before h11 has a complete head
 
 
 @given(st.lists(requests, min_size=1, max_size=3).map(b"".join), st.data())

@@ -1,4 +1,4 @@
-"""Messages come out whole and in order, however they arrived, and a claimed length costs nothing."""
+"""Messages are complete and in order for any split of the stream, and a claimed length allocates nothing."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def framed(*bodies: bytes) -> bytes:
 
 
 def pieces(stream: bytes, sizes: list[int]) -> Iterator[bytes]:
-    """The stream, cut at the given sizes by turns."""
+    """Yield pieces of the stream with the given sizes, in rotation."""
     at = 0
     for size in itertools.cycle(sizes):
         if at >= len(stream):
@@ -33,7 +33,7 @@ def fed(buffer: MessageReader, data: bytes) -> list[bytes]:
 
 
 def receive(buffer: MessageReader, data: bytes) -> list[bytes]:
-    """As a socket does it: into the room that there is."""
+    """Write into the buffer's free space, like a socket."""
     messages, view = [], memoryview(data)
     while view:
         space = buffer.space()
@@ -45,9 +45,7 @@ def receive(buffer: MessageReader, data: bytes) -> list[bytes]:
 
 
 @given(st.lists(st.binary(max_size=300), max_size=20), st.lists(st.integers(1, 500), min_size=1))
-def test_messages_come_out_as_they_went_in_wherever_the_stream_was_cut(
-    bodies: list[bytes], cuts: list[int]
-) -> None:
+def test_messages_survive_any_split_of_the_stream(bodies: list[bytes], cuts: list[int]) -> None:
     buffer, received = MessageReader(), []
     for piece in pieces(framed(*bodies), cuts):
         received += fed(buffer, piece)
@@ -55,7 +53,7 @@ def test_messages_come_out_as_they_went_in_wherever_the_stream_was_cut(
 
 
 @given(st.lists(st.binary(max_size=300), max_size=20), st.lists(st.integers(1, 500), min_size=1))
-def test_it_does_not_matter_who_received_the_bytes(bodies: list[bytes], cuts: list[int]) -> None:
+def test_bytes_may_be_received_by_another_thread(bodies: list[bytes], cuts: list[int]) -> None:
     buffer, received = MessageReader(), []
     for number, piece in enumerate(pieces(framed(*bodies), cuts)):
         received += (fed if number % 2 else receive)(buffer, piece)
@@ -94,7 +92,7 @@ def test_room_is_used_again() -> None:
     assert buffer.space().obj is first.obj
 
 
-def test_the_memory_of_a_large_message_is_given_back_when_small_ones_follow() -> None:
+def test_the_buffer_of_a_large_message_is_released_when_small_ones_follow() -> None:
     buffer = MessageReader()
     assert len(receive(buffer, framed(bytes(4_000_000)))) == 1
     for _ in range(250):
@@ -102,14 +100,14 @@ def test_the_memory_of_a_large_message_is_given_back_when_small_ones_follow() ->
     assert len(buffer.space()) <= 128 * 1024
 
 
-def test_the_memory_for_large_messages_stays_as_long_as_they_come() -> None:
+def test_the_buffer_for_large_messages_is_kept_while_they_arrive() -> None:
     buffer = MessageReader()
     for number in range(300):
         receive(buffer, framed(bytes(1_000_000) if number % 50 == 0 else b"small"))
     assert len(buffer.space()) >= 1_000_000
 
 
-def test_an_idle_link_gives_the_memory_back_but_never_a_part_of_a_message() -> None:
+def test_an_idle_link_releases_its_buffer_but_never_a_partial_message() -> None:
     buffer = MessageReader()
     receive(buffer, framed(bytes(1_000_000)))
     receive(buffer, framed(b"in two")[:6])
@@ -128,7 +126,7 @@ def test_bytes_that_were_received_elsewhere_may_exceed_the_buffer() -> None:
     assert fed(buffer, data[-1:]) == [bytes([199]) * 100]
 
 
-def test_feeding_a_stream_takes_no_more_memory_than_its_largest_piece() -> None:
+def test_feeding_a_stream_needs_only_the_memory_of_its_largest_piece() -> None:
     buffer, piece = MessageReader(), framed(*[bytes(1000)] * 100)
     fed(buffer, piece[:50])
     for _ in range(100):
@@ -136,7 +134,7 @@ def test_feeding_a_stream_takes_no_more_memory_than_its_largest_piece() -> None:
     assert len(buffer.space()) < 4 * len(piece)
 
 
-def test_messages_that_were_fed_are_there_before_they_are_asked_for() -> None:
+def test_fed_messages_are_available_at_once() -> None:
     buffer = MessageReader()
     first, second = framed(b"first"), framed(b"second")
     buffer.feed(first[:3])
@@ -156,9 +154,7 @@ def taken(reader: ReplyReader) -> list[tuple[bool, bytes]]:
     st.lists(st.tuples(st.booleans(), st.binary(max_size=300)), max_size=10),
     st.lists(st.integers(1, 500), min_size=1),
 )
-def test_replies_come_out_as_they_went_in_wherever_the_stream_was_cut(
-    replies: list[tuple[bool, bytes]], cuts: list[int]
-) -> None:
+def test_replies_survive_any_split_of_the_stream(replies: list[tuple[bool, bytes]], cuts: list[int]) -> None:
     reader, received = ReplyReader(), []
     for piece in pieces(replies_of(*replies), cuts):
         reader.feed(piece)
@@ -183,7 +179,7 @@ def test_a_reply_above_the_limit_is_refused_before_it_arrives() -> None:
         reader.next_reply()
 
 
-def test_only_one_in_front_of_a_reply_means_success() -> None:
+def test_a_reply_succeeds_only_if_its_first_byte_is_one() -> None:
     reader = ReplyReader()
     reader.feed(replies_of((True, b"yes"), (False, b"no")) + struct.pack("<BI", 2, 0))
     assert taken(reader) == [(True, b"yes"), (False, b"no"), (False, b"")]

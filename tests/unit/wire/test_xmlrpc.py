@@ -1,4 +1,4 @@
-"""XML-RPC documents: what goes in comes out, in the form that genuine peers read and write."""
+"""XML-RPC documents: values survive a round trip, in the form that genuine peers use."""
 
 from __future__ import annotations
 
@@ -207,7 +207,7 @@ def test_a_large_document_is_read_the_same_in_slices() -> None:
         b"<methodCall><methodName>m</methodName><params><param><value a='" + b"x" * 200_000 + b"'>",
     ],
 )
-def test_a_tag_or_comment_without_end_is_refused_before_it_costs_anything(document: bytes) -> None:
+def test_an_unterminated_tag_or_comment_is_refused_early(document: bytes) -> None:
     with pytest.raises(LimitExceeded, match="a tag of more than 65536 bytes"):
         decode_call(document)
 
@@ -234,7 +234,7 @@ def test_values_nest_to_the_limit_and_no_deeper() -> None:
                 decode(depth)
 
 
-def test_whatever_was_read_from_a_call_can_be_answered() -> None:
+def test_every_value_read_from_a_call_can_be_encoded() -> None:
     value: Any = []
     for _ in range(NESTING_LIMIT - 1):
         value = [value]
@@ -313,7 +313,7 @@ def test_a_large_value_is_noticed_before_it_is_encoded(value: Any) -> None:
 
 
 @pytest.mark.parametrize("text", ["x", "ä€😀", "a & b\n<c>\t"])
-def test_long_texts_and_long_documents_stay_what_they_are(text: str) -> None:
+def test_long_texts_and_documents_are_unchanged(text: str) -> None:
     value = {"text": text * 3_000, text.strip() * 400: [text] * 3_000}
     assert decode_response(encode_response(value)) == value
     assert xmlrpc.client.loads(encode_call("m", (value,))) == ((value,), "m")
@@ -321,7 +321,7 @@ def test_long_texts_and_long_documents_stay_what_they_are(text: str) -> None:
         encode_response(text * 3_000 + "\x01")
 
 
-def test_an_encoded_value_goes_into_a_document_as_it_is() -> None:
+def test_an_encoded_value_is_inserted_unchanged() -> None:
     assert encode_response([Encoded({"a": 1}), 2]) == encode_response([{"a": 1}, 2])
 
 

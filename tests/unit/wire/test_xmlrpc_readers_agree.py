@@ -1,4 +1,4 @@
-"""The quick and the thorough XML-RPC reader never disagree: the quick one is right, or gives up."""
+"""The quick XML-RPC reader agrees with the complete one, or gives up."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ tags = st.sampled_from(["int", "i4", "i8", "string", "double", "boolean", "name"
 
 @st.composite
 def documents(draw: st.DrawFn, depth: int = 0) -> str:
-    """A value that is mostly well written."""
+    """Strategy for mostly well-formed values."""
     kind = draw(st.integers(0, 9))
     gap = draw(blanks)
     if kind < 5 or depth > LIMIT:
@@ -96,7 +96,7 @@ def test_on_a_damaged_document_the_quick_reader_agrees_or_gives_up(data: st.Data
     "params",
     [("/n", "/key"), ("/n", 5, -1.5, True), ("/n", {"a": {"b": [1, 2]}, "ü": ""}), ()],
 )
-def test_the_quick_reader_knows_what_ros_peers_send(params: tuple[Any, ...]) -> None:
+def test_the_quick_reader_reads_documents_of_ros_peers(params: tuple[Any, ...]) -> None:
     import xmlrpc.client
 
     assert xmlrpc_fast.decode_call(encode_call("m", params), 100) == ("m", params)

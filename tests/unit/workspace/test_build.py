@@ -1,4 +1,4 @@
-"""Workspaces built without CMake: what is made, what is refused, and what is left alone."""
+"""Workspaces built without CMake: created, refused and untouched files."""
 
 from __future__ import annotations
 
@@ -172,7 +172,7 @@ def test_an_incomplete_manifest_is_reported(workspace: Workspace) -> None:
     assert "version" in error
 
 
-def test_a_failed_package_takes_down_only_those_that_need_it(workspace: Workspace) -> None:
+def test_a_failed_package_skips_only_its_dependents(workspace: Workspace) -> None:
     workspace.add("bad", "nonsense()")
     workspace.add("user", depends="bad")
     workspace.add("other")
@@ -222,7 +222,7 @@ def test_only_the_packages_wanted_are_built(workspace: Workspace) -> None:
     assert workspace.build(left_out=frozenset({"c"})).built == []
 
 
-def test_the_language_of_cmake_is_carried_out(workspace: Workspace) -> None:
+def test_cmake_code_is_executed(workspace: Workspace) -> None:
     workspace.add(
         "talkers",
         "find_package(catkin REQUIRED COMPONENTS message_generation)\n"

@@ -1,4 +1,4 @@
-"""What packages ask for by commands of CMake and catkin: custom commands, installation, hooks, tests."""
+"""Commands of CMake and catkin in packages: custom commands, installation, hooks, tests."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def workspace(tmp_path: Path) -> Workspace:
 
 
 def touch_later(file: Path) -> None:
-    """Makes a file newer than everything made so far."""
+    """Make a file newer than everything made so far."""
     later = max(path.stat().st_mtime_ns for path in file.parents[2].rglob("*")) + 1_000_000_000
     os.utime(file, ns=(later, later))
 
@@ -34,7 +34,7 @@ COPY = (
 )
 
 
-def test_a_loop_goes_on_while_its_condition_holds(workspace: Workspace) -> None:
+def test_a_loop_repeats_while_its_condition_holds(workspace: Workspace) -> None:
     workspace.add(
         "p", 'set(i 0)\nwhile(i LESS 3)\n  math(EXPR i "${i}+1")\n  message(STATUS "i ${i}")\nendwhile()'
     )
@@ -42,7 +42,7 @@ def test_a_loop_goes_on_while_its_condition_holds(workspace: Workspace) -> None:
     assert [line for line in workspace.lines if line.startswith("-- i ")] == ["-- i 1", "-- i 2", "-- i 3"]
 
 
-def test_a_loop_without_an_end_is_ended(workspace: Workspace) -> None:
+def test_an_infinite_loop_is_stopped(workspace: Workspace) -> None:
     folder = workspace.add("p", "while(TRUE)\nendwhile()")
     (error,) = workspace.build().errors
     assert f"{folder}/CMakeLists.txt:3 (while)" in error
@@ -108,7 +108,7 @@ def test_commands_read_the_variables_of_noetic_in_a_bare_shell(
     assert (workspace.base / "build/p/distro").read_text() == "noetic"
 
 
-def test_a_missing_file_that_nothing_makes_is_named(workspace: Workspace) -> None:
+def test_a_missing_file_without_a_rule_is_named(workspace: Workspace) -> None:
     workspace.add("p", "add_custom_target(bad ALL DEPENDS ${CMAKE_CURRENT_BINARY_DIR}/nope.txt)")
     (error,) = workspace.build().errors
     assert "No rule to make target" in error
@@ -217,7 +217,7 @@ def test_settings_of_the_command_line_win_over_the_cache_and_options(workspace: 
     assert "-- 7 OFF 3 d" in workspace.lines
 
 
-def test_a_package_knows_where_it_is(workspace: Workspace) -> None:
+def test_a_package_has_its_path(workspace: Workspace) -> None:
     written = (
         "${CMAKE_SOURCE_DIR} ${CMAKE_BINARY_DIR} ${CMAKE_CURRENT_BINARY_DIR} ${CATKIN_DEVEL_PREFIX} "
         "${PROJECT_VERSION} ${p_VERSION}"
@@ -315,7 +315,7 @@ def test_environment_hooks_are_put_where_setup_files_find_them(workspace: Worksp
     assert find_hooks([workspace.layout.devel], "fish") == []
 
 
-def test_tests_are_called_what_catkin_calls_them(workspace: Workspace) -> None:
+def test_tests_have_the_target_names_of_catkin(workspace: Workspace) -> None:
     workspace.add(
         "p",
         "find_package(rostest)\nfind_package(roslaunch)\n"

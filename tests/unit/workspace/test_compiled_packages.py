@@ -40,7 +40,7 @@ def test_a_nodelet_names_its_plugin(arguments: list[str], says: str) -> None:
 
 
 @pytest.mark.parametrize("package", ["nodelet", "move_base"])
-def test_rosrun_says_it_after_noetic_s_own_line(
+def test_rosrun_adds_advice_after_noetics_line(
     package: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))

@@ -55,7 +55,7 @@ def test_names_in_a_manifest_are_listed_whatever_they_are(graph: DependencyGraph
     assert graph.rosdeps("top", only_direct=True) == ["boost", "left", "right"]
 
 
-def test_chains_are_all_the_ways(graph: DependencyGraph) -> None:
+def test_chains_are_all_paths(graph: DependencyGraph) -> None:
     assert list(graph.chains("top", "bottom")) == [["top", "left", "bottom"], ["top", "right", "bottom"]]
     assert list(graph.chains("bottom", "top")) == []
     assert list(graph.chains("round", "round")) == [["round", "about", "round"]]

@@ -63,7 +63,7 @@ def test_the_workspaces_below_come_after_and_install_spaces_have_share(
     assert changes["ROS_PACKAGE_PATH"] == f"{tmp_path}/ws/src:{underlay}/share:{SHARED_PACKAGES}"
 
 
-def test_another_workspace_takes_the_place_of_the_one_before(devel: Path, tmp_path: Path) -> None:
+def test_sourcing_another_workspace_replaces_the_former(devel: Path, tmp_path: Path) -> None:
     other = space(tmp_path / "other" / "devel", sources="/other/src")
     environment = {"PATH": "/bin", "CMAKE_PREFIX_PATH": f"/nowhere:{tmp_path}"}
     environment |= workspace_environment(other, [], environment)
@@ -73,7 +73,7 @@ def test_another_workspace_takes_the_place_of_the_one_before(devel: Path, tmp_pa
     assert "/other/src" not in environment["ROS_PACKAGE_PATH"]
 
 
-def test_extend_keeps_what_is_there(devel: Path, tmp_path: Path) -> None:
+def test_extend_keeps_the_existing_environment(devel: Path, tmp_path: Path) -> None:
     other = space(tmp_path / "other" / "devel", sources="/other/src")
     environment = {"PATH": "/bin"}
     environment |= workspace_environment(other, [], environment)
@@ -82,7 +82,7 @@ def test_extend_keeps_what_is_there(devel: Path, tmp_path: Path) -> None:
     assert environment["ROS_PACKAGE_PATH"].startswith(f"{tmp_path}/ws/src:/other/src:")
 
 
-def test_the_own_programs_are_found_afterwards(devel: Path) -> None:
+def test_programs_of_pipros_are_added_to_the_path_once(devel: Path) -> None:
     own = Path("/venv/bin")
     assert workspace_environment(devel, [], {"PATH": "/bin"}, own_programs=own)["PATH"] == "/venv/bin:/bin"
     assert "PATH" not in workspace_environment(devel, [], {"PATH": "/bin:/venv/bin"}, own_programs=own)

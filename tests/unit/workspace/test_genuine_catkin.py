@@ -1,4 +1,4 @@
-"""Which packages genuine catkin gets besides those of the workspace itself."""
+"""The packages that are passed to genuine catkin besides those of the workspace."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_an_installed_package_is_found_wherever_cmake_finds_it(tmp_path: Path, f
 
 
 def programs(folder: Path, *names: str, code: int = 0) -> dict[str, str]:
-    """An environment in which only these programs exist; they end with `code`."""
+    """Return an environment in which only these programs exist; they exit with `code`."""
     folder.mkdir()
     for name in names:
         file = folder / name
@@ -141,7 +141,7 @@ PYTHON_PACKAGES = ("robot_state_publisher", "xacro", "joint_state_publisher", "d
 
 @pytest.mark.parametrize("name", PYTHON_PACKAGES)
 def test_a_python_package_of_pipros_is_found_by_cmake_and_not_built(tmp_path: Path, name: str) -> None:
-    """Genuine catkin would look for its CMakeLists.txt."""
+    """Genuine catkin would require its CMakeLists.txt."""
     folder, layout = programs_and_layout(tmp_path)
     add_manifest(tmp_path / "src", f"<exec_depend>{name}</exec_depend>")
     packages = read_source_space(tmp_path / "src", {}).packages
@@ -179,7 +179,7 @@ def test_packages_found_without_a_declared_dependency_are_found_too(tmp_path: Pa
 
 
 @pytest.mark.parametrize("name", ["message_generation", "message_runtime", "rostest", "dynamic_reconfigure"])
-def test_only_the_genuine_package_with_commands_for_cmake_will_do(tmp_path: Path, name: str) -> None:
+def test_only_the_genuine_package_provides_cmake_commands(tmp_path: Path, name: str) -> None:
     add_manifest(tmp_path / "src", f"<depend>{name}</depend>")
     packages = read_source_space(tmp_path / "src", {}).packages
 
@@ -190,7 +190,7 @@ def test_only_the_genuine_package_with_commands_for_cmake_will_do(tmp_path: Path
     ("prefix", "distribution"), [("/usr", "Debian"), ("/opt/ros/noetic", "noetic"), ("/opt/ros/one", "one")]
 )
 def test_genuine_catkin_gets_the_environment_of_its_own_distribution(prefix: str, distribution: str) -> None:
-    """A hook of Debian's packages complains about another one, and what it prints ends the build."""
+    """A hook of Debian's packages complains about another one, and its output would end the build."""
     sourced = {
         "ROS_DISTRO": "noetic",
         "ROS_ROOT": "/p/ros",
@@ -241,7 +241,7 @@ def has_cmake(package: SourcePackage) -> bool:
 
 
 def programs_and_layout(tmp_path: Path) -> tuple[NativeTools, WorkspaceFolders]:
-    """Tools that do nothing, but `cmake` writes its prefix path to a file; and the spaces of a workspace."""
+    """Fake tools, of which `cmake` writes its prefix path to a file, and the spaces of a workspace."""
     layout = WorkspaceFolders(tmp_path, *(tmp_path / name for name in ("src", "build", "devel", "install")))
     programs(tmp_path / "bin", "cmake")
     (tmp_path / "bin" / "cmake").write_text(f"#!/bin/sh\necho $CMAKE_PREFIX_PATH > {tmp_path}/prefix_path\n")
@@ -250,7 +250,7 @@ def programs_and_layout(tmp_path: Path) -> tuple[NativeTools, WorkspaceFolders]:
     return NativeTools(str(tmp_path / "bin" / "cmake"), tmp_path / "opt"), layout
 
 
-def test_catkin_tools_in_the_environment_of_pipros_are_told_what_to_do() -> None:
+def test_catkin_tools_in_the_environment_of_pipros_print_instructions() -> None:
     """CMake code of genuine catkin imports this function from the `catkin` of the environment."""
     from catkin.environment_cache import generate_environment_script
 

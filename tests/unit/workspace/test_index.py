@@ -19,7 +19,7 @@ def add_package(folder: Path, name: str | None = None) -> Path:
 
 
 def age(folder: Path) -> None:
-    """Makes everything below `folder` old enough for its times to be trusted."""
+    """Make everything below `folder` old enough for its times to be trusted."""
     for path in (folder, *folder.rglob("*")):
         os.utime(path, (1_000_000_000, 1_000_000_000))
 
@@ -47,13 +47,13 @@ def test_a_name_inside_a_comment_is_not_the_name(tmp_path: Path) -> None:
         "<na<!-- -->me>right</name>",
     ],
 )
-def test_the_name_is_found_in_odd_manifests(tmp_path: Path, manifest: str) -> None:
+def test_the_name_is_found_in_unusual_manifests(tmp_path: Path, manifest: str) -> None:
     add_package(tmp_path / "folder")
     (tmp_path / "folder" / "package.xml").write_text(manifest)
     assert [package.name for package in PackageIndex([tmp_path])] == ["right"]
 
 
-def test_a_manifest_without_a_name_is_known_by_its_folder(tmp_path: Path) -> None:
+def test_a_package_without_a_name_has_that_of_its_folder(tmp_path: Path) -> None:
     add_package(tmp_path / "broken")
     (tmp_path / "broken" / "package.xml").write_text("<package")
     assert PackageIndex([tmp_path]).find("broken").path == tmp_path / "broken"
@@ -66,14 +66,14 @@ def test_the_earlier_folder_wins_and_the_duplicate_is_listed(tmp_path: Path) -> 
     assert index.duplicates() == {"p": [first, second]}
 
 
-def test_packages_do_not_nest(tmp_path: Path) -> None:
+def test_packages_are_not_nested(tmp_path: Path) -> None:
     add_package(tmp_path / "outer")
     add_package(tmp_path / "outer" / "inner")
     assert [package.name for package in PackageIndex([tmp_path])] == ["outer"]
 
 
 @pytest.mark.parametrize("marker", ["CATKIN_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"])
-def test_a_marked_folder_is_passed_over(tmp_path: Path, marker: str) -> None:
+def test_a_marked_folder_is_skipped(tmp_path: Path, marker: str) -> None:
     add_package(tmp_path / "marked" / "p")
     (tmp_path / "marked" / marker).touch()
     assert "p" not in PackageIndex([tmp_path])
@@ -149,7 +149,7 @@ def test_a_large_folder_is_answered_from_the_cache_while_nothing_changes(tmp_pat
     assert "from_the_cache" in PackageIndex([root], cache_folder=cache)
 
 
-def test_one_package_of_a_cached_folder_is_good_as_long_as_its_own_manifest(tmp_path: Path) -> None:
+def test_a_package_in_a_cached_folder_is_valid_while_its_manifest_is_unchanged(tmp_path: Path) -> None:
     root, cache = tmp_path / "root", tmp_path / "cache"
     many_packages(root)
     list(PackageIndex([root], cache_folder=cache))
@@ -160,7 +160,7 @@ def test_one_package_of_a_cached_folder_is_good_as_long_as_its_own_manifest(tmp_
     assert PackageIndex([root], cache_folder=cache).find("renamed").path == root / "p3"
 
 
-def test_all_are_listed_rightly_after_one_was_found_in_an_outdated_cache(tmp_path: Path) -> None:
+def test_the_list_is_correct_after_a_look_up_in_an_outdated_cache(tmp_path: Path) -> None:
     root, cache = tmp_path / "root", tmp_path / "cache"
     many_packages(root)
     list(PackageIndex([root], cache_folder=cache))
@@ -171,7 +171,7 @@ def test_all_are_listed_rightly_after_one_was_found_in_an_outdated_cache(tmp_pat
     assert "new" in {package.name for package in index}
 
 
-def test_a_package_in_an_earlier_folder_wins_over_one_in_a_cached_later_one(tmp_path: Path) -> None:
+def test_a_package_in_an_earlier_folder_precedes_one_in_a_later_cached_folder(tmp_path: Path) -> None:
     early, late, cache = tmp_path / "early", tmp_path / "late", tmp_path / "cache"
     many_packages(late)
     many_packages(early)
@@ -203,7 +203,7 @@ def test_every_change_invalidates_the_cache(tmp_path: Path, change: str) -> None
     assert {package.name for package in PackageIndex([root], cache_folder=cache)} == expected
 
 
-def test_a_cache_that_cannot_be_written_is_done_without(tmp_path: Path) -> None:
+def test_an_unwritable_cache_is_skipped(tmp_path: Path) -> None:
     root = tmp_path / "root"
     many_packages(root)
     (tmp_path / "file").touch()
@@ -217,7 +217,7 @@ def test_a_crawl_of_recently_changed_folders_is_not_current(tmp_path: Path) -> N
     assert crawling.crawl(str(tmp_path)).is_current()
 
 
-def test_a_crawl_survives_being_written_down(tmp_path: Path) -> None:
+def test_a_crawl_survives_a_round_trip(tmp_path: Path) -> None:
     add_package(tmp_path / "with blanks" / "pä")
     found = crawling.crawl(str(tmp_path))
     text = crawling.dump(found)
@@ -255,7 +255,7 @@ def test_dry_packages_have_the_names_of_their_folders(tmp_path: Path) -> None:
     assert [export.tag for export in manifest.exports] == ["cpp"]
 
 
-def test_metapackages_are_found_only_by_those_who_ask_for_them(tmp_path: Path) -> None:
+def test_metapackages_are_found_only_on_request(tmp_path: Path) -> None:
     folder = add_package(tmp_path / "all_robots")
     (folder / "package.xml").write_text(META)
     add_package(tmp_path / "robot")

@@ -21,7 +21,7 @@ def names(source: Path, **variables: str) -> list[str]:
     return [package.name for package in read_source_space(source, variables).packages]
 
 
-def test_packages_come_after_those_that_they_depend_on(tmp_path: Path) -> None:
+def test_packages_follow_their_dependencies(tmp_path: Path) -> None:
     add(tmp_path, "a", "<depend>b</depend>")
     add(tmp_path, "b", "<build_depend>c</build_depend><exec_depend>elsewhere</exec_depend>")
     add(tmp_path, "c", "<test_depend>d</test_depend>")
@@ -49,7 +49,7 @@ def test_conditions_decide_what_a_package_depends_on(
     assert packages["a"].all_dependencies == ({"b"} if is_needed else set())
 
 
-def test_each_kind_of_dependency_is_in_its_list(tmp_path: Path) -> None:
+def test_dependencies_are_listed_by_kind(tmp_path: Path) -> None:
     add(tmp_path, "a", "<depend>x</depend><exec_depend>y</exec_depend><test_depend>z</test_depend>")
     (package,) = read_source_space(tmp_path, {}).packages
     assert package.dependencies("build_depends") == {"x"}
@@ -60,7 +60,7 @@ def test_each_kind_of_dependency_is_in_its_list(tmp_path: Path) -> None:
     assert package.line_of("nowhere") == 1
 
 
-def test_the_closure_has_what_is_needed_directly_or_not(tmp_path: Path) -> None:
+def test_the_closure_has_direct_and_indirect_dependencies(tmp_path: Path) -> None:
     add(tmp_path, "a", "<depend>b</depend>")
     add(tmp_path, "b", "<depend>c</depend><depend>elsewhere</depend>")
     add(tmp_path, "c")

@@ -40,7 +40,7 @@ def test_tests_have_the_names_of_catkin(test: Entry, name: str, results: str) ->
         ([], False),
     ],
 )
-def test_a_target_means_these_tests(targets: list[str], wanted: bool) -> None:
+def test_a_target_selects_its_tests(targets: list[str], wanted: bool) -> None:
     assert is_wanted(ROSTEST, "p", targets) is wanted
 
 

@@ -43,7 +43,7 @@ def test_missing_elements_are_empty_and_the_name_is_that_of_the_folder(tmp_path:
         ("conflict", set()),
     ],
 )
-def test_elements_mean_these_lists(tmp_path: Path, element: str, kinds: set[str]) -> None:
+def test_elements_are_parsed_to_these_lists(tmp_path: Path, element: str, kinds: set[str]) -> None:
     manifest = read_manifest(write(tmp_path, f"<package><{element}> x </{element}><{element}/></package>"))
     assert {kind for kind, _ in manifest.dependencies} == kinds
     assert manifest.depends() == (["x"] if kinds else [])
@@ -67,7 +67,7 @@ def test_conditions_have_the_values_of_noetic(tmp_path: Path, condition: str, ho
     assert bool(manifest.depends()) is holds
 
 
-def test_a_dry_manifest_has_its_own_words(tmp_path: Path) -> None:
+def test_a_dry_manifest_has_other_tags(tmp_path: Path) -> None:
     content = (
         '<package><depend package="a"/><depend/><rosdep name="boost"/><rosdep/>'
         '<export><cpp cflags="-I"/></export></package>'

@@ -1,4 +1,4 @@
-"""Packages of the shapes that public repositories have. `tests/interop` builds such with genuine catkin."""
+"""Packages like those in public repositories. `tests/interop` builds them with genuine catkin."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ def test_a_message_dependency_brings_its_own_dependencies(
     assert len(workspace.build().errors) == errors
 
 
-def test_without_genuine_catkin_what_compiled_code_needs_is_built_as_ever(workspace: Workspace) -> None:
+def test_without_genuine_catkin_dependencies_of_compiled_code_are_built(workspace: Workspace) -> None:
     workspace.add(
         "messages",
         f"find_package(catkin REQUIRED message_generation)\n{MESSAGES}",

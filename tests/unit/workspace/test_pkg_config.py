@@ -8,7 +8,7 @@ from pipros.workspace.pkg_config import NoFlags, flags
 
 
 def pkg_config(folder: Path, monkeypatch: pytest.MonkeyPatch, answer: str, code: int = 0) -> None:
-    """A program of that name that gives this answer, the only one in PATH."""
+    """A program of that name with this output, the only one in PATH."""
     folder.mkdir()
     stream = ">&2" if code else ""
     (folder / "pkg-config").write_text(f"#!/bin/sh\nprintf '%s\\n' '{answer}' {stream}\nexit {code}\n")
@@ -32,7 +32,9 @@ def test_other_flags_keep_their_order_and_prefix(tmp_path: Path, monkeypatch: py
     assert flags("p", "cflags-only-other") == ["-pthread", "-DX=1", "-DA"]
 
 
-def test_a_failure_says_what_was_asked_and_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_query_names_the_query_and_the_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pkg_config(tmp_path / "bin", monkeypatch, "Package p was not found.", code=1)
     with pytest.raises(NoFlags, match=r"'pkg-config --libs-only-l p' failed: Package p was not found\."):
         flags("p", "libs-only-l", "-l")

@@ -1,4 +1,4 @@
-"""The PowerShell setup file, read by a grammar of PowerShell: no package brings the shell itself."""
+"""The PowerShell setup file, checked by a grammar of PowerShell, because the shell is not packaged."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipros.workspace.setup_files import write_setup_files
 
 
 def read(code: str) -> Node:
-    """The root of the syntax tree; it has no error."""
+    """Return the root of the syntax tree; it has no error."""
     root = Parser(Language(tree_sitter_powershell.language())).parse(code.encode()).root_node
     assert not root.has_error, f"{root}\n{code}"
     return root
@@ -33,7 +33,7 @@ def texts(root: Node, kind: str) -> list[str]:
 
 
 def value_of(literal: str) -> str:
-    """What PowerShell makes of a string in single quotes: a pair of quotes, of any kind, is one of them."""
+    """Parse a single-quoted string like PowerShell: a doubled quote, of any kind, is one quote."""
     return re.sub(r"(['‘’‚‛])['‘’‚‛]", r"\1", literal[1:-1])  # noqa: RUF001
 
 
@@ -58,7 +58,7 @@ def test_the_setup_file_is_powershell(tmp_path: Path, monkeypatch: pytest.Monkey
     "value",
     ["/a:/b", "it's", "‘quoted’ ‚so‛", "$HOME `n $(evil)", "two\nlines", "", "# no comment", "';evil;'"],  # noqa: RUF001
 )
-def test_any_value_comes_through_as_one_string(value: str) -> None:
+def test_arbitrary_values_survive_as_one_string(value: str) -> None:
     root = read(shell_code({"ROS_PACKAGE_PATH": value, "ROS_DISTRO": "noetic"}, "powershell"))
     assert texts(root, "variable") == ["$env:ROS_PACKAGE_PATH", "$env:ROS_DISTRO"]
     literals = texts(root, "verbatim_string_characters")

@@ -21,7 +21,7 @@ def test_the_own_interpreter_comes_first_when_another_python_would_be_found(tmp_
     assert environment == {**DISTRIBUTION, "PATH": f"{own.parent}:{other.parent}", "A": "b"}
 
 
-def test_a_path_that_leads_to_the_own_interpreter_is_left_alone(tmp_path: Path) -> None:
+def test_a_path_with_the_own_interpreter_is_unchanged(tmp_path: Path) -> None:
     own, tools = program(tmp_path / "venv" / "python3"), program(tmp_path / "tools" / "gdb")
     variables = {"PATH": f"{tools.parent}:{own.parent}"}
     assert program_environment(variables, str(own))["PATH"] == variables["PATH"]
@@ -32,7 +32,7 @@ def test_programs_see_the_distribution_unless_the_environment_has_another(tmp_pa
     assert [environment[name] for name in DISTRIBUTION] == ["one", "1", "3"]
 
 
-def test_a_prefix_is_split_into_words_and_seen_by_no_shell(tmp_path: Path) -> None:
+def test_a_launch_prefix_is_split_into_words_without_a_shell(tmp_path: Path) -> None:
     script = program(tmp_path / "talker")
     command = command_of(script, ["a b"], "gdb -ex 'run $(x)' --args")
     assert command == ["gdb", "-ex", "run $(x)", "--args", str(script), "a b"]
@@ -55,5 +55,5 @@ def test_a_bad_first_line_is_explained(tmp_path: Path, content: str, complaint: 
     assert complaint in (why_not_startable(program(tmp_path / "talker.py", content)) or "")
 
 
-def test_a_good_script_has_no_complaint(tmp_path: Path) -> None:
+def test_a_valid_script_has_no_findings(tmp_path: Path) -> None:
     assert why_not_startable(program(tmp_path / "talker.py", "#!/bin/sh\n")) is None

@@ -1,4 +1,4 @@
-"""What the commands of a `CMakeLists.txt` say about a package, by `read_project` alone: nothing is built."""
+"""The properties of a package that `read_project` finds in its `CMakeLists.txt`, without a build."""
 
 from __future__ import annotations
 

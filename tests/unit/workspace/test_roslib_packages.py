@@ -1,4 +1,4 @@
-"""`roslib.packages`: what old scripts find packages and their files with."""
+"""`roslib.packages`, with which old scripts find packages and their files."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_programs_and_files_are_found(package: Path) -> None:
         packages.find_node("no_robot", "drive")
 
 
-def test_packages_are_found_where_an_argument_says(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_packages_are_found_in_the_given_folder(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_PACKAGE_PATH", "")
     path = str(package.parent)
     assert packages.get_pkg_dir("old_robot", required=False) is None
@@ -80,7 +80,7 @@ def test_packages_are_found_where_an_argument_says(package: Path, monkeypatch: p
     assert packages.list_pkgs_by_path(path, ["another"]) == ["another", "old_robot"]
 
 
-def test_load_manifest_is_satisfied_with_a_package_that_there_is(package: Path) -> None:
+def test_load_manifest_succeeds_for_an_existing_package(package: Path) -> None:
     assert roslib.load_manifest is roslib.launcher.load_manifest
     roslib.load_manifest("old_robot")
     roslib.load_manifest("rospy")

@@ -28,7 +28,7 @@ def workspace(base: Path, name: str, *underlays: Path) -> Path:
 
 
 def sourced(shell: str, *files: Path, options: str = "") -> dict[str, str]:
-    """The variables after sourcing files one after another."""
+    """Return the variables after sourcing files one after another."""
     word = "source" if shell == "fish" else "."
     lines = [f"{word} '{file}' {options}" for file in files]
     ended = subprocess.run(

@@ -32,7 +32,9 @@ def write(folder: Path, text: str, *packages: str) -> str:
         ("print('talks')\nfrom setuptools import setup\nsetup(packages=['a'])\nprint('a lot')", {"a": "a"}),
     ],
 )  # fmt: skip
-def test_packages_are_where_the_setup_says(tmp_path: Path, text: str, packages: dict[str, str]) -> None:
+def test_packages_are_in_the_folders_of_the_setup(
+    tmp_path: Path, text: str, packages: dict[str, str]
+) -> None:
     folder = write(tmp_path, text, "src/found")
     setup = read_setup_py(folder)
     assert setup.packages == {name: str(tmp_path / path) for name, path in packages.items()}
@@ -81,7 +83,7 @@ def test_a_setup_reads_the_variables_of_noetic_in_a_bare_shell(
 ) -> None:
     for name in ("ROS_DISTRO", "ROS_PYTHON_VERSION"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("ROS_VERSION", "one")  # of the shell: it wins
+    monkeypatch.setenv("ROS_VERSION", "one")  # of the shell, which takes precedence
     text = (
         "import os\nfrom setuptools import setup\n"
         "setup(packages=[os.environ['ROS_' + name] for name in ('VERSION', 'DISTRO', 'PYTHON_VERSION')])"

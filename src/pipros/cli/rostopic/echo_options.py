@@ -11,7 +11,7 @@ from pipros.cli.runner import option_parser
 
 @dataclass(frozen=True, slots=True)
 class EchoOptions:
-    """How messages are printed.
+    """The format of printed messages.
 
     Attributes:
         count: number of messages; None for no limit.

@@ -23,7 +23,7 @@ REPORT_PERIOD_S = 1.0
 
 @dataclass(frozen=True, slots=True)
 class HzOptions:
-    """How rates are measured.
+    """The options for measuring rates.
 
     Attributes:
         window: number of intervals to keep.

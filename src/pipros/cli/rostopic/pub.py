@@ -32,7 +32,7 @@ POLL_PERIOD_S = 0.01
 
 @dataclass(frozen=True, slots=True)
 class PubOptions:
-    """What to publish, and how often.
+    """The messages to publish, and their rate.
 
     Attributes:
         topic, type_name: as typed.

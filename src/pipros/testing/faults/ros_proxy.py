@@ -49,7 +49,7 @@ class FaultProxy:
     """
 
     def __init__(self, master_uri: str, *, seed: int = 0) -> None:
-        """Store the arguments; `start` opens the port.
+        """Keep the arguments; `start` opens the port.
 
         The same seed gives each connection the same faults at the same bytes.
         """

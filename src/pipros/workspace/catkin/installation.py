@@ -22,7 +22,7 @@ class Installation:
 
     Attributes:
         copy: the copy to make below the install space; None for code.
-        is_python: whether it is a script of `catkin_install_python()`; the devel space gets those as well.
+        is_python: whether it is a script of `catkin_install_python()`, also written to the devel space.
         code: the text of `install(CODE)`.
         script: the file of `install(SCRIPT)`.
     """

@@ -1,7 +1,7 @@
 """Reader for the `CMakeLists.txt` of a package.
 
 The file is executed command by command, as CMake does, to the extent that packages without compiled code
-need. Commands that only CMake itself can run are recorded the message names the file and line. The command
+need. Commands that only CMake itself can run are recorded, with file and line. The command
 handlers are in the tables of `*_commands.py`.
 """
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Adds numbers by the C++ service, and reports each water level with the sum and the file of rospy."""
+"""Call the C++ service to add numbers, and report each water level with the sum and the path of rospy."""
 
 from mixed.msg import Level
 from mixed.srv import Add

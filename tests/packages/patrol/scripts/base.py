@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A base that drives straight to its goals: an action server, and the transform of where it is."""
+"""A base that drives straight to its goals: an action server, and a broadcaster of its pose."""
 
 import math
 

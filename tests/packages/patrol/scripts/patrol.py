@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Drives to some places, and looks by tf whether it is there."""
+"""Drive to some places, and check the arrival with tf."""
 
 import sys
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""An errand as a state machine: asks for the way, drives while the path is clear, gives up in the end."""
+"""An errand as a state machine: requests a path, drives while it is clear, and finally gives up."""
 
 import sys
 

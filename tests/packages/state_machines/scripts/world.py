@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A world for an errand: a base that drives, a service that knows the way, and a path that gets blocked."""
+"""The world of an errand: a driving base, a path service, and a path that becomes blocked."""
 
 import threading
 

@@ -1,4 +1,4 @@
-"""Layouts: nothing overlaps, arrows lead to the right, groups have rectangles of their own."""
+"""Layouts: nothing overlaps, arrows point to the right, groups have their own rectangles."""
 
 from __future__ import annotations
 
@@ -55,9 +55,7 @@ def test_an_arrow_begins_at_its_start_and_ends_at_its_end(arrows: list[tuple[int
 
 
 @given(graphs, st.dictionaries(names, st.sampled_from(["/a", "/b", ""])))
-def test_groups_have_bands_apart_from_each_other(
-    arrows: list[tuple[int, int]], groups: dict[int, str]
-) -> None:
+def test_groups_do_not_overlap(arrows: list[tuple[int, int]], groups: dict[int, str]) -> None:
     layout = laid_out(arrows, groups)
     assert set(layout.bands) == set(groups.values()) - {""}
     for one, other in itertools.combinations(layout.bands.values(), 2):
@@ -72,7 +70,7 @@ def test_the_same_graph_has_the_same_layout(arrows: list[tuple[int, int]]) -> No
     assert laid_out(arrows) == laid_out(arrows)
 
 
-def test_a_chain_is_a_straight_line() -> None:
+def test_a_chain_is_drawn_as_a_straight_line() -> None:
     layout = layered_layout({"a": (10, 10), "b": (30, 20), "c": (10, 10)}, [("a", "b"), ("b", "c")])
     assert len({box.y for box in layout.boxes.values()}) == 1
 

@@ -1,4 +1,4 @@
-"""What of a running system is drawn: modes, filters, what is hidden."""
+"""The contents of a drawing of a running system: modes, filters, hidden elements."""
 
 from __future__ import annotations
 
@@ -60,14 +60,14 @@ def test_active_topics_have_a_connection() -> None:
     assert names(node_graph(STATE, CONNECTIONS), "topic") == {"/battery_topic", "/tf"}
 
 
-def test_nodes_only_are_joined_by_topics() -> None:
+def test_nodes_are_connected_by_topics() -> None:
     graph = node_graph(STATE, CONNECTIONS, options=GraphOptions("nodes"))
     assert names(graph, "topic") == set()
     assert arrows(graph) == {("/talker", "/listener"), ("/robot/base", "/listener")}
     assert {arrow.topic for arrow in graph.arrows} == {"/battery_topic", "/tf"}
 
 
-def test_all_is_what_the_registrations_say() -> None:
+def test_the_graph_has_all_registrations() -> None:
     graph = node_graph(STATE, [], options=SHOW_ALL)
     assert names(graph, "topic") == set(STATE.topics())
     assert names(graph, "node") == set(STATE.nodes())
@@ -139,5 +139,5 @@ def test_patterns(patterns: str, kept: str) -> None:
     assert [name for name in ("/a", "/a/b", "/ab", "/c") if keeps(name)] == kept.split()
 
 
-def test_a_pattern_of_many_stars_takes_no_time_worth_mentioning() -> None:
+def test_patterns_with_many_stars_match_in_linear_time() -> None:
     assert not NameFilter("*a" * 400 + "b")("/" + "a" * 5000)

@@ -37,11 +37,11 @@ def test_names_with_brackets_are_texts() -> None:
     assert b"(?) Tj" in to_pdf(scene_of([("\N{SNOWMAN}", "b", "", 1.0)]))
 
 
-def test_nothing_is_a_page_too() -> None:
+def test_an_empty_graph_can_be_written_as_pdf() -> None:
     assert to_pdf(Scene()).startswith(b"%PDF-1.4")
     assert scene_of([]).boxes == []
 
 
 @pytest.mark.parametrize("edges", [[("a", "b", "", 1.0), ("b", "a", "", 1.0)], [("a", "a", "", 1.0)]])
-def test_circles_are_drawn(edges: list[tuple[str, str, str, float]]) -> None:
+def test_cyclic_graphs_are_drawn(edges: list[tuple[str, str, str, float]]) -> None:
     assert to_pdf(scene_of(edges)).count(b" S\n") >= 1

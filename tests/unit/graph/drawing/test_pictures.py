@@ -85,4 +85,6 @@ def test_several_topics_between_two_nodes_share_an_arrow() -> None:
 
 
 def test_an_empty_graph_can_be_drawn() -> None:
-    parsed(draw(NodeGraph()))
+    drawing = parsed(draw(NodeGraph()))
+    assert drawing.tag == f"{SVG}svg"
+    assert not list(drawing.iter(f"{SVG}text"))

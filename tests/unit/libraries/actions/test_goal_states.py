@@ -23,7 +23,7 @@ def test_a_goal_that_succeeds_goes_through_all_states() -> None:
     assert goal.status is Status.SUCCEEDED
 
 
-def test_a_result_before_any_status_ends_the_goal_by_way_of_all_states() -> None:
+def test_a_result_before_any_status_passes_through_all_states() -> None:
     goal = ClientGoal()
 
     assert goal.on_result(Status.PREEMPTED) == [
@@ -37,7 +37,7 @@ def test_a_result_before_any_status_ends_the_goal_by_way_of_all_states() -> None
     assert goal.status is Status.PREEMPTED
 
 
-def test_a_goal_that_ended_cannot_be_cancelled_any_more() -> None:
+def test_a_finished_goal_cannot_be_cancelled() -> None:
     goal = ClientGoal()
     goal.on_result(Status.SUCCEEDED)
 
@@ -56,7 +56,7 @@ def test_a_goal_that_ends_while_it_is_cancelled_is_done() -> None:
     assert goal.on_result(Status.SUCCEEDED) == [State.DONE]
 
 
-def test_a_goal_that_the_server_does_not_list_any_more_is_lost() -> None:
+def test_a_goal_missing_from_the_status_is_lost() -> None:
     goal = ClientGoal()
     assert goal.on_status(None) == []  # the server may not have seen it yet
     goal.on_status(Status.ACTIVE)
@@ -66,7 +66,7 @@ def test_a_goal_that_the_server_does_not_list_any_more_is_lost() -> None:
 
 
 @pytest.mark.parametrize("status", [Status.PENDING, Status.REJECTED, 17])
-def test_an_impossible_status_changes_nothing(status: int) -> None:
+def test_an_impossible_status_is_ignored(status: int) -> None:
     goal = ClientGoal()
     goal.on_status(Status.ACTIVE)
 
@@ -87,8 +87,8 @@ EVENTS = st.lists(st.tuples(st.sampled_from([*Event, "cancel"]), st.booleans(), 
 
 
 @given(EVENTS)
-def test_client_and_server_agree_whatever_happens(events: list[tuple[Event | str, bool, bool]]) -> None:
-    """The server's goal goes any way; the client sees some of its statuses, and the result at last."""
+def test_client_and_server_agree_after_any_events(events: list[tuple[Event | str, bool, bool]]) -> None:
+    """The server's goal takes any path; the client sees some of its statuses, and finally the result."""
     status, client, way = Status.PENDING, ClientGoal(), []
     for event, is_status_seen, is_listed in events:
         if event == "cancel":
@@ -107,7 +107,7 @@ def test_client_and_server_agree_whatever_happens(events: list[tuple[Event | str
 
 
 @given(st.sampled_from(list(TRANSITIONS)), st.sampled_from(list(Status)))
-def test_ways_lead_to_where_the_status_stays(state: State, status: Status) -> None:
+def test_paths_end_at_a_stable_status(state: State, status: Status) -> None:
     way = TRANSITIONS[state].get(status)
     if way:
         assert TRANSITIONS[way[-1]].get(status, ()) == ()

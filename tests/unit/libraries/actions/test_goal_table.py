@@ -42,7 +42,7 @@ def test_a_new_goal_replaces_the_oldest_that_has_ended(table: GoalTable[Goal]) -
     assert names(table) == "acd"
 
 
-def test_goals_that_are_not_kept_make_room(table: GoalTable[Goal]) -> None:
+def test_discarded_goals_make_room(table: GoalTable[Goal]) -> None:
     table.keep(lambda goal: goal.name == "b")
     assert table.add("d", Goal("d"))
     assert names(table) == "bd"

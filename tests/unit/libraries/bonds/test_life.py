@@ -33,14 +33,14 @@ def test_silence_ends_a_bond_at_once() -> None:
     assert after(Event.SISTER_ALIVE, Event.HEARTBEAT_TIMEOUT).state is State.DEAD
 
 
-def test_a_sister_that_only_says_that_it_ends_has_formed_the_bond() -> None:
+def test_a_sister_that_only_announces_its_end_has_formed_the_bond() -> None:
     life = after(Event.SISTER_ENDS)
     assert (life.state, life.was_formed) == (State.ENDING, True)
     assert not after(Event.BREAK).was_formed
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_whatever_comes_a_dead_bond_stays_dead_and_none_goes_back(seed: int) -> None:
+def test_a_dead_bond_stays_dead_after_any_event(seed: int) -> None:
     chance = random.Random(seed)  # noqa: S311
     order = [State.WAITING, State.ALIVE, State.ENDING, State.DEAD]
     life, reached = Life(), 0
@@ -73,7 +73,7 @@ def test_a_bond_before_its_start() -> None:
     assert bond.sm.getPreviousState() is not None
 
 
-def test_a_callback_that_raises_stops_nothing() -> None:
+def test_a_callback_that_raises_does_not_affect_others() -> None:
     bond = bondpy.Bond("bonds", "id", on_broken=lambda: 1 / 0)
     bond.break_bond()
     assert bond.wait_until_broken(30)

@@ -1,4 +1,4 @@
-"""What the aggregator makes of the statuses that come, and of wrong parameters."""
+"""The aggregator's reports on statuses, and on invalid parameters."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_without_a_base_path_the_analyzers_are_on_top() -> None:
     assert list(one(0.0, "y", name="x")) == ["/A", "/Other", "/Other/y"]
 
 
-def test_items_without_news_are_stale() -> None:
+def test_items_without_updates_are_stale() -> None:
     assert one(5.0, "x", name="x")["/A"] == (OK, "OK")
     assert one(5.1, "x", name="x") == {"/A": (STALE, "Stale"), "/A/x": (STALE, "fine")}
     assert one(5.1, "x", name="x", timeout=6)["/A"] == (OK, "OK")
@@ -183,7 +183,7 @@ def test_groups_without_end_and_without_analyzers_are_reported() -> None:
     assert reported(empty, 0.0) == {"/g": (ERROR, "No analyzers")}
 
 
-def test_analyzers_come_and_go_with_their_owner() -> None:
+def test_analyzers_are_removed_with_their_owner() -> None:
     aggregation = Aggregation("", {})
     added = {"a": {"type": "GenericAnalyzer", "path": "Added", "contains": "x"}}
     aggregation.add("/node", added)
@@ -202,7 +202,7 @@ def test_analyzers_come_and_go_with_their_owner() -> None:
     assert list(reported(aggregation, 0.0)) == ["/Other", "/Other/x"]
 
 
-def test_endless_names_cost_no_endless_memory() -> None:
+def test_an_endless_number_of_names_takes_bounded_memory() -> None:
     items = Items("A", "/A")
     taken = [items.analyze(Status(str(number)), 0.0) for number in range(ITEM_LIMIT + 5)]
 

@@ -1,4 +1,4 @@
-"""What tasks of diagnostics count and report."""
+"""The counts and reports of diagnostic tasks."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_a_frequency_is_judged_by_its_bounds(events: int, hz: float, level: int)
     assert judged(events, hz, 5.0, 10.0)[0] == level
 
 
-def test_stamps_are_judged_by_the_worst_of_them() -> None:
+def test_timestamps_are_rated_by_the_worst_one() -> None:
     delays = StampDelays()
     assert delays.judged(-1, 5) == (1, "No data since last update.")
     delays.add(100.0, 101.0)
@@ -49,7 +49,7 @@ def test_stamps_are_judged_by_the_worst_of_them() -> None:
     assert (delays.late_count, delays.early_count, delays.zero_count) == (1, 0, 1)
 
 
-def test_summaries_of_a_kind_are_joined_and_worse_ones_replace() -> None:
+def test_equal_levels_are_joined_and_worse_ones_replace_the_summary() -> None:
     assert merged(0, "fine", 0, "well") == (0, "fine; well")
     assert merged(0, "fine", 2, "broken") == (2, "broken")
     assert merged(2, "broken", 0, "fine") == (2, "broken")

@@ -1,4 +1,4 @@
-"""What the monitors of a machine report of readings, and the packets of SNTP."""
+"""The reports of machine monitors, and the packets of SNTP."""
 
 from __future__ import annotations
 
@@ -179,7 +179,7 @@ def test_clocks() -> None:
 
 
 def answer_to(asked: bytes, ahead_s: float, **changed: int) -> bytes:
-    """What a server whose clock is ahead sends, and what takes a tenth of a second each way."""
+    """Return the response of a server whose clock is ahead; packets take a tenth of a second each way."""
     words = list(struct.unpack(">11I", asked[4:]))
     words[5:7] = struct.unpack(">II", asked[40:48])
     for place, after in ((7, 0.1), (9, 0.2)):
@@ -190,14 +190,14 @@ def answer_to(asked: bytes, ahead_s: float, **changed: int) -> bytes:
 
 
 @pytest.mark.parametrize("ahead_s", [0.0, 0.5, -3600.0, 86400.0 * 365 * 30])
-def test_a_server_tells_how_far_its_clock_is_ahead(ahead_s: float) -> None:
+def test_a_server_reports_the_offset_of_its_clock(ahead_s: float) -> None:
     asked = sntp.question(NOW)
     assert len(asked) == 48
 
     assert sntp.offset_s(answer_to(asked, ahead_s), asked, NOW, NOW + 0.3) == pytest.approx(ahead_s, abs=1e-6)
 
 
-def test_what_is_not_an_answer_is_refused() -> None:
+def test_invalid_ntp_responses_are_refused() -> None:
     asked = sntp.question(NOW)
     good = answer_to(asked, 0.0)
     for wrong in (

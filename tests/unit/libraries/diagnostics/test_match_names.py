@@ -22,7 +22,7 @@ QUESTIONS = {
 
 @pytest.fixture
 def handlers() -> Iterator[None]:
-    """Restores the signal handlers, which the program replaces for its process."""
+    """Restore the signal handlers, which the program replaces for its process."""
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGPROF)}
     yield
     for number, handler in before.items():

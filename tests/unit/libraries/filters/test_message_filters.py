@@ -37,7 +37,7 @@ def inputs_of(kind: str) -> tuple[list[message_filters.SimpleFilter], Any]:
 
 
 @pytest.mark.parametrize("kind", ["exact", "approximate"])
-def test_a_callback_that_raises_or_feeds_stops_nothing(kind: str) -> None:
+def test_callbacks_may_raise_and_add_messages(kind: str) -> None:
     inputs, synchronizer = inputs_of(kind)
     sets = []
 

@@ -1,4 +1,4 @@
-"""Messages put together by their stamps."""
+"""Messages synchronized by their timestamps."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pipros.libraries.filters.synchronizer import ApproximateSynchronizer, Exact
 
 
 class Inputs:
-    """Feeds a synchronizer with stamps; a message is the text of its input and stamp."""
+    """Feeds a synchronizer with timestamps; a message is the text of its input and timestamp."""
 
     def __init__(self, synchronizer: ExactSynchronizer) -> None:
         self.synchronizer = synchronizer
@@ -30,7 +30,7 @@ def test_messages_of_one_stamp_make_a_set() -> None:
     assert [list(queue) for queue in inputs.synchronizer.queues] == [[20], [], []]
 
 
-def test_the_oldest_stamp_goes_when_a_queue_is_full() -> None:
+def test_the_oldest_timestamp_is_dropped_when_a_queue_is_full() -> None:
     inputs = Inputs(ExactSynchronizer(2, queue_size=2))
     for stamp in (30, 10, 20):
         inputs.add(0, stamp)
@@ -44,7 +44,7 @@ def test_a_simulated_clock_that_goes_back_empties_queues_with_reset() -> None:
     inputs.add(0, 10, now=100)
     inputs.add(1, 20, now=100)
 
-    assert inputs.add(0, 20, now=50) == []  # the other input is still in the time before
+    assert inputs.add(0, 20, now=50) == []  # the other input still has earlier messages
     assert inputs.add(1, 10, now=50) == []
     assert inputs.add(1, 20, now=50) == [["0:20", "1:20"]]
 
@@ -55,10 +55,10 @@ def test_the_nearest_messages_within_the_slop_make_a_set() -> None:
         inputs.add(0, stamp)
 
     assert inputs.add(1, 104) == [["0:106", "1:104"]]
-    assert inputs.add(1, 110) == []  # exactly the slop apart is too far
+    assert inputs.add(1, 110) == []  # a distance of exactly the slop is too large
 
 
-def test_a_combination_that_spans_too_much_is_passed_over() -> None:
+def test_a_combination_with_too_large_a_span_is_skipped() -> None:
     inputs = Inputs(ApproximateSynchronizer(3, queue_size=5, slop=10))
     inputs.add(0, 92)
     inputs.add(0, 109)
@@ -68,7 +68,7 @@ def test_a_combination_that_spans_too_much_is_passed_over() -> None:
     assert inputs.add(2, 100) == [["0:109", "1:108", "2:100"]]
 
 
-def test_a_clock_that_went_back_is_noticed_once() -> None:
+def test_a_clock_jump_backwards_is_reported_once() -> None:
     synchronizer = ApproximateSynchronizer(2, queue_size=5, slop=10)
     inputs = Inputs(synchronizer)
     assert not synchronizer.went_back(100, None, 0)
@@ -88,13 +88,15 @@ def first_by_trying_all(candidates: list[list[int]], slop: int) -> list[int] | N
 @given(
     st.lists(st.lists(st.integers(0, 40), min_size=1, max_size=5), min_size=1, max_size=4), st.integers(0, 30)
 )
-def test_the_first_combination_is_that_of_trying_all(candidates: list[list[int]], slop: int) -> None:
+def test_the_first_combination_equals_that_of_an_exhaustive_search(
+    candidates: list[list[int]], slop: int
+) -> None:
     from pipros.libraries.filters.synchronizer import _first_within
 
     assert _first_within(candidates, slop) == first_by_trying_all(candidates, slop)
 
 
-def test_a_history_answers_by_the_order_of_arrival() -> None:
+def test_a_history_is_in_the_order_of_arrival() -> None:
     history = History(3)
     for stamp in (9, 30, 10, 20):
         history.add(stamp, f"m{stamp}")
@@ -107,7 +109,7 @@ def test_a_history_answers_by_the_order_of_arrival() -> None:
     assert history.last_until(9) is None
 
 
-def test_a_sequencer_passes_on_in_order_after_the_delay() -> None:
+def test_a_sequencer_forwards_messages_in_order_after_the_delay() -> None:
     sequencer = Sequencer(delay=5, queue_size=3)
     for stamp in (20, 10, 15, 12):
         sequencer.add(stamp, stamp)

@@ -1,4 +1,4 @@
-"""Interactive markers: changes that wait, feedback of viewers, menus."""
+"""Interactive markers: pending changes, feedback of viewers, menus."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def marker(name: str, description: str = "", stamp: int = 0) -> InteractiveMarke
 
 @pytest.fixture
 def markers() -> Markers:
-    """A marker `a` is shown; `b` waits."""
+    """Markers with `a` shown and `b` pending."""
     found = Markers(InteractiveMarker)
     found.insert(marker("a"))
     found.apply()
@@ -42,7 +42,7 @@ def names(markers: Markers) -> list[list[str]]:
     return [[entry.name for entry in changes.inserted], [m.name for m in changes.moved], changes.erased]
 
 
-def test_changes_wait_until_they_are_applied(markers: Markers) -> None:
+def test_changes_are_pending_until_they_are_applied(markers: Markers) -> None:
     assert list(markers.contexts) == ["a"]
     assert names(markers) == [["b"], [], []]
     assert markers.apply() is None
@@ -72,7 +72,7 @@ def test_a_marker_is_moved(markers: Markers) -> None:
     assert [(m.pose.position.x, m.header.frame_id) for m in changes.moved] == [(2, "odom")]
 
 
-def test_what_is_not_shown_cannot_be_moved_or_erased(markers: Markers) -> None:
+def test_unknown_markers_cannot_be_moved_or_erased(markers: Markers) -> None:
     assert not markers.set_pose("b", pose(1), Header())
     assert not markers.set_pose("nothing", pose(1), Header())
     assert not markers.erase("nothing")
@@ -107,7 +107,7 @@ def test_callbacks_are_chosen_by_the_type_of_event(markers: Markers) -> None:
     assert markers.take_feedback(feedback(kind=Feedback.MOUSE_DOWN), False, 5) is print
 
 
-def test_callbacks_of_a_marker_that_waits_stay_when_it_is_shown(markers: Markers) -> None:
+def test_callbacks_of_a_pending_marker_are_kept_when_it_is_applied(markers: Markers) -> None:
     markers.set_callback("b", print, None)
     markers.apply()
     markers.insert(marker("b", "newer"))
@@ -116,7 +116,7 @@ def test_callbacks_of_a_marker_that_waits_stay_when_it_is_shown(markers: Markers
     assert markers.take_feedback(feedback("b"), False, 1) is print
 
 
-def test_of_two_viewers_at_once_the_first_one_counts(markers: Markers) -> None:
+def test_the_first_of_two_concurrent_viewers_wins(markers: Markers) -> None:
     markers.set_callback("a", print, None)
 
     assert markers.take_feedback(feedback(), False, 10.0) is print

@@ -35,7 +35,7 @@ def test_joints_are_sorted_by_what_is_sent_when() -> None:
     assert [joint.name for joint in frames.floating] == ["fly"]
 
 
-def test_a_joint_takes_along_the_one_that_mimics_it() -> None:
+def test_a_joint_moves_the_joint_that_mimics_it() -> None:
     due = JointFrames(ROBOT, 100).due(["turn", "unknown"], [0.5, 1.0], 1000)
     assert [joint.name for joint, _ in due] == ["copy", "turn"]
     assert due[0][1] == (0, 0, 0, 0, 0, 0, 1)  # -0.5 + 0.5
@@ -58,13 +58,13 @@ def test_joints_are_sent_when_the_one_that_waited_longest_is_due() -> None:
     assert frames.due([], [], 5000) == []
 
 
-def test_every_message_counts_where_stamps_do_not() -> None:
+def test_with_every_message_older_timestamps_are_due_too() -> None:
     frames = JointFrames(ROBOT, 100, every_message=True)
     assert frames.due(["turn"], [0.0], 1000)
     assert frames.due(["turn"], [0.0], 0)
 
 
-def test_a_clock_that_went_back_resets_the_times() -> None:
+def test_a_clock_jump_backwards_resets_the_times() -> None:
     frames = JointFrames(ROBOT, 100)
     frames.due(["turn"], [0.0], 1000)
     assert not frames.due(["turn"], [0.0], 500)

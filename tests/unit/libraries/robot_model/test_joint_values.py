@@ -41,7 +41,7 @@ def test_choices_decide_which_values_are_published() -> None:
     )
 
 
-def test_sources_tell_what_they_know() -> None:
+def test_sources_report_their_values() -> None:
     values = JointValues(ROBOT, NOTHING)
     values.update(["slide", "unknown", "wheel"], position=[0.1, 9.0, 0.2], velocity=[], effort=[3.0])
     assert values.columns() == ([1.5, 0.2, 0.1, 0.7], [], [0.0, 0.0, 3.0, 3.0])

@@ -13,7 +13,7 @@ def robot(inside: str) -> str:
     return f'<?xml version="1.0"?><robot name="r">{inside}</robot>'
 
 
-def test_a_joint_is_read_with_all_that_it_says() -> None:
+def test_a_joint_is_read_with_all_its_attributes() -> None:
     read = read_robot(
         robot(
             f"""{LINKS}<joint name="j" type="revolute"><origin xyz="1 2 3" rpy="0 0 {pi}"/>
@@ -31,7 +31,7 @@ def test_a_joint_is_read_with_all_that_it_says() -> None:
     assert joint.mimic == Mimic("k", -2.0, 0.5)
 
 
-def test_what_a_joint_does_not_say_has_its_default() -> None:
+def test_missing_attributes_of_a_joint_have_defaults() -> None:
     text = '<joint name="j" type="fixed"><parent link="base"/><child link="hand"/></joint>'
     assert read_robot(robot(LINKS + text)).joints == (Joint("j", "fixed", "base", "hand"),)
 

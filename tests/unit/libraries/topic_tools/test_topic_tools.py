@@ -1,4 +1,4 @@
-"""What the programs of topic_tools decide, without a graph."""
+"""The decisions of the programs of topic_tools, without a graph."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_bytes_are_counted_within_the_window() -> None:
     assert rule.passes(0, 10), "the clock went back"
 
 
-def test_nothing_passes_when_all_are_dropped() -> None:
+def test_no_message_is_forwarded_if_all_are_dropped() -> None:
     rule = Dropping(5, of=2)
     assert not any(rule.passes(0, 0) for _ in range(10))
 
@@ -76,7 +76,7 @@ def test_a_selection_keeps_its_order_and_refuses_invalid_topics() -> None:
     assert Selection([], "mux").selected == ""
 
 
-def test_a_class_has_what_the_publisher_says() -> None:
+def test_a_class_has_the_fields_of_the_publishers_definition() -> None:
     made = class_like({"type": "a/B", "md5sum": "f" * 32, "message_definition": "int8 x"})
     assert (made._type, made._md5sum, made._full_text) == ("a/B", "f" * 32, "int8 x")
 
@@ -132,7 +132,7 @@ def test_expressions_compute(text: str, modules: list[str], value: Any) -> None:
         ("m +", []),
     ],
 )
-def test_expressions_do_nothing_else(text: str, modules: list[str]) -> None:
+def test_expressions_can_only_compute(text: str, modules: list[str]) -> None:
     if {"numpy", "tf"} & set(modules):
         pytest.importorskip("numpy")
     with pytest.raises(ExpressionError):
@@ -149,7 +149,7 @@ def test_a_module_that_is_not_used_may_be_missing() -> None:
         module_for("pickle", Time)
 
 
-def test_a_template_computes_expressions_and_keeps_other_texts() -> None:
+def test_a_template_evaluates_expressions_and_keeps_other_text() -> None:
     message = Imu()
     message.header.seq, message.header.frame_id = 5, "imu"
     text = """
@@ -179,6 +179,6 @@ def test_a_template_that_is_not_a_mapping_is_refused(text: str) -> None:
         Template(text)
 
 
-def test_what_a_template_asks_for_may_not_exist() -> None:
+def test_a_template_that_names_a_missing_field_is_refused() -> None:
     with pytest.raises(ExpressionError, match="has no field"):
         Template(json.dumps({"data": "m.nothing"})).fields(Imu())

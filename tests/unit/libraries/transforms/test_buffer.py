@@ -26,7 +26,7 @@ def at(x: float, yaw: float = 0.0) -> Pose:
 
 @pytest.fixture
 def buffer() -> TransformBuffer:
-    """map → base → arm, which move, and arm → hand, which does not."""
+    """Moving frames map → base → arm, and a static arm → hand."""
     made = TransformBuffer()
     for second in range(1, 6):
         made.insert("map", "base", second * S, at(second), "me")
@@ -43,7 +43,7 @@ def test_between_two_stamps_a_frame_is_in_between(buffer: TransformBuffer) -> No
     assert buffer.lookup("base", "arm", int(2.5 * S))[1] == pytest.approx(at(10, yaw=math.pi / 4))
 
 
-def test_there_and_back_is_where_it_was(buffer: TransformBuffer) -> None:
+def test_a_transform_and_its_inverse_return_the_original(buffer: TransformBuffer) -> None:
     _, there = buffer.lookup("map", "hand", 3 * S)
     _, back = buffer.lookup("hand", "map", 3 * S)
 
@@ -52,7 +52,7 @@ def test_there_and_back_is_where_it_was(buffer: TransformBuffer) -> None:
     assert back[5] == pytest.approx(-there[5])
 
 
-def test_the_newest_is_the_newest_that_all_have(buffer: TransformBuffer) -> None:
+def test_the_latest_time_is_common_to_all_frames(buffer: TransformBuffer) -> None:
     buffer.insert("map", "base", 7 * S, at(7), "me")
 
     assert buffer.lookup("map", "hand", 0)[0] == 5 * S
@@ -64,7 +64,7 @@ def test_a_frame_in_itself_needs_no_transform(buffer: TransformBuffer) -> None:
     assert buffer.lookup("nowhere", "nowhere", 9) == (9, (0, 0, 0, 0, 0, 0, 1))
 
 
-def test_two_times_are_joined_where_nothing_moves(buffer: TransformBuffer) -> None:
+def test_two_times_are_joined_by_a_fixed_frame(buffer: TransformBuffer) -> None:
     time, pose = buffer.lookup_full("base", 4 * S, "base", 2 * S, "map")
 
     assert time == 4 * S
@@ -160,7 +160,7 @@ def test_a_circle_is_an_error_and_ends(buffer: TransformBuffer) -> None:
         buffer.lookup("base", "y", 0)
 
 
-def test_clearing_leaves_what_never_moves(buffer: TransformBuffer) -> None:
+def test_clearing_keeps_static_transforms(buffer: TransformBuffer) -> None:
     buffer.clear()
 
     assert buffer.lookup("arm", "hand", 3 * S)[1] == at(0.5)
@@ -180,7 +180,7 @@ def test_clearing_leaves_what_never_moves(buffer: TransformBuffer) -> None:
         ("cam", "hand", "hand", ["hand", "arm", "base", "cam"]),
     ],
 )
-def test_the_way_through_the_tree(
+def test_the_path_through_the_tree(
     buffer: TransformBuffer, target: str, source: str, fixed: str, expected: list[str]
 ) -> None:
     buffer.insert("base", "cam", 0, at(1), "me", is_static=True)

@@ -1,4 +1,4 @@
-"""Which movements tf_change_notifier reports."""
+"""The conditions under which tf_change_notifier reports a frame."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from pipros.libraries.transforms.change_filter import BadFramePair, FramePair, frame_pairs
 
 
-def test_the_first_pose_and_those_far_from_the_last_are_reported() -> None:
+def test_the_first_pose_and_each_distant_one_are_reported() -> None:
     pair = FramePair("hand", "map", 0.1, 0.1)
     places = [0.0, 0.06, 0.12, 0.18, 0.25]
     assert [pair.has_moved((x, 0, 0, 0, 0, 0, 1)) for x in places] == [True, False, True, False, True]
@@ -43,6 +43,6 @@ def test_pairs_have_their_own_distances_or_those_of_the_node() -> None:
         ([{"source_frame": "a", "target_frame": "b", "angular_update_distance": float("nan")}], ">= 0"),
     ],
 )
-def test_wrong_pairs_are_named(value: Any, words: str) -> None:
+def test_invalid_pairs_are_named(value: Any, words: str) -> None:
     with pytest.raises(BadFramePair, match=words):
         frame_pairs(value, 0.1, 0.1)

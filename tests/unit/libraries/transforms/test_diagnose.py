@@ -1,4 +1,4 @@
-"""Transforms that were received: what contradicts each other is named once, and nothing else."""
+"""Received transforms: every contradiction is reported once, and nothing else."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def received(
     return ReceivedTransform(parent, child, sender, ahead_s, rotation_length)
 
 
-def test_a_publisher_that_does_not_say_its_name_is_unknown() -> None:
+def test_a_publisher_without_a_caller_id_is_unknown() -> None:
     message = TFMessage([TransformStamped()])
     message._connection_header = {"type": TFMessage._type}
     assert [each.sender for each in received_in(message, Time())] == ["unknown_publisher"]
@@ -40,7 +40,7 @@ def test_nothing_is_found_in_a_healthy_tree() -> None:
         assert check([]) == []
 
 
-def test_of_each_sender_the_time_that_is_furthest_away_is_named() -> None:
+def test_the_largest_clock_offset_of_each_sender_is_named() -> None:
     late = [received("a", "b", ahead_s=seconds) for seconds in (0.9, -3.0, 2.0)]
     assert of_other_times(late) == ["receiving transform from [/base] that differed from ROS time by -3.0s"]
 

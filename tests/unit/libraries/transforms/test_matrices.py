@@ -1,4 +1,4 @@
-"""Matrices, quaternions, projections and the arcball: what each promises, as geometry."""
+"""Geometric properties of matrices, quaternions, projections and the arcball."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ DRAW = np.random.default_rng(11)
 
 
 def moved(matrix: Array, point: Array) -> Array:
-    """The point after the transform, divided by its last homogeneous coordinate."""
+    """Return the point after the transform, divided by its last homogeneous coordinate."""
     homogeneous = matrix @ (*point, 1.0)
     return np.asarray(homogeneous[:3] / homogeneous[3])
 
@@ -97,7 +97,7 @@ def test_a_perspective_projection_moves_points_along_lines_from_the_eye() -> Non
     [{}, {"direction": DIRECTION}, {"perspective": EYE}, {"perspective": EYE, "pseudo": True}],
     ids=["orthogonal", "oblique", "perspective", "pseudo perspective"],
 )
-def test_the_parts_of_a_projection_make_it_again(options: dict[str, object]) -> None:
+def test_a_decomposed_projection_can_be_composed_again(options: dict[str, object]) -> None:
     matrix = projection_matrix(POINT, NORMAL, **options)  # type: ignore[arg-type]
     pseudo = "pseudo" in options
 
@@ -173,7 +173,7 @@ def test_a_scaling_without_an_origin_scales_around_zero() -> None:
     assert np.allclose(moved(scale_matrix(2.0, direction=(0, 0, 1)), POINT), POINT * (1, 1, 2))
 
 
-def test_a_shear_moves_points_along_its_plane_only() -> None:
+def test_a_shear_moves_points_only_along_its_plane() -> None:
     along = np.cross(NORMAL, (0.0, 0.0, 1.0))
     matrix = shear_matrix(0.4, along, POINT, NORMAL)
 
@@ -193,7 +193,7 @@ def test_a_shear_is_decomposed() -> None:
         shear_from_matrix(rotation_matrix(0.4, (0, 0, 1)))
 
 
-def test_products_of_matrices_apply_from_right_to_left() -> None:
+def test_matrix_products_apply_from_right_to_left() -> None:
     turn, move = rotation_matrix(math.pi / 2, (0, 0, 1)), np.identity(4)
     move[:3, 3] = (1, 0, 0)
 
@@ -240,7 +240,7 @@ def test_random_rotations_have_length_one_and_depend_on_their_numbers() -> None:
 
 @pytest.mark.parametrize("axis", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)])
 @pytest.mark.parametrize("angle", [0.3, 3.1, math.pi])
-def test_a_matrix_gives_back_its_quaternion(angle: float, axis: tuple[float, ...]) -> None:
+def test_a_quaternion_survives_conversion_to_a_matrix(angle: float, axis: tuple[float, ...]) -> None:
     quaternion = quaternion_about_axis(angle, axis)
     found = quaternion_from_matrix(quaternion_matrix(quaternion))
 
@@ -275,7 +275,7 @@ def test_slerp_returns_its_ends_and_equal_rotations_unchanged() -> None:
     assert np.allclose(quaternion_slerp(start, start, 0.5), start)
 
 
-def test_a_matrix_is_composed_of_what_it_is_decomposed_into() -> None:
+def test_decomposing_and_composing_returns_the_matrix() -> None:
     parts = ((1.5, -0.5, 2), (0.1, 0.2, 0.3), (0.4, -0.5, 0.6), (7, 8, 9), (0.01, 0.02, 0.03, 1.2))
     matrix = compose_matrix(*parts)  # type: ignore[arg-type]
 
@@ -304,7 +304,7 @@ def test_an_orthogonal_cell_scales_its_axes() -> None:
 
 @pytest.mark.parametrize("usesvd", [True, False])
 @pytest.mark.parametrize("scaling", [True, False])
-def test_two_sets_of_points_are_laid_over_each_other(scaling: bool, usesvd: bool) -> None:
+def test_two_sets_of_points_are_superimposed(scaling: bool, usesvd: bool) -> None:
     points = np.vstack((DRAW.uniform(-5, 5, (3, 8)), np.ones(8)))
     matrix = concatenate_matrices(
         rotation_matrix(0.9, NORMAL, POINT), scale_matrix(2.0) if scaling else identity_matrix()
@@ -315,7 +315,7 @@ def test_two_sets_of_points_are_laid_over_each_other(scaling: bool, usesvd: bool
     assert np.allclose(found @ points, matrix @ points)
 
 
-def test_a_ball_turns_with_the_point_that_was_grabbed() -> None:
+def test_dragging_an_arcball_rotates_it() -> None:
     ball = Arcball()
     ball.place((100, 100), 100)
     ball.down((100, 100))
@@ -328,7 +328,7 @@ def test_a_ball_turns_with_the_point_that_was_grabbed() -> None:
     assert np.allclose(ball.matrix(), np.identity(4))
 
 
-def test_a_constrained_ball_turns_around_its_axes_only() -> None:
+def test_a_constrained_arcball_rotates_about_its_axes_only() -> None:
     ball = Arcball()
     ball.place((0, 0), 1)
     ball.setaxes((0, 0, 2), (0, 1, 0))
@@ -345,15 +345,15 @@ def test_a_constrained_ball_turns_around_its_axes_only() -> None:
     assert np.abs(rotation_from_matrix(ball.matrix())[1][0]) > 0.01
 
 
-def test_a_point_outside_of_the_ball_counts_as_its_edge() -> None:
+def test_a_point_outside_of_an_arcball_is_projected_to_its_edge() -> None:
     assert np.allclose(arcball_map_to_sphere((300, 100), (100, 100), 100), (1, 0, 0))
 
 
 @pytest.mark.parametrize("initial", [quaternion_about_axis(0.5, NORMAL) * 2, rotation_matrix(0.5, NORMAL)])
-def test_a_ball_begins_at_a_quaternion_or_a_matrix(initial: Array) -> None:
+def test_an_arcball_starts_at_a_quaternion_or_a_matrix(initial: Array) -> None:
     assert np.allclose(Arcball(initial).matrix(), rotation_matrix(0.5, NORMAL))
 
 
-def test_a_ball_cannot_begin_at_anything_else() -> None:
+def test_an_arcball_refuses_other_start_values() -> None:
     with pytest.raises(ValueError, match="initial must have shape"):
         Arcball((1, 2, 3))

@@ -1,4 +1,4 @@
-"""What the programs of tf and tf2_ros read and print."""
+"""The arguments and the output of the programs of tf and tf2_ros."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_a_parameter_has_the_fields_of_the_message() -> None:
 
 
 @pytest.mark.parametrize("angles", [(0.1, 0.2, 0.3), (-3, 1.5, 2), (0, -1, 0)])
-def test_angles_come_back(angles: tuple[float, float, float]) -> None:
+def test_euler_angles_survive_conversion(angles: tuple[float, float, float]) -> None:
     assert roll_pitch_yaw((0, 0, 0, *from_roll_pitch_yaw(*angles))) == pytest.approx(angles)
 
 
@@ -58,7 +58,7 @@ def test_straight_up_is_one_of_many_answers(pitch: float) -> None:
     assert abs(sum(a * b for a, b in zip(again, expected, strict=True))) == pytest.approx(1.0)
 
 
-def test_what_is_echoed() -> None:
+def test_echo_prints_translation_and_rotation() -> None:
     assert pose_as_text((1, 2, 3, 0, 0, 0, 1)).splitlines()[:2] == [
         "- Translation: [1.000, 2.000, 3.000]",
         "- Rotation: in Quaternion [0.000, 0.000, 0.000, 1.000]",
@@ -84,7 +84,7 @@ def test_delays_and_rates_are_counted_by_frame_and_by_sender() -> None:
     assert Monitor().text() == "Frames:\n\nAll Broadcasters:"
 
 
-def test_endless_frames_cost_no_endless_memory() -> None:
+def test_an_endless_number_of_frames_takes_bounded_memory() -> None:
     monitor = Monitor()
     monitor.add("/x", {f"f{number}": 0.0 for number in range(FRAME_LIMIT + 10)}, 1.0)
 

@@ -1,4 +1,4 @@
-"""What the buffer answers besides look-ups: possible transforms, common times, chains, parents."""
+"""Queries of the buffer besides look-ups: possible transforms, common times, chains, parents."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def at(x: float, yaw: float = 0.0) -> Pose:
 
 @pytest.fixture
 def buffer() -> TransformBuffer:
-    """map → odom → base → (left → camera, right), which move, map → dock, which does not, and an island."""
+    """Moving map → odom → base → (left → camera, right), a static map → dock, and an unconnected frame."""
     made = TransformBuffer()
     chain = [("map", "odom"), ("odom", "base"), ("base", "left"), ("base", "right"), ("left", "camera")]
     for parent, child in chain:
@@ -38,7 +38,7 @@ def buffer() -> TransformBuffer:
     return made
 
 
-def test_possible_transforms_have_no_reason_against_them(buffer: TransformBuffer) -> None:
+def test_possible_transforms_have_no_error(buffer: TransformBuffer) -> None:
     assert buffer.can_transform("map", "camera", 0) is None
     assert buffer.can_transform("camera", "map", 2 * S) is None
     assert buffer.can_transform("nowhere", "nowhere", 0) is None
@@ -57,7 +57,7 @@ def test_possible_transforms_have_no_reason_against_them(buffer: TransformBuffer
         ("island", "map", S, "extrapolation at time"),
     ],
 )
-def test_the_reason_against_a_transform_names_the_frame_or_time(
+def test_the_error_about_a_transform_names_the_frame_or_time(
     buffer: TransformBuffer, target: str, source: str, time: int, reason: str
 ) -> None:
     assert re.search(reason, buffer.can_transform(target, source, time) or "")
@@ -71,14 +71,14 @@ def test_the_reason_against_a_transform_names_the_frame_or_time(
         (("map", 9 * S, "camera", S, "odom"), "extrapolation"),
     ],
 )
-def test_the_reason_against_a_transform_of_two_times(
+def test_the_error_about_a_transform_between_two_times(
     buffer: TransformBuffer, arguments: tuple[str, int, str, int, str], reason: str
 ) -> None:
     assert reason in str(buffer.can_transform_full(*arguments))
 
 
 @pytest.mark.parametrize("name", ["", "/map"])
-def test_an_invalid_frame_name_is_an_error_even_in_a_question(buffer: TransformBuffer, name: str) -> None:
+def test_an_invalid_frame_name_raises_even_in_queries(buffer: TransformBuffer, name: str) -> None:
     for target, source in ((name, "map"), ("map", name)):
         with pytest.raises(InvalidArgumentException):
             buffer.can_transform(target, source, 0)
@@ -111,7 +111,7 @@ def test_frames_of_two_trees_have_no_common_time(buffer: TransformBuffer) -> Non
 
 
 @pytest.mark.parametrize("target", ["a", "z"])
-def test_a_loop_ends_every_question(target: str) -> None:
+def test_every_query_of_a_loop_ends(target: str) -> None:
     loop = TransformBuffer()
     for parent, child in (("a", "b"), ("b", "c"), ("c", "a"), ("y", "z")):
         loop.insert(parent, child, S, at(1), "me")
@@ -139,7 +139,11 @@ def test_a_chain_names_the_frames_on_the_path(buffer: TransformBuffer) -> None:
         buffer.chain("island", 2 * S, "camera", 2 * S, "map")
 
 
-def test_frames_are_known_from_their_first_transform(buffer: TransformBuffer) -> None:
+def test_a_parent_is_known_at_its_time(buffer: TransformBuffer) -> None:
+    assert buffer.parent("camera", 2 * S) == "left"
+    assert buffer.parent("camera", 9 * S) is None
+    assert buffer.parent("map", 0) is None
+    assert buffer.parent("nowhere", 0) is None
     assert buffer.frame_exists("camera")
     assert not buffer.frame_exists("nowhere")
     assert buffer.frame_names()[:3] == ["odom", "map", "base"]
@@ -156,7 +160,7 @@ def test_the_leading_slash_of_tf_is_removed() -> None:
     assert buffer.frame_names() == ["base", "map"]
 
 
-def test_a_look_up_of_the_past_says_how_far_it_is_away(buffer: TransformBuffer) -> None:
+def test_the_error_about_the_past_has_the_distance(buffer: TransformBuffer) -> None:
     with pytest.raises(ExtrapolationException, match=r"0\.5\d*s into the past"):
         buffer.lookup("map", "camera", S // 2)
 

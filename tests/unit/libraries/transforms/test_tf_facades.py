@@ -33,7 +33,7 @@ def stamped(parent: str, child: str, second: float, x: float) -> TransformStampe
     return message
 
 
-def test_a_transform_comes_out_as_it_went_in() -> None:
+def test_a_transform_is_returned_as_it_was_set() -> None:
     core = tf2_py.BufferCore(rospy.Duration(5))
     core.set_transform(stamped("a", "b", 10, 4), "me")
 
@@ -47,7 +47,7 @@ def test_a_transform_comes_out_as_it_went_in() -> None:
     )
 
 
-def test_a_wait_ends_when_the_transform_comes() -> None:
+def test_a_wait_ends_when_the_transform_arrives() -> None:
     buffer = tf2_ros.Buffer(debug=False)
     sender = threading.Timer(0.05, lambda: buffer.set_transform(stamped("a", "b", 10, 4), "me"))
     sender.start()
@@ -68,7 +68,7 @@ def test_a_wait_for_nothing_ends_with_the_reason() -> None:
         buffer.lookup_transform_full("a", rospy.Time(1), "b", rospy.Time(1), "c", rospy.Duration(0.01))
 
 
-def test_a_wait_ends_when_simulated_time_began_again() -> None:
+def test_a_wait_ends_when_simulated_time_restarts() -> None:
     rospy.rostime._set_rostime(rospy.Time(100))
     buffer = tf2_ros.Buffer(debug=False)
     back = threading.Timer(0.05, lambda: rospy.rostime._set_rostime(rospy.Time(1)))
@@ -98,12 +98,12 @@ def test_a_pose_without_a_rotation_is_not_rotated() -> None:
     assert (moved.pose.position.x, moved.pose.orientation.w) == (4.0, 1.0)
 
 
-def test_an_interface_that_looks_nothing_up_says_so() -> None:
+def test_the_base_interface_raises_not_implemented() -> None:
     with pytest.raises(tf2_ros.NotImplementedException):
         tf2_ros.BufferInterface().can_transform("a", "b", rospy.Time(0))
 
 
-def test_tf_takes_names_with_a_slash() -> None:
+def test_tf_accepts_names_with_a_slash() -> None:
     transformer = tf.TransformerROS(cache_time=rospy.Duration(5))
     transformer.setTransform(stamped("a", "b", 10, 4))
 
@@ -116,7 +116,7 @@ def test_tf_takes_names_with_a_slash() -> None:
 
 
 @pytest.mark.parametrize("wrong", [None, 5, "now"])
-def test_a_time_must_be_one(wrong: Any) -> None:
+def test_a_time_of_the_wrong_type_is_refused(wrong: Any) -> None:
     with pytest.raises(TypeError, match="to_sec"):
         tf2_py.BufferCore().lookup_transform_core("a", "b", wrong)
 

@@ -42,7 +42,7 @@ def test_yaw_is_a_turn_around_z() -> None:
     assert np.allclose(tf.quaternion_matrix(quaternion) @ (1, 0, 0, 1), (0, 1, 0, 1))
 
 
-def test_a_matrix_tells_the_turn_that_it_was_made_of() -> None:
+def test_a_rotation_matrix_returns_its_angle_and_axis() -> None:
     matrix = tf.rotation_matrix(0.7, (0, 0, 2), point=(1, 2, 3))
 
     angle, axis, point = tf.rotation_from_matrix(matrix)
@@ -114,7 +114,7 @@ def test_halfway_between_two_turns_is_half_a_turn() -> None:
         lambda: tf.Arcball((1, 2, 3)),
     ],
 )
-def test_what_cannot_be_is_refused(wrong: object) -> None:
+def test_invalid_arguments_are_refused(wrong: object) -> None:
     assert callable(wrong)
     with pytest.raises(ValueError, match="must"):
         wrong()

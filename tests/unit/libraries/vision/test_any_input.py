@@ -1,4 +1,4 @@
-"""Whatever a message or a file has, the answer is a value of the promised kind, or the promised error."""
+"""Every message or file leads to a value of the documented type, or to the documented error."""
 
 from __future__ import annotations
 

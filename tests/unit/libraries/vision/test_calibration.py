@@ -43,7 +43,7 @@ def test_yaml_is_read_as_it_was_written() -> None:
 
     assert parse_yaml(format_yaml(LEFT)) == LEFT
     assert parse_yaml(format_yaml(odd)) == odd
-    assert "data: [1e-20" not in format_yaml(odd)  # all 17 digits, as genuine writes them
+    assert "data: [1e-20" not in format_yaml(odd)  # all 17 digits, like the genuine writer
     assert math.isnan(parse_yaml(format_yaml(replace(LEFT, k=(math.nan, *LEFT.k[1:])))).k[0])
 
 
@@ -52,7 +52,7 @@ def test_ini_is_read_as_it_was_written() -> None:
     assert parse_ini(format_ini(LEFT).replace("0.00000 \n\n", "0.0 1 2 3\n\n")).model == "rational_polynomial"
 
 
-def test_what_people_write_into_yaml_is_read() -> None:
+def test_handwritten_yaml_is_read() -> None:
     text = format_yaml(LEFT).replace("500", "5e2").replace("camera_name: left\n", "").replace("0.5,", "+.5,")
 
     assert parse_yaml(text) == replace(LEFT, name="unknown")
@@ -80,7 +80,7 @@ def test_malformed_yaml_is_refused(old: str, new: str, error: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "- 1", "text", "[image]", "[image] width 1 height 1 [a] camera"])
-def test_what_is_not_a_calibration_is_refused(text: str) -> None:
+def test_invalid_calibration_files_are_refused(text: str) -> None:
     with pytest.raises(CalibrationError):
         parse_yaml(text)
     with pytest.raises(CalibrationError, match=r"must have \[image\] with width and height, then \[NAME\]"):
@@ -88,7 +88,7 @@ def test_what_is_not_a_calibration_is_refused(text: str) -> None:
 
 
 @pytest.mark.parametrize("more", ["1" * 300_000 + "x", " 1" * 300_000, " " * 300_000, "+1" * 300_000])
-def test_a_long_text_takes_no_longer_than_its_length_says(more: str) -> None:
+def test_the_time_for_a_text_is_proportional_to_its_length(more: str) -> None:
     for start in ("[image] width 1 height 1 [a] camera matrix ", "[image] width 1 height 1 "):
         with pytest.raises(CalibrationError):
             parse_ini(start + more)
@@ -105,7 +105,7 @@ def camera_info() -> CameraInfo:
 
 
 @pytest.mark.parametrize("ending", ["yaml", "yml", "ini"])
-def test_a_message_goes_to_a_file_and_back(ending: str, tmp_path: Path) -> None:
+def test_a_message_survives_a_file(ending: str, tmp_path: Path) -> None:
     path = str(tmp_path / "cameras" / f"left.{ending}")
 
     assert writeCalibration(path, "left", camera_info())

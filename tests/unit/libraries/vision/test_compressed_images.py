@@ -1,4 +1,4 @@
-"""Compressed images: what their formats say, JPEG and PNG, depths."""
+"""Compressed images: format strings, JPEG and PNG, depths."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_jpeg_has_the_upper_half_of_16_bits() -> None:
     assert image[0, 0] == 0x8000
 
 
-def test_alpha_is_lost_as_genuine_loses_it() -> None:
+def test_alpha_is_dropped_as_in_genuine_ros() -> None:
     image = np.dstack([RAMP, np.full((8, 10), 7, np.uint8)])
 
     assert both_ways(image, "bgra8", PNG)[1][0, 1].tolist() == [3, 4, 5, 255]
@@ -112,12 +112,12 @@ def test_depths_are_read() -> None:
         ("8UC1; compressedDepth", bytes(12) + PILLOW.encode(RAMP[:, :, 0], "png", 9), r"got \[8UC1\]"),
     ],
 )
-def test_what_is_not_a_picture_is_refused(kind: str, data: bytes, text: str) -> None:
+def test_undecodable_images_are_refused(kind: str, data: bytes, text: str) -> None:
     with pytest.raises(CompressionError, match=text):
         decompressed(kind, data, PILLOW)
 
 
-def test_what_cannot_be_compressed_is_refused() -> None:
+def test_unsupported_images_cannot_be_compressed() -> None:
     with pytest.raises(CompressionError, match=r"jpeg must have values of 8 or 16 bits, got \[32FC1\]"):
         compressed(np.zeros((2, 2), np.float32), "32FC1", Settings(), PILLOW)
     with pytest.raises(CompressionError, match=r"Pillow cannot write an array of uint16.*pipros\[vision\]"):
@@ -132,7 +132,7 @@ def test_what_cannot_be_compressed_is_refused() -> None:
         Settings(jpeg_quality=0)
 
 
-def test_other_pictures_than_jpeg_and_png_are_not_opened() -> None:
+def test_only_jpeg_and_png_images_are_opened() -> None:
     file = io.BytesIO()
     Pictures.new("RGB", (2, 2)).save(file, "BMP")
 
@@ -148,7 +148,7 @@ def test_a_palette_becomes_colors() -> None:
 
 
 class FakeOpenCV:
-    """The part of OpenCV that pictures need."""
+    """The functions of OpenCV that images need."""
 
     IMREAD_UNCHANGED, IMWRITE_JPEG_QUALITY, IMWRITE_PNG_COMPRESSION = -1, 1, 16
     error = RuntimeError
@@ -164,7 +164,7 @@ class FakeOpenCV:
         return image.size > 0, np.frombuffer(f"{ending} {options}".encode(), np.uint8)
 
 
-def test_opencv_is_taken_where_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_opencv_is_preferred_if_it_is_installed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "cv2", FakeOpenCV)
     opencv = codec()
     assert isinstance(opencv, OpenCVCodec)

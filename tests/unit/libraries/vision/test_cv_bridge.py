@@ -18,7 +18,7 @@ from cv_bridge import CvBridge, CvBridgeError, cvtColor2, cvtColorForDisplay, ge
 BRIDGE = CvBridge()
 COLORED = np.array([[[10, 20, 30], [255, 0, 0]], [[0, 255, 0], [0, 0, 255]]], np.uint8)
 
-# What genuine cv_bridge makes of COLORED with OpenCV 4.6.
+# The results of genuine cv_bridge for COLORED with OpenCV 4.6.
 GRAY_OF_RGB = [[18, 76], [150, 29]]
 GRAY_OF_BGR = [[22, 29], [150, 76]]
 
@@ -28,7 +28,7 @@ def message(image: Any, encoding: str) -> Image:
 
 
 @pytest.mark.parametrize(("encoding", "gray"), [("rgb8", GRAY_OF_RGB), ("bgr8", GRAY_OF_BGR)])
-def test_colors_become_gray_as_opencv_rounds(encoding: str, gray: list[list[int]]) -> None:
+def test_colors_become_gray_with_the_rounding_of_opencv(encoding: str, gray: list[list[int]]) -> None:
     assert BRIDGE.imgmsg_to_cv2(message(COLORED, encoding), "mono8").tolist() == gray
 
 
@@ -120,7 +120,7 @@ def test_an_empty_image_goes_both_ways(shape: tuple[int, ...]) -> None:
         ("mono8", "gray", "Unknown encoding gray"),
     ],
 )
-def test_encodings_that_do_not_go_together_are_refused(encoding: str, desired: str, text: str) -> None:
+def test_incompatible_encodings_are_refused(encoding: str, desired: str, text: str) -> None:
     gray = np.zeros((4, 4), np.uint8)
 
     with pytest.raises(CvBridgeError) as caught:
@@ -182,7 +182,7 @@ def test_an_unknown_encoding_is_refused(name: str) -> None:
         getCvType(name)
 
 
-def test_image_encodings_say_what_their_names_mean() -> None:
+def test_image_encodings_have_the_properties_of_their_names() -> None:
     assert image_encodings.BAYER_GRBG16 == "bayer_grbg16"
     assert image_encodings.isColor("bgra8")
     assert not image_encodings.isColor("mono8")
@@ -197,7 +197,7 @@ def test_image_encodings_say_what_their_names_mean() -> None:
 
 
 class FakeOpenCV:
-    """The part of OpenCV that compressed images need."""
+    """The functions of OpenCV that compressed images need."""
 
     IMREAD_UNCHANGED = -1
     error = RuntimeError

@@ -29,7 +29,7 @@ def model(**more: Any) -> PinholeCameraModel:
     return found
 
 
-def test_pixels_and_rays_lead_to_each_other() -> None:
+def test_pixels_and_rays_are_inverse() -> None:
     camera = model()
 
     x, y, z = camera.projectPixelTo3dRay((100, 50))
@@ -40,7 +40,7 @@ def test_pixels_and_rays_lead_to_each_other() -> None:
     assert all(map(math.isnan, camera.project3dToPixel((1, 2, 0))))
 
 
-def test_a_camera_says_what_it_is() -> None:
+def test_a_camera_model_returns_its_calibration() -> None:
     camera = model(D=[0.1, 0, 0, 0, 0])
 
     assert (camera.fx(), camera.fy(), camera.cx(), camera.cy(), camera.Tx(), camera.Ty()) == (
@@ -74,8 +74,8 @@ def test_distances_in_pixels_and_in_space() -> None:
     assert (camera.getDeltaU(2, 0), camera.getDeltaV(2, 0)) == (math.inf, math.inf)
 
 
-def test_points_lose_the_distortion_as_opencv_has_it() -> None:
-    # By undistortPoints of OpenCV 4.6.
+def test_points_are_undistorted_like_opencv() -> None:
+    # The results of undistortPoints in OpenCV 4.6.
     camera = model(D=[-0.2, 0.05, 0.001, 0.002, 0.01])
 
     assert camera.rectifyPoint((100, 50)).tolist() == pytest.approx(
@@ -84,7 +84,7 @@ def test_points_lose_the_distortion_as_opencv_has_it() -> None:
     assert model().rectifyPoint((100, 50)).tolist() == pytest.approx([100, 50])
 
 
-def test_what_opencv_would_refuse_is_refused_in_words() -> None:
+def test_a_wrong_number_of_distortion_coefficients_is_explained() -> None:
     with pytest.raises(ValueError, match="must be 4, 5, 8, 12 or 14, got 3"):
         model(D=[1, 2, 3]).rectifyPoint((1, 2))
 

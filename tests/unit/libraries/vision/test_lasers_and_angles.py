@@ -41,7 +41,7 @@ def test_ranges_within_the_limits_become_points() -> None:
     assert (cloud.header.frame_id, cloud.height, cloud.width, cloud.row_step) == ("laser", 1, 3, 48)
 
 
-def test_a_point_has_the_channels_that_are_asked_for() -> None:
+def test_a_point_has_the_requested_channels() -> None:
     cloud = LaserProjection().projectLaser(scan(1, 2, intensities=(7, 8)), 1.5, EVERYTHING)
 
     names = ["x", "y", "z", "intensity", "index", "distances", "stamps", "vp_x", "vp_y", "vp_z"]
@@ -100,6 +100,6 @@ def test_a_joint_may_turn_further_than_once() -> None:
     assert not within(0, 1, -0.5, 0.5)[0]
 
 
-def test_what_is_not_a_number_stays_so() -> None:
+def test_nan_stays_nan() -> None:
     assert math.isnan(angles.normalize_angle(math.nan))
     assert math.isnan(angles.shortest_angular_distance_with_limits(math.nan, 0, -1, 1)[1])

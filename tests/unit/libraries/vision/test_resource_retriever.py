@@ -1,4 +1,4 @@
-"""resource_retriever: what URLs name, and what they may not."""
+"""resource_retriever: supported and refused URLs."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_the_file_of_a_file_url_is_read(package: Path) -> None:
         ("http://[", "Invalid URL: http://"),
     ],
 )
-def test_what_cannot_be_read_is_refused(url: str, text: str) -> None:
+def test_invalid_and_missing_urls_are_refused(url: str, text: str) -> None:
     with pytest.raises(Exception, match=text):
         resource_retriever.get(url)
 

@@ -1,4 +1,4 @@
-"""Arrays of numbers: as their own memory where that has the wire format, converted where it has not."""
+"""Arrays of numbers: used without a copy if their memory has the wire format, else converted."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PACKED = struct.pack("<3i", 1, -2, 3)
         memoryview(array.array("i", [1, -2, 3])),
     ],
 )
-def test_numbers_are_little_endian_whatever_holds_them(value: Any) -> None:
+def test_numbers_are_little_endian_for_every_container(value: Any) -> None:
     assert bytes(numbers("i", value)) == PACKED
 
 
@@ -76,7 +76,7 @@ def test_floats_may_lose_precision_as_in_genpy() -> None:
 
 
 @pytest.mark.parametrize("empty", [[], (), array.array("i"), numpy.zeros(0, "i4")])
-def test_nothing_is_nothing(empty: Any) -> None:
+def test_empty_arrays_have_no_bytes(empty: Any) -> None:
     assert bytes(numbers("i", empty)) == b""
 
 
@@ -88,7 +88,7 @@ def test_octets_come_from_bytes_numbers_and_memory(value: Any) -> None:
 
 
 @pytest.mark.parametrize("value", ["ab", 5, [256], [-1], [1.0], None])
-def test_what_is_not_octets_is_refused(value: Any) -> None:
+def test_invalid_octets_are_refused(value: Any) -> None:
     with pytest.raises((TypeError, ValueError)):
         octets(value)
 

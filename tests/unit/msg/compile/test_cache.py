@@ -1,4 +1,4 @@
-"""Compiled types on disk: used when good, left alone when not, never in the way."""
+"""Compiled types on disk: used if valid, ignored if not, never a cause of errors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pipros.msg.language.definition_files import DefinitionFiles
 
 
 class Place:
-    """Packages in a folder, a cache beside them, and libraries as new processes would make them."""
+    """Packages in a folder, a cache, and type libraries like those of new processes."""
 
     def __init__(self, folder: Path) -> None:
         self.packages = folder / "src"
@@ -95,7 +95,7 @@ def test_a_change_of_any_file_that_makes_or_serves_compiled_types_is_noticed() -
 
 
 def imported_from(name: str) -> set[str]:
-    """The file of that name in `pipros.msg`, and those there that it imports when it is imported itself."""
+    """Return the file of that name in `pipros.msg`, and the files there that it imports eagerly."""
     found: set[str] = set()
     new = {name}
     while new:
@@ -117,7 +117,7 @@ def test_a_broken_entry_is_replaced(place: Place, content: bytes | None) -> None
     assert place.cached() is not None
 
 
-def test_a_cache_that_cannot_be_written_is_done_without(place: Place) -> None:
+def test_an_unwritable_cache_is_skipped(place: Place) -> None:
     place.cache.write_text("a file where a folder should be")
     assert set(place.code()[1]) == {"robot/Hand", "other/Tool"}
 

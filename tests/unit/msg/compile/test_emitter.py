@@ -41,7 +41,7 @@ def test_blocks_are_indented() -> None:
     assert emitter.lines == ["    if a:", "        b", "    c"]
 
 
-def test_locals_are_fresh() -> None:
+def test_each_assigned_local_has_a_new_name() -> None:
     emitter = Emitter(Names())
 
     assert emitter.assign("o", "1 + 1") != emitter.assign("o", "2")

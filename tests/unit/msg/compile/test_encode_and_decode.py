@@ -1,4 +1,4 @@
-"""The bodies of `serialize` and `deserialize`: what one call of `struct` does, and what is refused."""
+"""The bodies of `serialize` and `deserialize`: fields that share a call of `struct`, and errors."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_an_array_of_equal_messages_is_unpacked_by_one_iterator() -> None:
         ("uint8[3] a", {"a": [1, 2]}),
     ],
 )
-def test_of_a_message_that_cannot_be_written_no_byte_is(text: str, values: dict[str, Any]) -> None:
+def test_a_message_that_cannot_be_serialised_writes_no_bytes(text: str, values: dict[str, Any]) -> None:
     message = made(text)(**{name: value for name, value in values.items() if value is not None})
     buffer = io.BytesIO(b"")
 

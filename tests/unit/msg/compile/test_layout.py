@@ -1,4 +1,4 @@
-"""What the compiler knows of a type before it writes code for it."""
+"""The properties of a type that the compiler determines before it generates code."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_a_type_has_the_properties_that_decide_on_its_code(
         ("uint8[7] a\nfloat32[] b\nstring[7] c\nfloat32[65] d", 4),
     ],
 )
-def test_code_is_counted_in_fields_wherever_they_are_written_out(definition: str, size: int) -> None:
+def test_all_fields_in_the_generated_code_are_counted(definition: str, size: int) -> None:
     assert layout_of(definition).code_size == size
 
 
@@ -101,7 +101,7 @@ def test_values_that_no_byte_explains_are_counted() -> None:
     assert layout_of("").unpaid_values_of_element == 1
 
 
-def test_a_type_is_looked_up_and_worked_out_once() -> None:
+def test_a_type_is_resolved_once() -> None:
     asked: list[str] = []
 
     def lookup(type_name: str) -> Any:

@@ -1,4 +1,4 @@
-"""Arrays of strings: short and long ones, those that come again, and those that are cut short."""
+"""Arrays of strings: short, long, repeated and truncated ones."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_invalid_utf_8_is_refused_or_replaced() -> None:
     assert read_strings(octets, 0, 3, "replace") == (["a", "�", "b"], len(octets))
 
 
-def test_an_array_that_comes_again_is_equal_and_belongs_to_its_message() -> None:
+def test_a_repeated_array_is_equal_but_not_shared_between_messages() -> None:
     reader = RepeatedStrings("strict")
     octets = written(JOINTS)
     first, _ = reader.read(octets, 0, 50)

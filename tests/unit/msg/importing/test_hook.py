@@ -69,7 +69,7 @@ def workspace(tmp_path: Path) -> Workspace:
     return Workspace(tmp_path)
 
 
-def test_what_ships_needs_no_setting_at_all(workspace: Workspace) -> None:
+def test_included_messages_are_importable_without_a_package_path(workspace: Workspace) -> None:
     code = "from std_msgs.msg import String; from std_srvs.srv import Empty; print(String('hi'), Empty._type)"
     assert workspace.shows(code, ROS_PACKAGE_PATH="") == 'data: "hi" std_srvs/Empty'
 
@@ -122,7 +122,7 @@ def test_a_package_with_modules_looks_as_one_that_python_found_itself(workspace:
     )
 
 
-def test_a_working_folder_full_of_packages_does_not_get_in_the_way(workspace: Workspace) -> None:
+def test_packages_in_the_working_folder_do_not_interfere(workspace: Workspace) -> None:
     workspace.package("robot", **{"msg/A.msg": "int32 x"})
     workspace.working_folder = workspace.source
     assert workspace.shows("from robot.msg import A; print(A(3))") == "x: 3"
@@ -193,7 +193,7 @@ def test_dir_lists_the_names_for_editors(workspace: Workspace) -> None:
     )
 
 
-def test_classes_live_where_those_of_genpy_live_so_that_pickles_travel(workspace: Workspace) -> None:
+def test_classes_are_in_the_modules_of_genpy_so_that_pickles_are_portable(workspace: Workspace) -> None:
     from std_msgs.msg import String
 
     assert String.__module__ == "std_msgs.msg._String"
@@ -219,7 +219,7 @@ def test_an_unknown_name_is_an_import_error(workspace: Workspace) -> None:
     assert workspace.fails("import robot.srv") == "ModuleNotFoundError: No module named 'robot.srv'"
 
 
-def test_an_unknown_embedded_type_is_named_with_the_place_that_wants_it(workspace: Workspace) -> None:
+def test_an_unknown_embedded_type_is_named_with_the_field_that_uses_it(workspace: Workspace) -> None:
     folder = workspace.package("robot", **{"msg/A.msg": "no_such_package/B b"})
     complaint = workspace.fails("from robot.msg import A")
     assert complaint.startswith(
@@ -228,7 +228,7 @@ def test_an_unknown_embedded_type_is_named_with_the_place_that_wants_it(workspac
     assert "ROS_PACKAGE_PATH is" in complaint
 
 
-def test_starting_python_imports_next_to_nothing(workspace: Workspace) -> None:
+def test_the_start_of_python_imports_only_a_few_modules(workspace: Workspace) -> None:
     assert (
         workspace.shows(IMPORTED)
         == "['pipros', 'pipros.msg', 'pipros.msg.importing', 'pipros.msg.importing.hook', 'pipros.startup']"
@@ -246,7 +246,7 @@ def environment_of_its_own(request: pytest.FixtureRequest, tmp_path: Path) -> Pa
     return folder / "bin" / "python"
 
 
-def test_the_start_of_python_searches_for_no_package(
+def test_no_package_is_searched_at_the_start_of_python(
     workspace: Workspace, environment_of_its_own: Path
 ) -> None:
     (workspace.working_folder / "sitecustomize.py").write_text(
@@ -261,9 +261,7 @@ def test_the_start_of_python_searches_for_no_package(
     assert workspace.shows(customized, PYTHONPATH=str(workspace.working_folder)) == at_start
 
 
-def test_the_hook_can_be_switched_off_and_comes_with_rospy_then(
-    workspace: Workspace, environment_of_its_own: Path
-) -> None:
+def test_a_disabled_hook_is_installed_by_rospy(workspace: Workspace, environment_of_its_own: Path) -> None:
     workspace.python = environment_of_its_own
     assert workspace.shows(IMPORTED, PIPROS_NO_IMPORT_HOOK="1") == "[]"
     assert workspace.shows(IMPORTED, PIPROS_NO_IMPORT_HOOK="") != "[]"
@@ -291,7 +289,7 @@ print(sorted({large} & (set(sys.modules) - before)))
     assert workspace.shows(code) == "[]"
 
 
-def test_an_import_that_fails_does_not_look_for_packages_when_there_is_no_path(workspace: Workspace) -> None:
+def test_a_failed_import_does_not_search_an_empty_package_path(workspace: Workspace) -> None:
     code = """
 import sys
 try:
@@ -302,7 +300,7 @@ except ImportError:
     assert workspace.shows(code, ROS_PACKAGE_PATH="") == "False"
 
 
-def test_a_package_that_has_left_the_path_has_no_further_types(workspace: Workspace) -> None:
+def test_types_of_a_package_no_longer_on_the_path_are_not_found(workspace: Workspace) -> None:
     workspace.package("robot", **{"msg/One.msg": "", "msg/Two.msg": ""})
     shown = workspace.shows(
         "import os; from robot import msg; msg.One; os.environ['ROS_PACKAGE_PATH'] = '/dev/null'; "
@@ -323,7 +321,7 @@ def test_classes_are_found_by_type_name(workspace: Workspace) -> None:
 SETUP = "from setuptools import setup\nsetup(packages=['{0}'], package_dir={{'': 'python'}})\n"
 
 
-def test_modules_are_importable_from_where_a_setup_py_says(workspace: Workspace) -> None:
+def test_modules_are_importable_from_the_folders_of_a_setup_py(workspace: Workspace) -> None:
     workspace.package(
         "robot_driver",
         **{

@@ -1,4 +1,4 @@
-"""Types by name: from the cache where it is valid, compiled where it is not; and the modules made of them."""
+"""Types by name: from the cache if it is valid, else compiled; and the modules created from them."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_a_malformed_type_name_is_refused_before_anything_is_imported(name: str)
 
 
 @pytest.mark.parametrize("name", ["os/path", "json/JSONDecoder", "nowhere/Thing"])
-def test_a_type_of_no_message_package_imports_nothing(name: str) -> None:
+def test_a_type_outside_of_message_packages_is_not_imported(name: str) -> None:
     with pytest.raises(NotFound, match=r"there is no package|hides it"):
         load.load_message_class(name)
 

@@ -1,4 +1,4 @@
-"""To what the comments of a definition belong."""
+"""The elements of a definition to which its comments belong."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from pipros.msg.language.spec import DefinitionError
 from tests.support.definitions import Packages
 
 
-def test_names_are_those_of_files_and_of_what_actions_stand_for(packages: Packages) -> None:
+def test_names_are_those_of_files_and_of_messages_of_actions(packages: Packages) -> None:
     packages.write("robot/msg/Arm.msg", "")
     packages.write("robot/msg/notes.txt", "")
     packages.write("robot/srv/Ask.srv", "---")

@@ -77,7 +77,7 @@ def test_a_message_within_itself_is_refused_at_the_field_that_closes_the_circle(
     assert (caught.value.file, caught.value.line) == ("<definition of pkg/A>", 1)
 
 
-def test_an_unknown_type_is_refused_at_the_field_that_wants_it() -> None:
+def test_an_unknown_type_is_refused_at_the_field_that_uses_it() -> None:
     library = Library(T="int32 x\nNo_such y")
     with pytest.raises(DefinitionError, match=r"unknown type \[pkg/No_such\]") as caught:
         embedded_types(library("pkg/T"), library)

@@ -1,4 +1,4 @@
-"""The language of definition files, checked against what genmsg makes of the same lines."""
+"""The language of definition files, compared with genmsg on the same lines."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def test_a_mistake_is_named_with_its_place(text: str, line: int, column: int, re
     assert str(caught.value).startswith(f"some/T.msg:{line}:{column}: ")
 
 
-def test_a_name_that_is_field_and_constant_is_refused() -> None:
+def test_a_name_of_both_a_field_and_a_constant_is_refused() -> None:
     with pytest.raises(DefinitionError, match="a is both a field and a constant"):
         parse_message("int32 a\nint32 a=2", "pkg/T")
 
@@ -148,7 +148,7 @@ def test_a_service_has_two_halves_that_may_be_empty() -> None:
         ("---\nint32 a\n---\nint32 b", "", "int32 a\nint32 b\n"),
     ],
 )
-def test_a_service_with_another_number_of_separators_is_what_genmsg_makes_of_it(
+def test_wrong_numbers_of_service_separators_are_handled_like_genmsg(
     text: str, request_text: str, response_text: str
 ) -> None:
     spec = parse_service(text, "pkg/Ask")
@@ -177,7 +177,7 @@ def test_mistakes_in_the_second_half_count_lines_from_the_top_of_the_file() -> N
     assert caught.value.line == 4
 
 
-def test_an_action_stands_for_seven_messages() -> None:
+def test_an_action_defines_seven_messages() -> None:
     spec = parse_action("int32 order\n---\n---\nfloat32 done\n", "pkg/Count")
 
     assert [message.name for message in spec.messages] == [

@@ -15,12 +15,12 @@ def history_of(*numbers: int, sink: str = "sink") -> History:
 
 
 @given(st.integers(1, 10**12), st.integers(0, 200))
-def test_a_text_says_what_it_is(number: int, size: int) -> None:
+def test_a_numbered_text_returns_its_source_and_number(number: int, size: int) -> None:
     assert read_numbered(numbered_text("talker", number, size)) == ("talker", number)
 
 
 @given(st.integers(0, 200), st.integers(0, 7))
-def test_a_changed_bit_shows(place: int, bit: int) -> None:
+def test_a_flipped_bit_changes_the_checksum(place: int, bit: int) -> None:
     text = bytearray(numbered_text("talker", 1234, 200).encode())
     text[place] ^= 1 << bit
 
@@ -34,14 +34,14 @@ def test_a_text_without_number_and_checksum_is_torn(text: str) -> None:
         read_numbered(text)
 
 
-def test_two_messages_that_were_mixed_show() -> None:
+def test_mixed_messages_are_detected() -> None:
     one, other = numbered_text("talker", 1, 100), numbered_text("talker", 2, 100)
 
     with pytest.raises(TornMessage):
         read_numbered(one[:60] + other[60:])
 
 
-def test_all_is_well_when_each_came_once_in_order_from_the_first_that_came() -> None:
+def test_a_complete_ordered_history_has_no_problems() -> None:
     history = history_of(5, 6, 7)
 
     assert history.problems() == []

@@ -20,7 +20,7 @@ def test_each_is_killed_once_before_any_is_killed_again() -> None:
     assert [sorted(victims[start : start + 3]) for start in (0, 3, 6)] == [sorted(VICTIMS)] * 3
 
 
-def test_waits_and_signals_are_those_that_were_asked_for() -> None:
+def test_waits_and_signals_are_the_requested_ones() -> None:
     schedule = kill_schedule(3, VICTIMS, 50, after=(2, 4), signals=[signal.SIGKILL])
 
     assert {kill.after for kill in schedule} == {2, 3, 4}

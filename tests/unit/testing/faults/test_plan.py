@@ -14,7 +14,7 @@ DATA = random.Random(1).randbytes(5000)  # noqa: S311
 
 
 def passed(stream: FaultyStream, chunks: Iterable[bytes]) -> tuple[bytes, list[Piece], bool]:
-    """What a peer gets, the pieces, and whether the connection was cut."""
+    """Return the bytes that a peer gets, the pieces, and whether the connection was cut."""
     pieces = []
     for step in itertools.chain.from_iterable(map(stream.feed, chunks)):
         if isinstance(step, Cut):
@@ -31,7 +31,7 @@ def test_without_faults_bytes_pass_as_they_came() -> None:
     assert passed(FaultyStream("1", Faults()), [b"one", b"two"])[1] == [Piece(b"one"), Piece(b"two")]
 
 
-def test_pieces_are_as_small_as_was_asked_for_and_complete() -> None:
+def test_pieces_are_complete_and_within_the_requested_size() -> None:
     got, pieces, _ = passed(FaultyStream("1", Faults(split_bytes=7)), [DATA])
 
     assert got == DATA
@@ -40,7 +40,7 @@ def test_pieces_are_as_small_as_was_asked_for_and_complete() -> None:
 
 
 @given(st.integers(1, 700), st.integers(1, 700))
-def test_what_a_peer_gets_does_not_depend_on_packets(first: int, second: int) -> None:
+def test_received_bytes_do_not_depend_on_packet_boundaries(first: int, second: int) -> None:
     faults = Faults(split_bytes=9, corrupt_every_bytes=200, cut_every_bytes=3000)
 
     one, other = (passed(FaultyStream("7", faults), chunks_of(DATA, size)) for size in (first, second))
@@ -71,7 +71,7 @@ def test_a_cut_comes_after_what_was_before_it_and_nothing_follows() -> None:
     assert got == DATA[: len(got)]
 
 
-def test_stalls_are_pauses_after_a_piece() -> None:
+def test_stalls_pause_after_a_piece() -> None:
     faults = Faults(stall_every_bytes=1000, stall_s=0.5)
     got, pieces, _ = passed(FaultyStream("1", faults), [DATA])
 

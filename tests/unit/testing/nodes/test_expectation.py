@@ -1,4 +1,4 @@
-"""Topics and services that must come, or stay away, each in its own time from one start."""
+"""Topics and services that must appear, or not, each within its own time from a common start."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ def test_an_entry_needs_only_a_name() -> None:
         ({"name": "level", "timeout": "soon"}, r"timeout of \[level\] must be a number, got 'soon'"),
     ],
 )
-def test_an_entry_that_means_nothing_is_refused(entry: Any, complaint: str) -> None:
+def test_invalid_expectations_are_refused(entry: Any, complaint: str) -> None:
     with pytest.raises(AssertionError, match=complaint):
         Expectation.read(entry, str)
 
 
-def test_all_times_run_from_the_same_moment() -> None:
+def test_all_times_have_the_same_start() -> None:
     graph = Graph()
     watch = Watch([Expectation("/slow", 9.0), Expectation("/quick", 2.0)], "topic")
 
@@ -73,7 +73,7 @@ def test_a_forbidden_name_that_appears_fails_at_once() -> None:
         watch.check(0.1, Graph(gone="std_srvs/Empty").find)
 
 
-def test_a_type_matters_when_it_is_named() -> None:
+def test_a_type_is_compared_only_if_it_is_given() -> None:
     graph = Graph(level="std_msgs/String")
 
     assert Watch([Expectation("/level", type="std_msgs/String")], "topic").check(0, graph.find)
@@ -81,7 +81,7 @@ def test_a_type_matters_when_it_is_named() -> None:
         Watch([Expectation("/level", type="std_msgs/Int8")], "topic").check(0, graph.find)
 
 
-def test_nothing_to_watch_is_decided_at_once() -> None:
+def test_an_empty_list_of_topics_returns_at_once() -> None:
     watch = Watch([], "topic")
 
     assert watch.longest_s == 0

@@ -1,4 +1,4 @@
-"""What `hztest` thinks of arrivals."""
+"""The verdicts of `hztest` on arrival times."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ def every(gap_ms: int, count: int = 11) -> list[int]:
     return [1_000 * MS + number * gap_ms * MS for number in range(count)]
 
 
-def test_a_rate_within_its_error_is_fine() -> None:
+def test_a_rate_within_its_tolerance_passes() -> None:
     AllowedRate(10, 1).check(every(100), check_intervals=True)
     AllowedRate(10, 1).check(every(92), check_intervals=True)
 
 
 @pytest.mark.parametrize(("gap_ms", "expected"), [(125, "8.000Hz"), (80, "12.500Hz"), (0, "infHz")])
-def test_a_rate_beyond_its_error_is_named_with_what_is_allowed(gap_ms: int, expected: str) -> None:
+def test_a_rate_outside_its_tolerance_is_reported_with_the_tolerance(gap_ms: int, expected: str) -> None:
     with pytest.raises(AssertionError, match=f"average rate {expected} is not within 9.000Hz and 11.000Hz"):
         AllowedRate(10, 1).check(every(gap_ms), check_intervals=False)
 
@@ -32,7 +32,7 @@ def test_a_single_gap_matters_only_when_gaps_are_checked() -> None:
         AllowedRate(10, 1).check(arrivals, check_intervals=True)
 
 
-def test_an_error_as_large_as_the_rate_allows_any_gap() -> None:
+def test_a_tolerance_as_large_as_the_rate_allows_any_gap() -> None:
     AllowedRate(1, 1).check(every(100_000, 2), check_intervals=True)
 
 

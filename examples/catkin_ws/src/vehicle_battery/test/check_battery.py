@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A simulated battery is watched from 30 % to empty. Run it by `rostest vehicle_battery battery.test`."""
+"""Monitor a simulated battery from 30 % to empty. Run it with `rostest vehicle_battery battery.test`."""
 
 import sys
 import threading
@@ -31,7 +31,7 @@ class Battery(unittest.TestCase):
 
         subscriber = rospy.Subscriber(topic, message_class, check)
         self.addCleanup(subscriber.unregister)
-        self.assertTrue(came.wait(TIMEOUT_S), f"nothing like that came on {topic}")
+        self.assertTrue(came.wait(TIMEOUT_S), f"no matching message arrived on {topic}")
         return found[0]
 
     def test_warns_and_is_acknowledged(self):
@@ -52,7 +52,7 @@ class Battery(unittest.TestCase):
 
         self.wait_for("/diagnostics", DiagnosticArray, is_wanted)
 
-    def test_tells_the_level_as_the_case_study_does(self):
+    def test_publishes_the_level_like_the_case_study(self):
         level = self.wait_for("battery_topic", BatteryLevel, lambda level: level.battery.startswith("%"))
         self.assertTrue(0 <= int(level.battery[1:]) <= 100)
 

@@ -26,7 +26,7 @@ class Levels(unittest.TestCase):
 
 
 class TimeLeft(unittest.TestCase):
-    def test_is_the_charge_by_its_slope(self):
+    def test_is_extrapolated_from_the_charge(self):
         assessor = Assessor(LIMITS)
         for second in range(60):
             assessment = assessor.update(second, 0.9 - 0.001 * second)
@@ -42,7 +42,7 @@ class TimeLeft(unittest.TestCase):
             assessment = assessor.update(second, 0.5 + 0.001 * second)
         self.assertTrue(math.isnan(assessment.time_left))
 
-    def test_begins_anew_when_time_jumps_back(self):
+    def test_restarts_when_time_jumps_back(self):
         assessor = Assessor(LIMITS)
         for second in range(20):
             assessor.update(1000 + second, 0.5 - 0.01 * second)
@@ -50,14 +50,14 @@ class TimeLeft(unittest.TestCase):
 
 
 class Acknowledging(unittest.TestCase):
-    def test_counts_until_the_level_gets_worse(self):
+    def test_is_valid_until_the_level_gets_worse(self):
         assessor = Assessor(LIMITS)
         assessor.update(0, 0.2)
         self.assertTrue(assessor.acknowledge().acknowledged)
         self.assertTrue(assessor.update(1, 0.15).acknowledged)
         self.assertFalse(assessor.update(2, 0.05).acknowledged)
 
-    def test_counts_until_the_level_ends(self):
+    def test_is_valid_until_the_level_ends(self):
         assessor = Assessor(LIMITS)
         assessor.update(0, 0.2)
         assessor.acknowledge()
@@ -71,12 +71,12 @@ class Acknowledging(unittest.TestCase):
 
 
 class Texts(unittest.TestCase):
-    def test_say_how_full_and_for_how_long(self):
+    def test_state_charge_and_remaining_time(self):
         assessor = Assessor(LIMITS)
         for second in range(11):
             assessment = assessor.update(second, 0.2 - 0.0001 * second)
         self.assertEqual(assessment.text, "battery low: 20 %, empty in 33 min")
-        self.assertEqual(assessor.update(11, math.nan).text, "the charge of the battery is not known")
+        self.assertEqual(assessor.update(11, math.nan).text, "the charge of the battery is unknown")
 
 
 if __name__ == "__main__":

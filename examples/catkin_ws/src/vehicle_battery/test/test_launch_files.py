@@ -14,7 +14,7 @@ def test_a_recorded_discharge_ends_critical(ros_launch, ros_node, ros_wait_until
     assert BatteryWarning.LOW in levels
 
 
-def test_the_driver_publishes_what_it_simulates(ros_launch, ros_node, ros_wait_until):
+def test_the_driver_publishes_the_simulated_state(ros_launch, ros_node, ros_wait_until):
     states = []
     ros_node.subscribe("/battery_state", BatteryState, states.append)
 

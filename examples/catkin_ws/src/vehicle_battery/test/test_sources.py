@@ -8,7 +8,7 @@ from vehicle_battery.driver import open_source
 from vehicle_battery.power_supply import NoBattery, PowerSupply, find_batteries
 from vehicle_battery.simulated_pack import SimulatedPack
 
-# As the kernel of a laptop shows its battery, in watt hours and in ampere hours.
+# A laptop's battery as reported by the kernel, in watt hours and in ampere hours.
 IN_WATTS = """POWER_SUPPLY_NAME=BAT0
 POWER_SUPPLY_TYPE=Battery
 POWER_SUPPLY_STATUS=Discharging
@@ -66,7 +66,7 @@ class PowerSupplies(unittest.TestCase):
         self.assertEqual(message.power_supply_status, BatteryState.POWER_SUPPLY_STATUS_DISCHARGING)
         self.assertEqual((message.location, message.serial_number), ("BAT0", "1234"))
 
-    def test_in_ampere_hours_are_read_as_they_are(self):
+    def test_in_ampere_hours_are_read_unchanged(self):
         self.add("BAT1", IN_AMPERES)
         reading = PowerSupply("BAT1", self.root).read()
         self.assertAlmostEqual(reading.percentage, 0.25)
@@ -74,26 +74,26 @@ class PowerSupplies(unittest.TestCase):
         self.assertAlmostEqual(reading.temperature, 30.5)
         self.assertEqual(reading.to_message().power_supply_health, BatteryState.POWER_SUPPLY_HEALTH_GOOD)
 
-    def test_that_say_nothing_give_nothing(self):
+    def test_without_values_have_empty_readings(self):
         self.add("BAT0", "POWER_SUPPLY_TYPE=Battery\nPOWER_SUPPLY_VOLTAGE_NOW=?\n")
         reading = PowerSupply("BAT0", self.root).read()
         self.assertTrue(math.isnan(reading.percentage))
         self.assertTrue(math.isnan(reading.voltage))
 
-    def test_that_are_pulled_are_not_present(self):
+    def test_that_are_removed_are_not_present(self):
         self.add("BAT0", IN_WATTS)
         supply = PowerSupply("BAT0", self.root)
         os.remove(os.path.join(self.root, "BAT0", "uevent"))
         self.assertFalse(supply.read().present)
 
-    def test_that_are_not_there_are_refused_with_those_that_are(self):
+    def test_that_do_not_exist_are_refused_with_the_existing_ones(self):
         self.add("BAT1", IN_AMPERES)
         with self.assertRaisesRegex(NoBattery, "BAT7 is not a battery of this computer .*: BAT1"):
             PowerSupply("BAT7", self.root)
 
 
 class Pack(unittest.TestCase):
-    def test_empties_under_load_and_is_charged_then(self):
+    def test_is_discharged_under_load_and_then_charged(self):
         pack = SimulatedPack(percentage=0.02)
         seen = []
         for _ in range(40):
@@ -105,19 +105,19 @@ class Pack(unittest.TestCase):
         self.assertEqual(seen[-1].status, "Charging")
         self.assertGreater(seen[-1].current, 0)
 
-    def test_has_less_voltage_the_emptier_it_is(self):
+    def test_has_a_lower_voltage_at_a_lower_charge(self):
         volts = [SimulatedPack(percentage=step / 20).read().voltage for step in range(21)]
         self.assertEqual(volts, sorted(volts))
         self.assertGreater(volts[0], 11)
         self.assertLess(volts[-1], 17)
 
-    def test_of_one_seed_are_alike(self):
+    def test_with_the_same_seed_are_equal(self):
         packs = SimulatedPack(seed=7), SimulatedPack(seed=7)
         for pack in packs:
             pack.advance(10)
         self.assertEqual(packs[0].read(), packs[1].read())
 
-    def test_takes_a_charge_from_0_to_1(self):
+    def test_accepts_a_charge_from_0_to_1(self):
         with self.assertRaisesRegex(ValueError, "percentage must be from 0 to 1, got 25"):
             open_source("simulated", 25)
 

@@ -1,4 +1,4 @@
-"""Hierarchical state machines, as robots' programs have them: states, containers, and states made of ROS."""
+"""Hierarchical state machines for robots: states, containers, and states for actions, services and topics."""
 
 from state_machines.containers import Concurrence, StateMachine
 from state_machines.introspection import IntrospectionServer

@@ -1,4 +1,4 @@
-"""States that consist of states: one after the other, or side by side."""
+"""States that consist of states: sequential or concurrent."""
 
 import threading
 import traceback
@@ -8,7 +8,7 @@ from state_machines.states import InvalidTransition, Remapped, State, UserData
 
 
 class Container(State):
-    """States by label. `with container:` makes it the one that `add` adds to."""
+    """States by label. `add` adds to the container of the enclosing `with` block."""
 
     opened = threading.local()
 
@@ -69,7 +69,7 @@ class Container(State):
 
 
 class StateMachine(Container):
-    """One state after the other, until a transition leads to an outcome."""
+    """Sequential states, until a transition leads to an outcome."""
 
     def __init__(self, outcomes, input_keys=(), output_keys=()):
         Container.__init__(self, outcomes, input_keys, output_keys)
@@ -112,7 +112,7 @@ class StateMachine(Container):
 
 
 class Concurrence(Container):
-    """States side by side, each in a thread; a map of their outcomes decides."""
+    """Concurrent states, each in a thread; a map of their outcomes determines the result."""
 
     def __init__(self, outcomes, default_outcome, outcome_map=None, child_termination_cb=None, **keys):
         Container.__init__(self, outcomes, **keys)

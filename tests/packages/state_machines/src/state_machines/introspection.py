@@ -1,4 +1,4 @@
-"""Tells others which states are active."""
+"""Publishes the active states."""
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
@@ -7,7 +7,7 @@ from state_machines.containers import Container
 
 
 class IntrospectionServer:
-    """Publishes what is active in a container and in those within it, on `NAME/container_status`."""
+    """Publish the active states of a container and of nested ones on `NAME/container_status`."""
 
     def __init__(self, name, container, path):
         self.name, self.container, self.path = name, container, path

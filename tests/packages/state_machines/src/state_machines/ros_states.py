@@ -1,4 +1,4 @@
-"""States that are an action, a service, or a message to wait for."""
+"""States that run an action, call a service, or wait for a message."""
 
 import threading
 
@@ -8,7 +8,7 @@ from state_machines.states import State
 
 
 class SimpleActionState(State):
-    """Sends a goal, and waits for its result."""
+    """Send a goal, and wait for its result."""
 
     def __init__(self, name, spec, goal_cb, result_cb=None, exec_timeout=None, **keys):
         State.__init__(self, ["succeeded", "aborted", "preempted"], **keys)
@@ -71,7 +71,7 @@ class ServiceState(State):
 
 
 class MonitorState(State):
-    """Waits while messages of a topic are as they should be."""
+    """Wait while the messages of a topic meet a condition."""
 
     def __init__(self, topic, message_class, cond_cb, **keys):
         State.__init__(self, ["valid", "invalid", "preempted"], **keys)

@@ -1,14 +1,14 @@
-"""A state, and the data that it gets and leaves."""
+"""A state, with its input and output data."""
 
 import threading
 
 
 class InvalidTransition(Exception):
-    """A state gave an outcome that it does not have, or that leads nowhere."""
+    """A state returned an undeclared outcome, or one without a transition."""
 
 
 class UserData:
-    """Values that are attributes; one lock for all of them."""
+    """Values as attributes, with one lock."""
 
     def __init__(self, **values):
         self.__dict__["_lock"] = threading.RLock()
@@ -31,7 +31,7 @@ class UserData:
 
 
 class Remapped:
-    """What one state may see of its container's data, by its own names."""
+    """A state's view of its container's data, under its own names."""
 
     def __init__(self, data, inputs, outputs, names):
         self.__dict__.update(_data=data, _inputs=inputs, _outputs=outputs, _names=names)
@@ -48,7 +48,7 @@ class Remapped:
 
 
 class State:
-    """Something to do, which ends with one of its outcomes."""
+    """An activity that ends with one of its outcomes."""
 
     def __init__(self, outcomes=(), input_keys=(), output_keys=()):
         self.outcomes = set(outcomes)

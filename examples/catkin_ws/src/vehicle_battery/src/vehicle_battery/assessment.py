@@ -1,4 +1,4 @@
-"""Decides what a charge means: fine, low, critical, and for how long it will last. No ROS in here."""
+"""Assesses a charge: ok, low or critical, and how long it will last. Independent of ROS."""
 
 import math
 from collections import deque
@@ -15,7 +15,7 @@ _TIME_HYSTERESIS = 1.2
 
 @dataclass(frozen=True)
 class Limits:
-    """Charges are from 0 to 1."""
+    """The limits of a monitor. Charges are from 0 to 1."""
 
     low: float = 0.25
     critical: float = 0.10
@@ -25,7 +25,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Assessment:
-    """`time_left` is in seconds, NaN while the battery does not get emptier."""
+    """The state of a battery. `time_left` is in seconds, or NaN while the battery is not discharging."""
 
     level: int
     percentage: float
@@ -34,9 +34,9 @@ class Assessment:
 
     @property
     def text(self):
-        """One line for people."""
+        """The assessment as one line of text."""
         if self.level == UNKNOWN:
-            return "the charge of the battery is not known"
+            return "the charge of the battery is unknown"
         word = {OK: "battery", LOW: "battery low", CRITICAL: "battery critical"}[self.level]
         line = f"{word}: {100 * self.percentage:.0f} %"
         if not math.isnan(self.time_left):
@@ -45,10 +45,10 @@ class Assessment:
 
 
 class Assessor:
-    """Follows one battery.
+    """Assesses one battery over time.
 
     A level begins at its limit and ends when the charge has risen above that by the hysteresis: a charge
-    that wavers does not warn twice. An acknowledgement counts until the level gets worse, or ends.
+    that fluctuates does not warn twice. An acknowledgement is valid until the level gets worse or ends.
     """
 
     def __init__(self, limits=None):
@@ -57,9 +57,9 @@ class Assessor:
         self._samples = deque(maxlen=_SAMPLES)
 
     def update(self, stamp, percentage):
-        """Takes the charge (0 to 1, NaN when it is not known) at a time in seconds, and judges.
+        """Return the assessment for a charge (0 to 1, NaN if unknown) at a time in seconds.
 
-        A time before that of the last call begins anew: a bag is played again, or a simulation was reset.
+        If the time is before that of the last call, start again: a bag is replayed or a simulation was reset.
         """
         if self._samples and stamp < self._samples[-1][0]:
             self._samples.clear()
@@ -74,7 +74,7 @@ class Assessor:
         return self._last
 
     def acknowledge(self):
-        """Notes that the level was seen. Returns the assessment with that; None when all is well."""
+        """Acknowledge the level, and return the assessment; return None if the level is OK."""
         if self._last.level == OK:
             return None
         self._last = replace(self._last, acknowledged=True)
@@ -95,7 +95,7 @@ class Assessor:
         return LOW if is_below(limits.low, LOW) or time_left < soon else OK
 
     def _time_left(self):
-        """By the slope of a straight line through the samples of the last minutes (least squares)."""
+        """Extrapolate a straight line through the samples of the last minutes (least squares)."""
         if not self._samples or self._samples[-1][0] - self._samples[0][0] < _SHORTEST_WINDOW_S:
             return math.nan
         count = len(self._samples)

@@ -9,9 +9,9 @@ from vehicle_battery.simulated_pack import SimulatedPack
 
 
 def open_source(name, percentage=1.0):
-    """The battery `name` of this computer, or the simulated one.
+    """Return the battery `name` of this computer, or the simulated one.
 
-    "auto" stands for the first battery of the computer, and for the simulated one where there is none.
+    "auto" selects the first battery of the computer, or the simulated one if there is none.
 
     Raises:
         NoBattery: the computer has no battery of that name.
@@ -23,7 +23,7 @@ def open_source(name, percentage=1.0):
 
 
 def main():
-    """Reads `~source` at `~rate`; publishes `battery_state`, and its charge as text on `battery_topic`."""
+    """Read `~source` at `~rate`; publish `battery_state`, and its charge as text on `battery_topic`."""
     rospy.init_node("battery_driver")
     frame = rospy.get_param("~frame_id", "battery")
     speed = rospy.get_param("~speed", 1.0)

@@ -1,4 +1,4 @@
-"""The node that warns."""
+"""The node that warns about a low battery."""
 
 import threading
 
@@ -22,7 +22,7 @@ _DIAGNOSTIC_LEVELS = {
 
 
 class Monitor:
-    """Listens to `battery_state`; publishes `battery_warning` and diagnostics; serves `~acknowledge`."""
+    """Subscribes to `battery_state`; publishes `battery_warning` and diagnostics; serves `~acknowledge`."""
 
     def __init__(self):
         self._lock = threading.Lock()
@@ -113,7 +113,7 @@ class Monitor:
 
 
 def main():
-    """Runs the monitor until the node ends."""
+    """Run the monitor until the node shuts down."""
     rospy.init_node("battery_monitor")
-    Monitor()  # its subscriber, service and timer keep it
+    Monitor()  # kept alive by its subscriber, service and timer
     rospy.spin()

@@ -1,4 +1,4 @@
-"""The batteries of this computer, as Linux shows them below /sys/class/power_supply."""
+"""The batteries of this computer, from /sys/class/power_supply of Linux."""
 
 import os
 
@@ -8,11 +8,11 @@ ROOT = "/sys/class/power_supply"
 
 
 class NoBattery(Exception):
-    """A power supply that is not there, or is no battery."""
+    """A power supply does not exist, or is not a battery."""
 
 
 def find_batteries(root=ROOT):
-    """The names of all batteries, sorted; empty where there is none, or no Linux."""
+    """Return the sorted names of all batteries; empty if there are none, or without Linux."""
     try:
         names = sorted(os.listdir(root))
     except OSError:
@@ -24,7 +24,7 @@ class PowerSupply:
     """One battery of the kernel.
 
     Raises:
-        NoBattery: `name` is none of `find_batteries(root)`.
+        NoBattery: `name` is not one of `find_batteries(root)`.
     """
 
     def __init__(self, name, root=ROOT):
@@ -36,13 +36,13 @@ class PowerSupply:
             raise NoBattery(f"{name} is not a battery of this computer (batteries below {root}: {there})")
 
     def advance(self, seconds):
-        """A real battery needs no help to get older."""
+        """Do nothing: a real battery discharges by itself."""
 
     def read(self):
-        """What the battery says now; what it leaves out is NaN or empty.
+        """Return the current reading. Values that the battery does not report are NaN or empty.
 
-        Some batteries count in ampere hours, others in watt hours. Those are divided by the design voltage,
-        or by the present one.
+        Some batteries report ampere hours, others watt hours. Watt hours are divided by the design voltage,
+        or by the current one.
         """
         properties = _properties(self._folder)
 
@@ -78,7 +78,7 @@ class PowerSupply:
 
 
 def _properties(folder):
-    """The lines of the file `uevent`, without their prefix. A battery that was pulled has none."""
+    """Return the properties in the file `uevent`, without their prefix; none if the battery was removed."""
     try:
         with open(os.path.join(folder, "uevent"), encoding="utf-8", errors="replace") as file:
             lines = file.read().splitlines()
@@ -89,5 +89,5 @@ def _properties(folder):
 
 
 def _first(*values):
-    """The first value that is a number."""
+    """Return the first value that is not NaN."""
     return next((value for value in values if value == value), NAN)

@@ -1,4 +1,4 @@
-"""What a battery tells of itself at one moment."""
+"""The reading of a battery at one time."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,7 @@ from sensor_msgs.msg import BatteryState
 
 NAN = float("nan")
 
-# The kernel's words (Documentation/ABI/testing/sysfs-class-power) and the constants of sensor_msgs.
+# Strings of the kernel (Documentation/ABI/testing/sysfs-class-power) and constants of sensor_msgs.
 _STATUS = {
     "Charging": BatteryState.POWER_SUPPLY_STATUS_CHARGING,
     "Discharging": BatteryState.POWER_SUPPLY_STATUS_DISCHARGING,
@@ -35,7 +35,7 @@ _TECHNOLOGY = {
 
 @dataclass
 class Reading:
-    """NaN and "" stand for what the battery does not tell."""
+    """A reading. Unreported values are NaN or ""."""
 
     percentage: float = NAN  # from 0 to 1
     voltage: float = NAN  # V
@@ -52,7 +52,7 @@ class Reading:
     present: bool = True
 
     def to_message(self) -> BatteryState:
-        """The same as a `BatteryState`, without a header."""
+        """Return the reading as a `BatteryState`, without a header."""
         return BatteryState(
             percentage=self.percentage,
             voltage=self.voltage,

@@ -1,10 +1,10 @@
-"""A lithium-ion pack that exists in arithmetic only, for machines without a battery."""
+"""A simulated lithium-ion pack, for machines without a battery."""
 
 import random
 
 from vehicle_battery.reading import Reading
 
-# Voltage of one cell at rest by its charge, in equal steps from empty to full.
+# Open-circuit voltage of one cell, in equal steps of charge from empty to full.
 _CELL_VOLTS = (3.00, 3.45, 3.56, 3.62, 3.67, 3.73, 3.80, 3.88, 3.97, 4.07, 4.20)
 _CELL_OHMS = 0.025
 _AMBIENT_CELSIUS = 21.0
@@ -13,9 +13,9 @@ _SECONDS_TO_WARM = 600.0
 
 
 class SimulatedPack:
-    """A pack under a load that varies by a third. Empty, it is charged; full, it is under load again.
+    """A pack under a load that varies by a third. An empty pack is charged; a full one is under load again.
 
-    `seed` decides on the load: two packs with one seed are alike.
+    `seed` determines the load: two packs with the same seed are equal.
     """
 
     def __init__(self, percentage=1.0, capacity=10.0, cells=4, load=5.0, charger=8.0, seed=1):
@@ -31,7 +31,7 @@ class SimulatedPack:
         self._random = random.Random(seed)
 
     def advance(self, seconds):
-        """Lets the pack work for a while."""
+        """Simulate the given time."""
         if self._is_charging:
             self._current = self._charger
         else:
@@ -46,7 +46,7 @@ class SimulatedPack:
             self._charge, self._is_charging = self._capacity, False
 
     def read(self):
-        """What the pack says now."""
+        """Return the current reading."""
         percentage = self._charge / self._capacity
         return Reading(
             percentage=percentage,
