@@ -157,9 +157,9 @@ def test_frames_have_parents_rates_and_ages() -> None:
     assert base["rate"] == pytest.approx(10.0)
     assert (base["age"], base["delay"]) == (1.0, 0.2)
     assert (laser["frame"], laser["static"], laser["rate"]) == ("laser", True, None)
-    assert [(arrow.start, arrow.end) for arrow in tree.graph().arrows] == [
-        ("tmap", "tbase"),
-        ("tbase", "tlaser"),
+    assert [(arrow.start.name, arrow.end.name) for arrow in tree.graph().arrows] == [
+        ("map", "base"),
+        ("base", "laser"),
     ]
 
 

@@ -3,6 +3,7 @@
 import { live } from "./live.js";
 import { h, replace } from "./dom.js";
 import { currentPlace, placeOf } from "./place.js";
+import { TabContext } from "./tab_context.js";
 
 const TABS = [
   ["graph", "Graph"],
@@ -21,11 +22,14 @@ const TABS = [
 // Sections of a tab with their own addresses.
 const PARTS = { reconfigure: "params" };
 
+const NO_TOKEN = ["This page needs the token of its server", "Open the whole address that the command printed in its terminal: "];
+const RESTARTED = ["The server was restarted", "Open the address that it printed in its terminal: "];
+
 const view = document.getElementById("view");
 const tabs = document.getElementById("tabs");
 const system = document.getElementById("system");
 const locked = document.getElementById("locked");
-let close = () => {};
+const opened = new Map(); // name to {element, context, handle, argument}; hidden tabs keep what they show
 let about = null;
 let resolveKnown;
 const known = new Promise((resolve) => { resolveKnown = resolve; }); // the server's description and permissions
@@ -37,30 +41,51 @@ const place = () => {
 
 async function show() {
   const [name, argument] = place();
-  close();
-  close = () => {};
   const tab = PARTS[name] ?? name;
   for (const link of tabs.children) {
     const isSelected = link.dataset.tab === tab;
     link.setAttribute("aria-selected", String(isSelected));
     link.tabIndex = isSelected ? 0 : -1;
-    if (isSelected) {
-      view.setAttribute("aria-labelledby", link.id);
-      link.scrollIntoView({ block: "nearest", inline: "nearest" });
-    }
+    if (!isSelected) continue;
+    link.href = placeOf(name, argument);
+    view.setAttribute("aria-labelledby", link.id);
+    link.scrollIntoView({ block: "nearest", inline: "nearest" });
   }
   document.title = `pipros: ${TABS.find(([each]) => each === tab)[1]}`;
   const [module] = await Promise.all([import(`./tabs/${name}.js`), known]);
   if (place()[0] !== name || place()[1] !== argument) return;
-  view.className = `tab-${name}`;
-  view.replaceChildren();
-  close = module.open(view, argument, { control: Boolean(about?.control) }) ?? (() => {});
+  for (const [other, { element, context }] of opened) {
+    element.hidden = other !== name;
+    if (other !== name) context.hide();
+  }
+  const shown = opened.get(name) ?? open(name, argument, module);
+  shown.context.show();
+  if (shown.argument === argument) return;
+  shown.argument = argument;
+  shown.handle.go?.(argument);
+}
+
+function open(name, argument, module) {
+  const element = h("div", { class: `tab tab-${name}` });
+  const entry = { element, argument };
+  entry.context = new TabContext(name, Boolean(about?.control), (next) => {
+    entry.argument = next;
+    const link = tabs.querySelector(`[data-tab="${PARTS[name] ?? name}"]`);
+    link.href = placeOf(name, next);
+  });
+  opened.set(name, entry);
+  view.append(element);
+  entry.handle = module.open(element, argument, entry.context) ?? {};
+  return entry;
 }
 
 function showState() {
   system.className = live.isOpen ? "" : "lost";
   locked.hidden = !live.isRefused;
   view.hidden = live.isRefused;
+  const [title, text] = live.isRestarted ? RESTARTED : NO_TOKEN;
+  replace(locked, h("h2", {}, title), h("p", {}, text, h("code", {}, "http://…/#token=…")),
+    h("p", { class: "pale" }, "Each start of the command makes a new token, so an address from before does not work. A tab that you open yourself needs the whole address, too; a reload does not."));
   if (live.isRefused) replace(system, "no access");
   else if (!live.isOpen) replace(system, live.trouble || "no connection to the server", ", trying again");
   else if (about) replace(system, h("span", { class: "master", title: "The master" }, about.master.replace(/^http:\/\/|\/$/g, "")), h("span", { class: about.control ? "permit control" : "permit" }, about.control ? "can change the system" : "read-only"));

@@ -34,6 +34,9 @@ export function takeFromAddress() {
 
 export const currentProof = () => proof;
 
+// Whether the server accepted the present token before, in this tab: then it was restarted when it rejects the token.
+export const wasAccepted = () => proof?.token !== undefined && proof.token === kept();
+
 // The server accepted the proof, and sent the token.
 export function accepted(token) {
   proof = { token };

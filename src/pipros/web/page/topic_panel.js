@@ -1,22 +1,21 @@
 // Live view of one topic: statistics, the newest message as a tree, a gauge for a percentage, a curve of the first number.
 
-import { live } from "./live.js";
-import { bandwidth, bytes, h, hertz, morph, replace, s } from "./dom.js";
+import { bandwidth, bytes, h, hertz, morph, panelHead, replace, s } from "./dom.js";
 import { placeOf } from "./place.js";
 
 const CURVE_POINTS = 300;
 const MORE = "…";
 
-export function topicPanel(side, name) {
+export function topicPanel(side, name, context, onClose) {
   const figures = h("div", {}, h("dl", {}));
   const gauge = h("div", {});
   const curve = h("div", {});
   const message = h("div", { class: "message" }, h("div", {}));
   const error = h("p", { class: "error", role: "alert" });
-  side.append(h("h2", {}, name), figures, error, gauge, curve, h("h3", {}, "Newest message"), message);
+  side.append(panelHead(name, onClose), figures, error, gauge, curve, h("h3", {}, "Newest message"), message);
   const values = [];
   let path = null;
-  return live.watch("topic", { name }, (topic) => {
+  return context.watch("topic", { name }, (topic) => {
     morph(figures.firstChild, h("dl", {}, Object.entries({
       Type: topic.type || "unknown", Rate: hertz(topic.rate), Bandwidth: bandwidth(topic.bandwidth),
       Size: bytes(topic.size), Messages: String(topic.count),

@@ -11,7 +11,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
-from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
+from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
 from pipros.graph.drawing.scene import draw
 from pipros.node.any_msg import RawMessage
 from pipros.web.known_topic import LONGEST_NAME, KnownTopic, Take
@@ -92,9 +92,11 @@ class FrameTree:
         """Return the tree as a graph, parents first."""
         with self._lock:
             parents = {child: frame.parent for child, frame in self._frames.items()}
-        names = sorted({*parents, *parents.values()})
-        arrows = [Arrow("t" + parent, "t" + child, child) for child, parent in sorted(parents.items())]
-        return NodeGraph({"t" + name: Vertex("t" + name, name, "topic") for name in names}, tuple(arrows))
+        keys = [Key("frame", name) for name in sorted({*parents, *parents.values()})]
+        arrows = [
+            Arrow(Key("frame", parent), Key("frame", child), "") for child, parent in sorted(parents.items())
+        ]
+        return NodeGraph({key: Vertex(key) for key in keys}, tuple(arrows))
 
 
 class FrameViews:

@@ -1,6 +1,5 @@
 // The log of the system: 100,000 entries, of which only the visible ones are in the document.
 
-import { live } from "../live.js";
 import { h, replace } from "../dom.js";
 
 const KEPT = 100000;
@@ -8,7 +7,8 @@ const ROW = 22;
 const LEVELS = [[1, "Debug"], [2, "Info"], [4, "Warn"], [8, "Error"], [16, "Fatal"]];
 const [LEVEL, NODE, TEXT, STAMP, FILE, LINE, FUNCTION] = [0, 1, 2, 3, 4, 5, 6];
 
-export function open(view, argument, { control }) {
+export function open(view, argument, context) {
+  const { control } = context;
   let entries = [];
   let shown = [];
   let lost = 0;
@@ -108,10 +108,10 @@ export function open(view, argument, { control }) {
     replace(side, h("h2", {}, "Logger levels"), control ? null : h("p", { class: "key" }, "Start with --control to change levels."), choice, nodes, found, h("button", { onclick: () => { side.hidden = true; } }, "Close"));
     async function list() {
       try {
-        const loggers = await live.act("loggers", { name: choice.value });
+        const loggers = await context.act("loggers", { name: choice.value });
         replace(found, h("table", {}, loggers.map((logger) => h("tr", {}, h("td", {}, logger.name), h("td", {},
           h("select", { disabled: !control, "aria-label": `Level of ${logger.name}`, onchange: async (event) => {
-            try { await live.act("set_logger_level", { name: choice.value, logger: logger.name, level: event.target.value }); replace(error, ""); } catch (problem) { replace(error, problem.message); list(); }
+            try { await context.act("set_logger_level", { name: choice.value, logger: logger.name, level: event.target.value }); replace(error, ""); } catch (problem) { replace(error, problem.message); list(); }
           } }, ["debug", "info", "warn", "error", "fatal"].map((level) => h("option", { value: level, selected: level === logger.level.toLowerCase() }, level))))))));
       } catch (problem) {
         replace(found, h("p", { class: "error" }, problem.message));
@@ -120,16 +120,14 @@ export function open(view, argument, { control }) {
     if (ofNode) list();
   }
 
-  const close = live.watch("console", {}, (data) => {
+  context.watch("console", {}, (data) => {
     lost += data.lost;
     if (data.error !== problem) replace(error, problem = data.error);
     if (isPaused) waiting = waiting.concat(data.entries).slice(-KEPT);
     else take(data.entries);
-  }, (text) => replace(error, text));
-  const resized = new ResizeObserver(() => drawRows());
-  resized.observe(scroll);
+  }, (text) => replace(error, text), { always: true });
+  new ResizeObserver(() => drawRows()).observe(scroll);
   if (argument) showLoggers(argument);
-  return () => { close(); resized.disconnect(); };
 }
 
 const levelName = (level) => LEVELS.find(([number]) => number === level)?.[1] ?? String(level);

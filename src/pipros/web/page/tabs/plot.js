@@ -1,8 +1,6 @@
 // Live curves of numbers in messages. The address contains the fields: #plot/field,field
 
-import { live } from "../live.js";
 import { download, h, replace } from "../dom.js";
-import { placeOf } from "../place.js";
 import uPlot from "../vendor/uPlot.js";
 
 const COLOURS = ["#2f6fb3", "#c0392b", "#1a7f37", "#9a6700", "#7d4cdb", "#00838f", "#ad1457", "#5d6d7e"];
@@ -10,7 +8,7 @@ const KEPT_POINTS = 50000;
 // Formats of the time axis, by the seconds between two labels: 24 hours, as in logs.
 const TIMES = [[3600, "{HH}:{mm}", null, null, null, null, null, null, 1], [60, "{HH}:{mm}", null, null, null, null, null, null, 1], [1, ":{ss}", "\n{HH}:{mm}", null, null, null, "\n{HH}:{mm}", null, 1], [0.001, ":{ss}.{fff}", "\n{HH}:{mm}", null, null, null, "\n{HH}:{mm}", null, 1]];
 
-export function open(view, argument) {
+export function open(view, argument, context) {
   const curves = new Map(); // field to {field, times, values, close, colour, lost}
   const input = h("input", { size: 34, placeholder: "/topic/field or /topic/pose/x:y:z", "aria-label": "Topic and field", spellcheck: "false", list: "plot-topics" });
   const topics = h("datalist", { id: "plot-topics" });
@@ -30,7 +28,7 @@ export function open(view, argument) {
   let isZoomed = false;
   let needsDraw = false;
 
-  const closeTopics = live.watch("topics", {}, (data) => {
+  context.watch("topics", {}, (data) => {
     if (topics.childElementCount !== data.topics.length) replace(topics, data.topics.map((topic) => h("option", { value: topic.name })));
   });
 
@@ -41,9 +39,14 @@ export function open(view, argument) {
   }
 
   function add(text) {
+    show(text);
+    remember();
+  }
+
+  function show(text) {
     for (const field of text.split(/[\s,]+/).flatMap(expand).filter((word) => word && !curves.has(word))) {
       const curve = { field, times: [], values: [], lost: 0, problem: "", colour: COLOURS[curves.size % COLOURS.length] };
-      curve.close = live.watch("plot", { field }, (data) => {
+      curve.close = context.watch("plot", { field }, (data) => {
         curve.problem = data.error ?? "";
         curve.lost += data.lost ?? 0;
         for (const [time, value] of data.samples ?? []) {
@@ -56,22 +59,33 @@ export function open(view, argument) {
           curve.values = curve.values.slice(-KEPT_POINTS);
         }
         needsDraw = true;
-      }, (problem) => { curve.problem = problem; needsDraw = true; });
+      }, (problem) => { curve.problem = problem; needsDraw = true; }, { always: true });
       curves.set(field, curve);
     }
     input.value = "";
-    remember();
     rebuild();
+  }
+
+  function drop(field) {
+    curves.get(field).close();
+    curves.delete(field);
   }
 
   function remove(field) {
-    curves.get(field).close();
-    curves.delete(field);
+    drop(field);
     remember();
     rebuild();
   }
 
-  const remember = () => history.replaceState(null, "", placeOf("plot", [...curves.keys()].join(",")));
+  const remember = () => context.remember([...curves.keys()].join(","));
+
+  // Shows exactly the curves of an address; a link to one more field adds it.
+  function go(text) {
+    const wanted = text.split(",").filter(Boolean);
+    if (wanted.length === 1 && curves.size && !curves.has(wanted[0])) { add(text); return; }
+    for (const field of [...curves.keys()]) if (!wanted.includes(field)) drop(field);
+    show(text);
+  }
 
   function setPaused(value) {
     isPaused = value;
@@ -152,23 +166,14 @@ export function open(view, argument) {
     download("rqt_plot.csv", `time,field,value\n${rows.join("\n")}\n`, "text/csv");
   }
 
-  let frame = requestAnimationFrame(function onFrame() {
-    if (needsDraw && !isPaused) draw();
-    frame = requestAnimationFrame(onFrame);
+  requestAnimationFrame(function onFrame() {
+    if (needsDraw && !isPaused && !view.hidden) draw();
+    requestAnimationFrame(onFrame);
   });
-  const resized = new ResizeObserver(() => plot?.setSize(size()));
-  resized.observe(chart);
-  const scheme = matchMedia("(prefers-color-scheme: dark)");
-  scheme.addEventListener("change", rebuild);
-  if (argument) add(argument);
-  return () => {
-    scheme.removeEventListener("change", rebuild);
-    cancelAnimationFrame(frame);
-    resized.disconnect();
-    closeTopics();
-    for (const curve of curves.values()) curve.close();
-    plot?.destroy();
-  };
+  new ResizeObserver(() => plot?.setSize(size())).observe(chart);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", rebuild);
+  if (argument) show(argument);
+  return { go };
 }
 
 const number = (value) => (value === null || value === undefined ? "–" : String(Number(value.toPrecision(7))));
