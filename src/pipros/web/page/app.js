@@ -27,6 +27,8 @@ const RESTARTED = ["The server was restarted", "Open the address that it printed
 
 const view = document.getElementById("view");
 const tabs = document.getElementById("tabs");
+/** @type {HTMLAnchorElement[]} */
+const links = [];
 const system = document.getElementById("system");
 const locked = document.getElementById("locked");
 const opened = new Map(); // name to {element, context, handle, argument}; hidden tabs keep what they show
@@ -42,7 +44,7 @@ const place = () => {
 async function show() {
   const [name, argument] = place();
   const tab = PARTS[name] ?? name;
-  for (const link of tabs.children) {
+  for (const link of links) {
     const isSelected = link.dataset.tab === tab;
     link.setAttribute("aria-selected", String(isSelected));
     link.tabIndex = isSelected ? 0 : -1;
@@ -70,8 +72,7 @@ function open(name, argument, module) {
   const entry = { element, argument };
   entry.context = new TabContext(name, Boolean(about?.control), (next) => {
     entry.argument = next;
-    const link = tabs.querySelector(`[data-tab="${PARTS[name] ?? name}"]`);
-    link.href = placeOf(name, next);
+    links.find((link) => link.dataset.tab === (PARTS[name] ?? name)).href = placeOf(name, next);
   });
   opened.set(name, entry);
   view.append(element);
@@ -93,11 +94,11 @@ function showState() {
 }
 
 for (const [name, title] of TABS) {
-  tabs.append(h("a", { href: placeOf(name), role: "tab", id: `tab-${name}`, "aria-controls": "view", "data-tab": name }, title));
+  links.push(h("a", { href: placeOf(name), role: "tab", id: `tab-${name}`, "aria-controls": "view", "data-tab": name }, title));
 }
+tabs.append(...links);
 tabs.addEventListener("keydown", (event) => {
-  const links = [...tabs.children];
-  const at = links.indexOf(document.activeElement);
+  const at = links.findIndex((link) => link === document.activeElement);
   const to = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: links.length - 1 }[event.key];
   if (to === undefined) return;
   event.preventDefault();

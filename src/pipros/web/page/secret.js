@@ -4,7 +4,8 @@
 const KEEP = "pipros.token";
 const IN_ADDRESS = /^#(token|code)=([\w-]*)\/?/;
 
-let proof = kept() ? { token: kept() } : null; // first message to the server
+/** First message to the server. @type {{token?: string, code?: string} | null} */
+let proof = kept() ? { token: kept() } : null;
 
 function kept() {
   try {

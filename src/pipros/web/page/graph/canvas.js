@@ -119,7 +119,8 @@ export function graphCanvas(label, onSelect) {
     const { width, height } = element.getBoundingClientRect();
     if (!isMoved || !width || !height) { fit(); return; }
     const scale = box.w / shownWidth;
-    setBox({ x: box.x + box.w / 2 - width * scale / 2, y: box.y + box.h / 2 - height * scale / 2, w: width * scale, h: height * scale });
+    const next = { w: width * scale, h: height * scale };
+    setBox({ ...next, x: box.x + (box.w - next.w) / 2, y: box.y + (box.h - next.h) / 2 });
   }
 
   function move(next) {
@@ -148,8 +149,11 @@ export function graphCanvas(label, onSelect) {
 
   // One pointer drags; two also zoom, about the point between them.
   const pointers = new Map(); // id to the last event
-  const middle = ([first, second = first]) => ({ clientX: (first.clientX + second.clientX) / 2, clientY: (first.clientY + second.clientY) / 2 });
-  const spread = ([first, second]) => Math.hypot(first.clientX - second.clientX, first.clientY - second.clientY);
+  const middle = (all) => {
+    const [first, second = first] = all;
+    return { clientX: (first.clientX + second.clientX) / 2, clientY: (first.clientY + second.clientY) / 2 };
+  };
+  const spread = (all) => Math.hypot(all[0].clientX - all[1].clientX, all[0].clientY - all[1].clientY);
   element.addEventListener("pointerdown", (event) => {
     if (event.pointerType === "mouse" && event.target.closest(".vertex")) return;
     pointers.set(event.pointerId, event);
@@ -169,8 +173,9 @@ export function graphCanvas(label, onSelect) {
   // Returns whether the key meant the drawing.
   function onKey(event) {
     const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
-    if (steps && element.contains(event.target)) move({ ...box, x: box.x + steps[0] * box.w * PAN_STEP, y: box.y + steps[1] * box.h * PAN_STEP });
-    else if (event.key === "+" || event.key === "=") zoom(1 / ZOOM_STEP);
+    if (steps && element.contains(event.target)) {
+      move({ ...box, x: box.x + steps[0] * box.w * PAN_STEP, y: box.y + steps[1] * box.h * PAN_STEP });
+    } else if (event.key === "+" || event.key === "=") zoom(1 / ZOOM_STEP);
     else if (event.key === "-") zoom(ZOOM_STEP);
     else if (event.key === "0") fit();
     else return false;

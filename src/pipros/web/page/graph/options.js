@@ -21,7 +21,8 @@ const PATTERN = "Names separated by commas; * stands for anything, - in front ex
 export function keptOptions() {
   try {
     const kept = JSON.parse(localStorage.getItem(KEEP) ?? "{}");
-    return Object.fromEntries(Object.entries(INITIAL).map(([name, value]) => [name, typeof kept[name] === typeof value ? kept[name] : value]));
+    const known = ([name, value]) => [name, typeof kept[name] === typeof value ? kept[name] : value];
+    return Object.fromEntries(Object.entries(INITIAL).map(known));
   } catch {
     return { ...INITIAL };
   }

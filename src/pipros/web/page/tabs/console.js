@@ -12,7 +12,7 @@ export function open(view, argument, context) {
   let entries = [];
   let shown = [];
   let lost = 0;
-  let problem = "";
+  let shownProblem = "";
   let selected = null; // an entry
   let isPaused = false;
   let waiting = [];
@@ -122,10 +122,10 @@ export function open(view, argument, context) {
 
   context.watch("console", {}, (data) => {
     lost += data.lost;
-    if (data.error !== problem) replace(error, problem = data.error);
+    if (data.error !== shownProblem) replace(error, shownProblem = data.error);
     if (isPaused) waiting = waiting.concat(data.entries).slice(-KEPT);
     else take(data.entries);
-  }, (text) => replace(error, text), { always: true });
+  }, (problem) => replace(error, problem), { always: true });
   new ResizeObserver(() => drawRows()).observe(scroll);
   if (argument) showLoggers(argument);
 }

@@ -92,7 +92,7 @@ export function open(view, argument, context) {
   }
 
   document.addEventListener("keydown", (event) => {
-    if (view.hidden || event.target.matches("input, select, textarea")) return;
+    if (view.hidden || isTyping(event.target)) return;
     if (event.key === "/") search.focus();
     else if (event.key === "Escape" && selected) choose("");
     else if (!canvas.onKey(event)) return;
@@ -111,3 +111,5 @@ export function open(view, argument, context) {
   go(argument);
   return { go };
 }
+
+const isTyping = (target) => target instanceof Element && target.matches("input, select, textarea");

@@ -34,17 +34,17 @@ export function open(view, argument, context) {
     const end = all.indexOf(10);
     const head = JSON.parse(new TextDecoder().decode(all.subarray(0, end)));
     const pixels = all.subarray(end + 1);
-    const context = canvas.getContext("2d");
+    const drawing = canvas.getContext("2d");
     try {
       if (head.compressed) {
         const image = await createImageBitmap(new Blob([pixels], { type: `image/${head.compressed}` }));
         Object.assign(canvas, { width: image.width, height: image.height });
-        context.drawImage(image, 0, 0);
+        drawing.drawImage(image, 0, 0);
         head.full = [image.width, image.height];
         head.encoding = head.format;
       } else if (head.width && head.height) {
         Object.assign(canvas, { width: head.width, height: head.height });
-        context.putImageData(new ImageData(colours(head, pixels), head.width, head.height), 0, 0);
+        drawing.putImageData(new ImageData(colours(head, pixels), head.width, head.height), 0, 0);
       }
       hint.hidden = true;
       replace(error, "");

@@ -106,7 +106,7 @@ export function open(view, argument, context) {
     const line = style.getPropertyValue("--line");
     const axis = { stroke: ink, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 } };
     const limit = (element) => (element.value.trim() === "" || Number.isNaN(Number(element.value)) ? null : Number(element.value));
-    plot = new uPlot({
+    plot = new /** @type {any} */ (uPlot)({
       ...size(),
       series: [{}, ...[...curves.values()].map((curve) => ({ label: curve.field, stroke: curve.colour, width: 1.5, spanGaps: false }))],
       axes: [{ ...axis, values: TIMES }, { ...axis, size: 64 }],
@@ -117,14 +117,14 @@ export function open(view, argument, context) {
       legend: { show: false },
       cursor: { drag: { x: true, y: false } },
       hooks: { setSelect: [(own) => { isZoomed = own.select.width > 0; }], setCursor: [() => drawLegend()] },
-    }, data(), chart);
+    }, samples(), chart);
     chart.ondblclick = () => { isZoomed = false; needsDraw = true; };
     needsDraw = true;
   }
 
   const size = () => ({ width: Math.max(200, chart.clientWidth - 8), height: Math.max(160, chart.clientHeight - 10) });
 
-  function data() {
+  function samples() {
     const all = [...curves.values()];
     if (all.length === 1) return [all[0].times, all[0].values];
     return uPlot.join(all.map((curve) => [curve.times, curve.values]), all.map(() => [2]));
@@ -135,7 +135,7 @@ export function open(view, argument, context) {
     needsDraw = false;
     drawLegend();
     replace(error, "");
-    plot.setData(data(), false);
+    plot.setData(samples(), false);
     if (!isZoomed) {
       const end = Math.max(...[...curves.values()].map((curve) => curve.times.at(-1) ?? 0));
       if (end) plot.setScale("x", { min: end - Number(seconds.value), max: end });

@@ -2,7 +2,7 @@
 
 import { h, milliseconds, panelHead, replace } from "../dom.js";
 import { dataTable } from "../table.js";
-import { tree } from "../topic_panel.js";
+import { tree } from "../message_values.js";
 
 const MOST_ROWS = 500;
 
