@@ -10,7 +10,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import TransformStamped
 from rosgraph_msgs.msg import Log as LogMessage
-from sensor_msgs.msg import CompressedImage, Image, Imu, JointState
+from sensor_msgs.msg import CompressedImage, Image, Imu, JointState, LaserScan
 from std_msgs.msg import Bool, Float64, Header, String
 from tf2_msgs.msg import TFMessage
 
@@ -22,7 +22,7 @@ from pipros.web.views import console
 from pipros.web.views.diagnostics import Statuses
 from pipros.web.views.frames import FrameTree
 from pipros.web.views.images import LARGEST_BYTES, packed
-from pipros.web.views.plot import expand, find_field, number_in
+from pipros.web.views.plot import NotANumber, expand, find_field, number_in, numeric_fields
 
 TOPICS = {"/imu": "sensor_msgs/Imu", "/imu/raw": "sensor_msgs/Imu", "/joints": "sensor_msgs/JointState"}
 
@@ -72,8 +72,9 @@ def test_numbers_of_messages(text: str, message: Any, number: float | None) -> N
 def test_fields_that_are_not_numbers_are_named() -> None:
     field = find_field("/imu/header", TOPICS)
     assert field is not None
-    with pytest.raises(ValueError, match=r"/imu/header must be a number, got "):
+    with pytest.raises(NotANumber, match=r"/imu/header must be a number, got ") as caught:
         number_in(Imu(), field)
+    assert caught.value.fields == ["seq", "stamp"]
 
 
 @pytest.mark.parametrize("path", ["orientation_covariance[9]", "orientation/x[0]"])
@@ -260,3 +261,12 @@ def test_log_entries_are_sent_in_parts_in_their_order() -> None:
         assert (len(entries) < 20, lost) == (True, 0)
         lines += [entry[5] for entry in entries]
     assert lines == list(range(100))
+
+
+def test_the_numbers_of_a_message_are_offered_for_curves() -> None:
+    scan = LaserScan(angle_min=-1.0, ranges=[1.0] * 50)
+
+    fields = list(numeric_fields(scan))
+
+    assert fields[:3] == ["header/seq", "header/stamp", "angle_min"]
+    assert fields[-1] == "ranges[9]"

@@ -5,6 +5,7 @@ import uPlot from "../vendor/uPlot.js";
 
 const COLOURS = ["#2f6fb3", "#c0392b", "#1a7f37", "#9a6700", "#7d4cdb", "#00838f", "#ad1457", "#5d6d7e"];
 const KEPT_POINTS = 50000;
+const JOINED = [0, 2]; // of times and values: a missing number is a gap, also beside the samples of another curve
 // Formats of the time axis, by the seconds between two labels: 24 hours, as in logs.
 const TIMES = [[3600, "{HH}:{mm}", null, null, null, null, null, null, 1], [60, "{HH}:{mm}", null, null, null, null, null, null, 1], [1, ":{ss}", "\n{HH}:{mm}", null, null, null, "\n{HH}:{mm}", null, 1], [0.001, ":{ss}.{fff}", "\n{HH}:{mm}", null, null, null, "\n{HH}:{mm}", null, 1]];
 
@@ -18,11 +19,12 @@ export function open(view, argument, context) {
   const pause = h("button", { "aria-pressed": "false", onclick: () => setPaused(!isPaused) }, "Pause");
   const error = h("div", { class: "error", role: "alert" });
   const legend = h("div", { class: "bar legend" });
+  const offered = h("div", { class: "bar offered", role: "group", "aria-label": "Fields" });
   const chart = h("div", { class: "chart" });
   const hint = h("div", { class: "note" }, "Type a topic and a field, such as /battery_topic or /imu/angular_velocity/x:y:z. Drag over the curves to zoom, double click to follow again.");
   view.append(h("link", { rel: "stylesheet", href: "vendor/uPlot.css" }), h("div", { class: "column" },
     h("form", { class: "bar", onsubmit: (event) => { event.preventDefault(); add(input.value); } }, input, topics, h("button", {}, "Add"), pause, h("label", {}, "Show", seconds), h("label", {}, "y from", low), h("label", {}, "to", high), h("span", { class: "spring" }), h("button", { type: "button", onclick: () => saveCsv() }, "CSV")),
-    error, legend, hint, chart));
+    error, offered, legend, hint, chart));
   let plot = null;
   let isPaused = false;
   let isZoomed = false;
@@ -44,10 +46,12 @@ export function open(view, argument, context) {
   }
 
   function show(text) {
-    for (const field of text.split(/[\s,]+/).flatMap(expand).filter((word) => word && !curves.has(word))) {
+    const words = text.split(/[\s,]+/).filter(Boolean).map((word) => (word.startsWith("/") ? word : `/${word}`));
+    for (const field of words.flatMap(expand).filter((word) => !curves.has(word))) {
       const curve = { field, times: [], values: [], lost: 0, problem: "", colour: COLOURS[curves.size % COLOURS.length] };
       curve.close = context.watch("plot", { field }, (data) => {
         curve.problem = data.error ?? "";
+        if (data.fields?.length && !curve.times.length) offer(curve, data.fields);
         curve.lost += data.lost ?? 0;
         for (const [time, value] of data.samples ?? []) {
           if (curve.times.length && time < curve.times.at(-1)) continue;
@@ -77,11 +81,20 @@ export function open(view, argument, context) {
     rebuild();
   }
 
+  // A topic or a part of a message was given instead of a number: shows its numbers, to choose from.
+  function offer(curve, fields) {
+    if (!curves.has(curve.field)) return;
+    remove(curve.field);
+    const addOne = (name) => { add(`${curve.field}${name.startsWith("[") ? "" : "/"}${name}`); replace(offered); };
+    replace(offered, h("span", { class: "key" }, `Numbers of ${curve.field}:`), fields.map((name) => h("button", { onclick: () => addOne(name) }, name)),
+      h("button", { class: "plain", "aria-label": "Close the choice", onclick: () => replace(offered) }, "×"));
+  }
+
   const remember = () => context.remember([...curves.keys()].join(","));
 
   // Shows exactly the curves of an address; a link to one more field adds it.
   function go(text) {
-    const wanted = text.split(",").filter(Boolean);
+    const wanted = text.split(",").filter(Boolean).flatMap(expand);
     if (wanted.length === 1 && curves.size && !curves.has(wanted[0])) { add(text); return; }
     for (const field of [...curves.keys()]) if (!wanted.includes(field)) drop(field);
     show(text);
@@ -127,7 +140,7 @@ export function open(view, argument, context) {
   function samples() {
     const all = [...curves.values()];
     if (all.length === 1) return [all[0].times, all[0].values];
-    return uPlot.join(all.map((curve) => [curve.times, curve.values]), all.map(() => [2]));
+    return uPlot.join(all.map((curve) => [curve.times, curve.values]), all.map(() => JOINED));
   }
 
   function draw() {
@@ -151,14 +164,14 @@ export function open(view, argument, context) {
         return h("span", { class: "curve" }, swatch, h("span", {}), h("button", { class: "plain", "aria-label": `Remove ${curve.field}`, onclick: () => remove(curve.field) }, "×"));
       }), h("span", { class: "key at" }));
     }
-    const at = plot?.cursor.idx ?? null;
+    const at = plot && plot.cursor.left >= 0 && plot.cursor.idx !== null ? plot.posToVal(plot.cursor.left, "x") : null;
     [...curves.values()].forEach((curve, index) => {
-      const value = at === null ? curve.values.at(-1) : plot.data[index + 1][at];
+      const value = curve.values[at === null ? curve.values.length - 1 : sampleAt(curve.times, at)];
       const text = `${curve.field}: ${number(value)}${curve.lost ? ` (${curve.lost} not shown)` : ""} ${curve.problem}`;
       const label = legend.children[index].children[1];
       if (label.textContent !== text) label.textContent = text;
     });
-    legend.lastChild.textContent = at === null ? "" : `at ${clock(plot.data[0][at])}`;
+    legend.lastChild.textContent = at === null ? "" : `at ${clock(at)}`;
   }
 
   function saveCsv() {
@@ -174,6 +187,17 @@ export function open(view, argument, context) {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", rebuild);
   if (argument) show(argument);
   return { go };
+}
+
+// The index of the newest sample at a time or before.
+function sampleAt(times, time) {
+  let [low, high] = [0, times.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= time) low = middle + 1;
+    else high = middle;
+  }
+  return low - 1;
 }
 
 const number = (value) => (value === null || value === undefined ? "–" : String(Number(value.toPrecision(7))));
