@@ -160,6 +160,7 @@ def services(system: WatchedSystem, *, has_control: bool) -> Services:
         "frames": FrameViews(system).frames,
         "graph": graph.graph,
         "image": ImageViews(system).image,
+        "master": graph.master,
         "node": graph.node,
         "params": parameters.params,
         "plot": PlotViews(system).plot,

@@ -270,3 +270,12 @@ def test_the_numbers_of_a_message_are_offered_for_curves() -> None:
 
     assert fields[:3] == ["header/seq", "header/stamp", "angle_min"]
     assert fields[-1] == "ranges[9]"
+
+
+def test_delays_are_in_simulated_time_once_there_is_one() -> None:
+    tree = FrameTree()
+    tree.set_clock(1015.5)
+
+    tree.add(TFMessage([transform("map", "base", 1015.0)]), wall_s=1e9, authority="/sim", is_static=False)
+
+    assert tree.rows(1e9)[0]["delay"] == 0.5

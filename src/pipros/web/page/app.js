@@ -33,6 +33,7 @@ const system = document.getElementById("system");
 const locked = document.getElementById("locked");
 const opened = new Map(); // name to {element, context, handle, argument}; hidden tabs keep what they show
 let about = null;
+let masterError = ""; // why the master does not answer
 let resolveKnown;
 const known = new Promise((resolve) => { resolveKnown = resolve; }); // the server's description and permissions
 
@@ -80,6 +81,12 @@ function open(name, argument, module) {
   return entry;
 }
 
+function masterState() {
+  const address = about.master.replace(/^http:\/\/|\/$/g, "");
+  if (!masterError) return h("span", { class: "master", title: "The master" }, address);
+  return h("span", { class: "master lost", role: "alert", title: masterError }, `the master at ${address} does not answer`);
+}
+
 function showState() {
   system.className = live.isOpen ? "" : "lost";
   locked.hidden = !live.isRefused;
@@ -89,7 +96,7 @@ function showState() {
     h("p", { class: "pale" }, "Each start of the command makes a new token, so an address from before does not work. A tab that you open yourself needs the whole address, too; a reload does not."));
   if (live.isRefused) replace(system, "no access");
   else if (!live.isOpen) replace(system, live.trouble || "no connection to the server", ", trying again");
-  else if (about) replace(system, h("span", { class: "master", title: "The master" }, about.master.replace(/^http:\/\/|\/$/g, "")), h("span", { class: about.control ? "permit control" : "permit" }, about.control ? "can change the system" : "read-only"));
+  else if (about) replace(system, masterState(), h("span", { class: about.control ? "permit control" : "permit" }, about.control ? "can change the system" : "read-only"));
   else replace(system);
 }
 
@@ -113,6 +120,11 @@ live.addEventListener("state", async () => {
     resolveKnown();
     showState();
   }
+});
+live.watch("master", {}, ({ error }) => {
+  if (error === masterError) return;
+  masterError = error;
+  showState();
 });
 addEventListener("hashchange", show);
 showState();

@@ -80,6 +80,14 @@ class GraphViews:
                 "topics": len(observation.state.topics()),
             }
 
+    async def master(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield why the master does not answer, at first and when it changes; empty if it does."""
+        shown = None
+        async for observation in self._system.observations():
+            if observation.error != shown:
+                shown = observation.error
+                yield {"error": shown}
+
     async def node(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield everything known about one node."""
         name = str(arguments["name"])

@@ -1,9 +1,11 @@
 // The log of the system: 100,000 entries, of which only the visible ones are in the document.
 
 import { h, replace } from "../dom.js";
+import { textFilter } from "../text_filter.js";
 
 const KEPT = 100000;
 const ROW = 22;
+const HELP = "A part of the text; -part excludes; /regular expression/";
 const LEVELS = [[1, "Debug"], [2, "Info"], [4, "Warn"], [8, "Error"], [16, "Fatal"]];
 const [LEVEL, NODE, TEXT, STAMP, FILE, LINE, FUNCTION] = [0, 1, 2, 3, 4, 5, 6];
 
@@ -17,9 +19,9 @@ export function open(view, argument, context) {
   let isPaused = false;
   let waiting = [];
   const levels = new Set(LEVELS.map(([level]) => level));
-  const text = h("input", { type: "search", placeholder: "Text", "aria-label": "Filter by text", oninput: () => filter() });
-  const node = h("input", { type: "search", placeholder: "Node", "aria-label": "Filter by node", oninput: () => filter() });
-  const place = h("input", { type: "search", placeholder: "File or function", "aria-label": "Filter by place", size: 14, oninput: () => filter() });
+  const text = h("input", { type: "search", placeholder: "Text", title: HELP, "aria-label": "Filter by text", oninput: () => filter() });
+  const node = h("input", { type: "search", placeholder: "Node", title: HELP, "aria-label": "Filter by node", oninput: () => filter() });
+  const place = h("input", { type: "search", placeholder: "File or function", title: HELP, "aria-label": "Filter by place", size: 14, oninput: () => filter() });
   const pause = h("button", { "aria-pressed": "false", onclick: () => {
     isPaused = !isPaused;
     pause.setAttribute("aria-pressed", String(isPaused));
@@ -37,9 +39,9 @@ export function open(view, argument, context) {
       h("button", { onclick: () => { entries = []; lost = 0; filter(); } }, "Clear"), h("button", { onclick: () => showLoggers() }, "Logger levels")),
     error, scroll), side);
 
-  const matches = (entry) => levels.has(entry[LEVEL])
-    && entry[NODE].includes(node.value) && entry[TEXT].toLowerCase().includes(text.value.toLowerCase())
-    && (!place.value || `${entry[FILE]} ${entry[FUNCTION]}`.includes(place.value));
+  let [isText, isNode, isPlace] = [text, node, place].map((input) => textFilter(input.value));
+  const matches = (entry) => levels.has(entry[LEVEL]) && isNode(entry[NODE]) && isText(entry[TEXT])
+    && isPlace(`${entry[FILE]} ${entry[FUNCTION]}`);
 
   function take(fresh) {
     entries.push(...fresh);
@@ -54,6 +56,7 @@ export function open(view, argument, context) {
   }
 
   function filter() {
+    [isText, isNode, isPlace] = [text, node, place].map((input) => textFilter(input.value));
     shown = entries.filter(matches);
     draw();
     scroll.scrollTop = scroll.scrollHeight;
@@ -132,4 +135,5 @@ export function open(view, argument, context) {
 
 const levelName = (level) => LEVELS.find(([number]) => number === level)?.[1] ?? String(level);
 const clock = new Intl.DateTimeFormat("en-GB", { hour: "2-digit", minute: "2-digit", second: "2-digit", fractionalSecondDigits: 3 });
-const time = (stamp) => clock.format(stamp * 1000);
+const EARLIEST_WALL_S = 1e8; // simulated time usually begins at 0
+const time = (stamp) => (stamp < EARLIEST_WALL_S ? `${stamp.toFixed(3)} s` : clock.format(stamp * 1000));
