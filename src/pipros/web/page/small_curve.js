@@ -13,7 +13,7 @@ export function smallCurve() {
   const line = s("path", {});
   const picture = s("svg", { class: "spark", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", role: "img" }, line);
   const range = h("div", { class: "key range" });
-  const element = h("div", { hidden: true }, choice, picture, range);
+  const element = h("div", { class: "curve", hidden: true }, choice, picture, range);
   let field = null;
   let isChosen = false; // by the user
   let values = [];
@@ -36,6 +36,7 @@ export function smallCurve() {
     if ([...choice.options].map((option) => option.value).join() !== [...numbers.keys()].join()) {
       replace(choice, [...numbers.keys()].map((name) => h("option", { value: name }, name)));
       choice.value = field ?? "";
+      choice.disabled = numbers.size === 1;
     }
     if (!isChosen) showChanging(numbers, special);
     last = numbers;
