@@ -182,6 +182,7 @@ def services(system: WatchedSystem, *, has_control: bool) -> Services:
         "delete_param": parameters.delete_param,
         "loggers": console.loggers,
         "message": calls.message,
+        "message_text": topics.message_text,
         "picture": graph.picture,
         "service": calls.service,
         "set_logger_level": console.set_logger_level,

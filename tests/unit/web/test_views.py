@@ -23,6 +23,7 @@ from pipros.web.views.diagnostics import Statuses
 from pipros.web.views.frames import FrameTree
 from pipros.web.views.images import LARGEST_BYTES, packed
 from pipros.web.views.plot import NotANumber, expand, find_field, number_in, numeric_fields
+from pipros.web.views.topics import plain_values
 
 TOPICS = {"/imu": "sensor_msgs/Imu", "/imu/raw": "sensor_msgs/Imu", "/joints": "sensor_msgs/JointState"}
 
@@ -279,3 +280,15 @@ def test_delays_are_in_simulated_time_once_there_is_one() -> None:
     tree.add(TFMessage([transform("map", "base", 1015.0)]), wall_s=1e9, authority="/sim", is_static=False)
 
     assert tree.rows(1e9)[0]["delay"] == 0.5
+
+
+def test_a_message_is_copied_as_json_values() -> None:
+    state = JointState(Header(1, Time(5, 6), "base"), ["a"], [1.5, float("nan")], [], [])
+
+    assert plain_values(state) == {
+        "header": {"seq": 1, "stamp": {"secs": 5, "nsecs": 6}, "frame_id": "base"},
+        "name": ["a"],
+        "position": [1.5, None],
+        "velocity": [],
+        "effort": [],
+    }

@@ -25,7 +25,7 @@ export function tree(value, path = "") {
 }
 
 function leaf(value, path) {
-  if (typeof value === "string") return h("span", {}, JSON.stringify(value));
+  if (typeof value === "string") return h("span", { "data-text": value }, JSON.stringify(value));
   if (typeof value !== "number") return h("span", {}, String(value));
   if (!path) return h("span", {}, numberText(value));
   return h("a", { class: "number", href: placeOf("plot", path), title: `Plot ${path}` }, numberText(value));
@@ -45,7 +45,9 @@ function shortened(value, path) {
   return h("span", {}, `${value[MORE]} elements, the first ${value.items.length}: `, tree(value.items, path));
 }
 
-const entry = (key, value, path) => h("li", {}, h("span", { class: "key" }, `${key}: `), tree(value, path));
+// The name of a field is a button that copies its value: see `copiesValues` in copy.js.
+const entry = (key, value, path) => h("li", {},
+  h("button", { class: "plain key", title: "Copy the value" }, `${key}:`), " ", tree(value, path));
 
 // The numbers of a message with the paths of their fields, without headers: [["linear.x", 0.5], …].
 export function numbersIn(value, most, path = "") {

@@ -1,6 +1,6 @@
 // A table whose rows are updated in place, so that a selected text, the focus and the position survive updates.
 
-import { h, morph, replace } from "./dom.js";
+import { download, h, morph, replace } from "./dom.js";
 
 // Columns: {title, text, kind, order}. `text(row)` returns a string or an element; `kind` is the class of its cells (name,
 // number, long, mono); `order(row)` returns what the column is sorted by, and is missing if it cannot be sorted by.
@@ -88,7 +88,23 @@ export function dataTable(columns, { label, keyOf, onChoose = null, most = Infin
     else return;
     event.preventDefault();
   });
-  return { element, show, mark };
+  // All rows in the order of the table, for spreadsheets.
+  function csv() {
+    const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+    const plain = (content) => (content instanceof Node ? content.textContent : String(content ?? ""));
+    const lines = [columns.map(({ title }) => title), ...inOrder(rows).map((row) => columns.map(({ text }) => plain(text(row))))];
+    return lines.map((line) => `${line.map(quoted).join(",")}\n`).join("");
+  }
+
+  // Ctrl-C on a row without a selected text copies the row, with tabs between its cells.
+  element.addEventListener("copy", (event) => {
+    const row = event.target instanceof Element ? event.target.closest("tr") : null;
+    if (!row || !getSelection()?.isCollapsed) return;
+    event.clipboardData.setData("text/plain", [...row.children].map((cell) => cell.textContent).join("\t"));
+    event.preventDefault();
+  });
+  const csvButton = (name) => h("button", { title: "Save the table as CSV", onclick: () => download(`${name}.csv`, csv(), "text/csv") }, "CSV");
+  return { element, show, mark, csvButton };
 }
 
 function fill(cell, content) {

@@ -1,5 +1,6 @@
 // Live view of one topic: statistics, the newest message as a tree, a gauge for a percentage, a curve of one number.
 
+import { copiesValues, copyButton } from "./copy.js";
 import { bandwidth, bytes, h, hertz, morph, panelHead, replace, s } from "./dom.js";
 import { tree } from "./message_values.js";
 import { smallCurve } from "./small_curve.js";
@@ -9,9 +10,12 @@ export function topicPanel(side, name, context, onClose) {
   const figures = h("div", {}, h("dl", {}));
   const gauge = h("div", {});
   const curve = smallCurve();
-  const message = h("div", { class: "message" }, h("div", {}));
   const error = h("p", { class: "error", role: "alert" });
-  side.append(panelHead(name, onClose), figures, error, gauge, curve.element, h("h3", {}, "Newest message"), message);
+  const showError = (text) => replace(error, text);
+  const message = copiesValues(h("div", { class: "message" }, h("div", {})), showError);
+  const copy = (title) => copyButton(title, () => context.act("message_text", { name, format: title.toLowerCase() }), showError);
+  side.append(panelHead(name, onClose), figures, error, gauge, curve.element, 
+    h("div", { class: "panel-head" }, h("h3", {}, "Newest message"), h("span", { class: "buttons" }, copy("YAML"), copy("JSON"))), message);
 
   return context.watch("topic", { name }, (topic) => {
     morph(figures.firstChild, h("dl", {}, figuresOf(topic).map(([key, value]) => [h("dt", {}, key), h("dd", {}, value)])));
@@ -26,7 +30,7 @@ export function topicPanel(side, name, context, onClose) {
     if (percent === null) replace(gauge); // the gauge of an older message would be wrong
     else drawGauge(gauge, percent);
     curve.take(topic.message, percent);
-  }, (text) => replace(error, text));
+  }, showError);
 }
 
 const figuresOf = (topic) => [

@@ -26,7 +26,7 @@ function stateText(row) {
 export function open(view, argument, context) {
   const error = h("div", { class: "note", hidden: true });
   const table = dataTable(COLUMNS, { label: "Nodes", keyOf: (row) => row.name, sortBy: "Processor" });
-  view.append(h("div", { class: "column" }, error, h("div", { class: "scroll" }, table.element)));
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, h("span", { class: "spring" }), table.csvButton("nodes")), error, h("div", { class: "scroll" }, table.element)));
   context.watch("processes", {}, (data) => {
     error.hidden = !data.error;
     replace(error, data.error);

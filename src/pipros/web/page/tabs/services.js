@@ -1,5 +1,6 @@
 // Services, and calls by hand.
 
+import { copiesValues } from "../copy.js";
 import { h, milliseconds, panelHead, replace } from "../dom.js";
 import { dataTable } from "../table.js";
 import { tree } from "../message_values.js";
@@ -19,7 +20,7 @@ export function open(view, argument, context) {
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Service", onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
   const table = dataTable(COLUMNS, { label: "Services", keyOf: ([name]) => name, onChoose: (name) => choose(name === selected ? "" : name), most: MOST_ROWS, sortBy: "Service" });
   table.element.classList.add("fixed");
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("label", {}, hidesLoggers, "Hide those of loggers")), error,
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("label", {}, hidesLoggers, "Hide those of loggers"), h("span", { class: "spring" }), table.csvButton("services")), error,
     h("div", { class: "scroll" }, table.element)), side);
   let services = [];
   let selected = "";
@@ -63,7 +64,7 @@ export function open(view, argument, context) {
     replace(answer, "…");
     try {
       const { response, seconds } = await context.act("call_service", { name, request });
-      replace(answer, h("h3", {}, `Response after ${milliseconds(seconds)}`), tree(response));
+      replace(answer, h("h3", {}, `Response after ${milliseconds(seconds)}`), copiesValues(h("div", {}, tree(response)), (text) => replace(error, text)));
     } catch (problem) {
       replace(answer, h("p", { class: "error" }, problem.message));
     }

@@ -25,7 +25,7 @@ export function open(view, argument, context) {
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Topic", onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
   const table = dataTable(COLUMNS, { label: "Topics", keyOf: (topic) => topic.name, onChoose: (name) => choose(name === selected ? "" : name), most: MOST_ROWS, sortBy: "Topic" });
   table.element.classList.add("fixed", "topics");
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter), error, none, h("div", { class: "scroll" }, table.element)), side);
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("span", { class: "spring" }), table.csvButton("topics")), error, none, h("div", { class: "scroll" }, table.element)), side);
   let topics = [];
   let selected = "";
   let closePanel = () => {};
