@@ -73,7 +73,7 @@ def test_a_vanished_master_is_reported_and_found_again(ros: RosSystem, open_tab:
     for tab in (graph, topics):
         expect(tab.get_by_role("alert")).to_be_hidden()
     expect(topics.locator("tr[data-name='/level']")).to_contain_text("/talker")
-    expect(graph.locator('[data-key="t/level"]')).to_be_visible()
+    expect(graph.locator('[data-key="topic:/level"]')).to_be_visible()
 
 
 def test_a_topic_of_an_unknown_type_is_shown(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
@@ -105,9 +105,9 @@ def test_a_node_that_never_answers_does_not_delay_the_page(ros: RosSystem, open_
         ros.pipros.start("rostopic", "pub", "-r", "10", "/level", "std_msgs/String", "x", "__name:=talker")
         ros.pipros.start("rostopic", "echo", "/level", "__name:=listener").wait_for("x")
         page = Page(ros)
-        graph = open_tab(page, "graph/t%2Flevel")
+        graph = open_tab(page, "graph/topic:/level")
         expect(graph.locator("aside .message")).to_contain_text("x")
-        expect(graph.locator('[data-key="n/listener"]')).to_be_visible()
+        expect(graph.locator('[data-key="node:/listener"]')).to_be_visible()
         nodes = open_tab(page, "nodes")
         expect(nodes.locator("tr", has_text="/stuck")).to_contain_text("does not answer")
         expect(nodes.locator("tr", has_text="/talker")).to_contain_text("answers")
@@ -155,7 +155,7 @@ def test_ten_thousand_topics_are_read_and_not_drawn(ros: RosSystem, open_tab: Op
     expect(tab.locator(".corner")).to_contain_text("10000 topics")
     tab.get_by_label("Topics", exact=True).fill("/t7, /t9*, -/t99*")
     tab.get_by_label("Topics", exact=True).press("Enter")
-    expect(tab.locator('[data-key="t/t7"]')).to_be_attached()
+    expect(tab.locator('[data-key="topic:/t7"]')).to_be_attached()
     tab = open_tab(page, "topics")
     expect(tab.locator("tbody")).to_contain_text("9500 more: filter to see them.")
     tab.get_by_label("Filter topics").fill("/t1234")

@@ -33,7 +33,7 @@ def test_the_case_study_is_drawn_in_the_right_order(
 ) -> None:
     tab = open_tab(Page(ros), "graph")
     lefts = []
-    for key in ("n/talker_node", "t/battery_topic", "n/listener_node"):
+    for key in ("node:/talker_node", "topic:/battery_topic", "node:/listener_node"):
         vertex = tab.locator(f'[data-key="{key}"]')
         expect(vertex).to_be_visible()
         box = vertex.bounding_box()
@@ -41,7 +41,7 @@ def test_the_case_study_is_drawn_in_the_right_order(
         lefts.append(box["x"])
     assert lefts == sorted(lefts)
     assert tab.locator("path.arrow").count() == 2
-    tab.locator('[data-key="t/battery_topic"]').click()
+    tab.locator('[data-key="topic:/battery_topic"]').click()
     expect(tab.locator("aside .message")).to_contain_text('battery: "%25"')
     expect(tab.locator("[role=meter]")).to_have_attribute("aria-valuenow", "25")
     assert "token" not in tab.url
@@ -50,9 +50,9 @@ def test_the_case_study_is_drawn_in_the_right_order(
 
 def test_a_killed_node_is_shown(ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab) -> None:
     tab = open_tab(Page(ros), "graph")
-    expect(tab.locator('[data-key="n/talker_node"]')).to_be_visible()
+    expect(tab.locator('[data-key="node:/talker_node"]')).to_be_visible()
     nodes["talker"].kill()
-    gone_or_marked = tab.locator('[data-key="n/talker_node"]:not(:has(.unreachable))')
+    gone_or_marked = tab.locator('[data-key="node:/talker_node"]:not(:has(.unreachable))')
     expect(gone_or_marked).to_have_count(0)
 
 
@@ -60,7 +60,7 @@ def test_a_node_is_selected_with_the_keyboard(
     ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab
 ) -> None:
     tab = open_tab(Page(ros), "graph")
-    tab.locator('[data-key="n/talker_node"]').press("Enter")
+    tab.locator('[data-key="node:/talker_node"]').press("Enter")
     expect(tab.locator("aside h2")).to_have_text("/talker_node")
     expect(tab.locator("aside")).to_contain_text("composiv_tryouts/BatteryLevel")
     tab.keyboard.press("Escape")
@@ -104,7 +104,7 @@ def test_markup_in_a_message_stays_text(ros: RosSystem, open_tab: OpenTab) -> No
 
 
 def test_the_graph_fits_a_phone(ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab) -> None:
-    tab = open_tab(Page(ros), "graph/t%2Fbattery_topic", size=(390, 800))
+    tab = open_tab(Page(ros), "graph/topic:/battery_topic", size=(390, 800))
     expect(tab.locator("[role=meter]")).to_be_visible()
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
     keep_screenshots(tab, "graph-phone")
@@ -114,6 +114,7 @@ def test_a_lost_server_is_reported(ros: RosSystem, nodes: dict[str, Process], op
     page = Page(ros)
     tab = open_tab(page, "graph")
     expect(tab.locator("#system")).to_contain_text("read-only")
+    expect(tab.locator("svg.canvas")).to_be_visible()  # all files of the tab are loaded
     page.process.press_ctrl_c()
     page.process.wait()
     expect(tab.locator("#system")).to_contain_text("no connection to the server")

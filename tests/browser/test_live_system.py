@@ -72,11 +72,11 @@ def test_each_tab_shows_data_of_all_kinds_of_nodes(mixed: RosSystem, open_tab: O
         tab.context.close()
     tab = open_tab(page, "graph")
     for name in ["robot", *(["genuine_robot", "cpp_talker", "cpp_imu", "listener"] if IS_MIXED else [])]:
-        if name != "robot" or IS_MIXED:  # without other nodes it is connected only to the page
-            expect(tab.locator(f'[data-key="n/{name}"]')).to_be_visible()
+        if name != "robot" or IS_MIXED:  # alone it is connected only to the page
+            expect(tab.locator(f'[data-key="node:/{name}"]')).to_be_visible()
     if IS_MIXED:
         expect(tab.locator("svg.canvas")).to_contain_text(re.compile(r"\d Hz"))
-        tab.locator('[data-key="n/cpp_talker"]').click()
+        tab.locator('[data-key="node:/cpp_talker"]').click()
         expect(tab.locator("aside")).to_contain_text("to /listener, /battery_topic:")
     keep_screenshots(tab, "system")
 
@@ -85,7 +85,7 @@ def test_each_tab_shows_data_of_all_kinds_of_nodes(mixed: RosSystem, open_tab: O
 WATCH = """() => {
   window.markedAt = 0;
   new MutationObserver(() => {
-    const isMarked = document.querySelector('[data-key="n/talker"] .unreachable') !== null;
+    const isMarked = document.querySelector('[data-key="node:/talker"] .unreachable') !== null;
     if (!window.markedAt && isMarked) window.markedAt = Date.now();
   }).observe(document.querySelector("svg.canvas"), { subtree: true, childList: true, attributes: true });
 }"""
@@ -107,20 +107,20 @@ def test_a_killed_talker_is_marked_and_does_not_disturb_other_nodes(
     ros.pipros.start("rostopic", "pub", "-r", "10", "/other", "std_msgs/String", "x", "__name:=second")
     ros.pipros.start("rostopic", "echo", "/other", "__name:=third").wait_for("x")
     tab = open_tab(Page(ros), "graph")
-    expect(tab.locator('[data-key="n/talker"]')).to_be_visible()
-    expect(tab.locator(f'[data-key="t{topic}"]')).to_be_visible()
+    expect(tab.locator('[data-key="node:/talker"]')).to_be_visible()
+    expect(tab.locator(f'[data-key="topic:{topic}"]')).to_be_visible()
     tab.evaluate(WATCH)
     begin_ms = tab.evaluate("Date.now()")
     talker.kill()
     wait_until(lambda: tab.evaluate("window.markedAt"), 30, "the mark of a dead node")
     elapsed_s = (tab.evaluate("window.markedAt") - begin_ms) / 1000
     print(f"marked as dead after {elapsed_s:.2f} s")
-    assert elapsed_s < 20  # 3 s on an idle machine
-    expect(tab.locator('[data-key="n/talker"]')).to_have_attribute(
+    assert elapsed_s < 20  # 3 s on a quiet machine
+    expect(tab.locator('[data-key="node:/talker"]')).to_have_attribute(
         "aria-label", "node /talker, does not answer"
     )
-    tab.locator('[data-key="t/other"]').click()  # the others continue
+    tab.locator('[data-key="topic:/other"]').click()  # the others go on
     expect(tab.locator("aside .message")).to_contain_text("data")
     expect(tab.locator("aside dl")).to_contain_text(re.compile(r"Rate\d"))
     ros.pipros.run("bash", "-c", "echo y | rosnode cleanup")
-    expect(tab.locator('[data-key="n/talker"]')).to_have_count(0)
+    expect(tab.locator('[data-key="node:/talker"]')).to_have_count(0)

@@ -77,7 +77,7 @@ def test_curves_pause_zoom_follow_and_are_saved(robot: RosSystem, open_tab: Open
     assert all(-1.0 <= float(line.split(",")[2]) <= 1.0 for line in lines[1:])
     tab.get_by_role("button", name="Remove /imu/angular_velocity/x").click()
     expect(legend).not_to_contain_text("angular_velocity/x")
-    assert "angular_velocity%2Fy" in tab.url
+    assert "angular_velocity/y" in tab.url
 
 
 FRAMES = """async () => {

@@ -76,7 +76,7 @@ def test_a_number_leads_to_its_curve_and_keeps_the_focus(robot: RosSystem, open_
 
 
 def test_a_node_is_shown_with_its_parameters(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "graph/n%2Frobot")
+    tab = open_tab(Page(robot), "graph/node:/robot")
     expect(tab.locator("aside")).to_contain_text("drive/gains: [1.2, 0.0, 0.05]")
     expect(tab.locator("aside")).to_contain_text("/robot/get_loggers")
 

@@ -13,7 +13,12 @@ from websockets.exceptions import InvalidStatus
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 
-CHAIN = [("n/talker", "t/level"), ("t/level", "n/listener")]
+TALKER, LEVEL, LISTENER = (
+    {"kind": "node", "name": "/talker"},
+    {"kind": "topic", "name": "/level"},
+    {"kind": "node", "name": "/listener"},
+)
+CHAIN = [(TALKER, LEVEL), (LEVEL, LISTENER)]
 
 
 @pytest.fixture
@@ -156,7 +161,7 @@ def test_pictures_are_written(chain: RosSystem) -> None:
     home: Path = chain.home
     done = chain.pipros.run("rqt_graph", "--dot", "--svg", "g.svg", "--png", "g.png")
     assert done.returncode == 0, done.output
-    assert '  "n/talker" -> "t/level";' in done.stdout
+    assert '  "node /talker" -> "topic /level";' in done.stdout
     assert "<ellipse" in (home / "g.svg").read_text()
     assert (home / "g.png").read_bytes().startswith(b"\x89PNG")
 

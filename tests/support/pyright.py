@@ -1,4 +1,4 @@
-"""Find or install pyright, the type checker inside many editors. It needs Node.js."""
+"""pyright, the type checker inside many editors: where it is, and how to get it."""
 
 from __future__ import annotations
 
@@ -7,15 +7,12 @@ import shutil
 import sys
 from pathlib import Path
 
-INSTALL = "npm install --no-save --no-package-lock --prefix .venv pyright"
+from tests.support.npm import INSTALL, MODULES
+
+__all__ = ["INSTALL", "find_pyright"]
 
 
 def find_pyright() -> str | None:
-    """Return pyright's path in this virtual environment, else on the PATH."""
-    environment = Path(sys.prefix)
-    places = (environment / "node_modules" / ".bin", environment / "bin", os.environ.get("PATH", os.defpath))
+    """Return the path of the program, in this virtual environment or else on the PATH."""
+    places = (MODULES / ".bin", Path(sys.prefix) / "bin", os.environ.get("PATH", os.defpath))
     return shutil.which("pyright", path=os.pathsep.join(map(str, places)))
-
-
-if __name__ == "__main__":
-    print("" if find_pyright() else INSTALL)

@@ -10,7 +10,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import TransformStamped
 from rosgraph_msgs.msg import Log as LogMessage
-from sensor_msgs.msg import CompressedImage, Image, Imu, JointState
+from sensor_msgs.msg import CompressedImage, Image, Imu, JointState, LaserScan
 from std_msgs.msg import Bool, Float64, Header, String
 from tf2_msgs.msg import TFMessage
 
@@ -22,7 +22,8 @@ from pipros.web.views import console
 from pipros.web.views.diagnostics import Statuses
 from pipros.web.views.frames import FrameTree
 from pipros.web.views.images import LARGEST_BYTES, packed
-from pipros.web.views.plot import expand, find_field, number_in
+from pipros.web.views.plot import NotANumber, expand, find_field, number_in, numeric_fields
+from pipros.web.views.topics import plain_values
 
 TOPICS = {"/imu": "sensor_msgs/Imu", "/imu/raw": "sensor_msgs/Imu", "/joints": "sensor_msgs/JointState"}
 
@@ -72,8 +73,9 @@ def test_numbers_of_messages(text: str, message: Any, number: float | None) -> N
 def test_fields_that_are_not_numbers_are_named() -> None:
     field = find_field("/imu/header", TOPICS)
     assert field is not None
-    with pytest.raises(ValueError, match=r"/imu/header must be a number, got "):
+    with pytest.raises(NotANumber, match=r"/imu/header must be a number, got ") as caught:
         number_in(Imu(), field)
+    assert caught.value.fields == ["seq", "stamp"]
 
 
 @pytest.mark.parametrize("path", ["orientation_covariance[9]", "orientation/x[0]"])
@@ -158,9 +160,9 @@ def test_frames_have_parents_rates_and_ages() -> None:
     assert base["rate"] == pytest.approx(10.0)
     assert (base["age"], base["delay"]) == (1.0, 0.2)
     assert (laser["frame"], laser["static"], laser["rate"]) == ("laser", True, None)
-    assert [(arrow.start, arrow.end) for arrow in tree.graph().arrows] == [
-        ("tmap", "tbase"),
-        ("tbase", "tlaser"),
+    assert [(arrow.start.name, arrow.end.name) for arrow in tree.graph().arrows] == [
+        ("map", "base"),
+        ("base", "laser"),
     ]
 
 
@@ -261,3 +263,33 @@ def test_log_entries_are_sent_in_parts_in_their_order() -> None:
         assert (len(entries) < 20, lost) == (True, 0)
         lines += [entry[5] for entry in entries]
     assert lines == list(range(100))
+
+
+def test_the_numbers_of_a_message_are_offered_for_curves() -> None:
+    scan = LaserScan(angle_min=-1.0, ranges=[1.0] * 50)
+
+    fields = list(numeric_fields(scan))
+
+    assert fields[:3] == ["header/seq", "header/stamp", "angle_min"]
+    assert fields[-1] == "ranges[9]"
+
+
+def test_delays_are_in_simulated_time_once_there_is_one() -> None:
+    tree = FrameTree()
+    tree.set_clock(1015.5)
+
+    tree.add(TFMessage([transform("map", "base", 1015.0)]), wall_s=1e9, authority="/sim", is_static=False)
+
+    assert tree.rows(1e9)[0]["delay"] == 0.5
+
+
+def test_a_message_is_copied_as_json_values() -> None:
+    state = JointState(Header(1, Time(5, 6), "base"), ["a"], [1.5, float("nan")], [], [])
+
+    assert plain_values(state) == {
+        "header": {"seq": 1, "stamp": {"secs": 5, "nsecs": 6}, "frame_id": "base"},
+        "name": ["a"],
+        "position": [1.5, None],
+        "velocity": [],
+        "effort": [],
+    }

@@ -10,7 +10,7 @@ from pathlib import Path
 import rospy
 import tf2_ros
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
+from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
 from pipros.graph.drawing.pdf import to_pdf
 from pipros.graph.drawing.scene import Scene, draw
 from pipros.graph.drawing.svg import to_svg
@@ -22,8 +22,11 @@ LISTEN_S = 5.0
 def scene_of(edges: Sequence[tuple[str, str, str, float]]) -> Scene:
     """Lay out the frame tree. Each edge is (parent, child, publishing node, rate in Hz)."""
     names = dict.fromkeys(name for parent, child, *_ in edges for name in (parent, child))
-    arrows = tuple(Arrow(parent, child, f"{rate:.1f} Hz {sender}") for parent, child, sender, rate in edges)
-    return draw(NodeGraph({name: Vertex(name, name, "node") for name in names}, arrows))
+    keys = {name: Key("node", name) for name in names}
+    arrows = tuple(
+        Arrow(keys[parent], keys[child], f"{rate:.1f} Hz {sender}") for parent, child, sender, rate in edges
+    )
+    return draw(NodeGraph({key: Vertex(key) for key in keys.values()}, arrows))
 
 
 @exits_after_ctrl_c(130)

@@ -5,7 +5,7 @@ The packages graphviz and pydot build the same lines from objects, and run Graph
 
 from __future__ import annotations
 
-from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
+from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
 
 
 def to_dot(graph: NodeGraph) -> str:
@@ -30,12 +30,16 @@ def _statement(vertex: Vertex) -> str:
     attributes = f"label={_quoted(vertex.name)}, shape={'ellipse' if vertex.kind == 'node' else 'box'}"
     if not vertex.is_reachable:
         attributes += ", color=red"
-    return f"{_quoted(vertex.key)} [{attributes}];"
+    return f"{_id(vertex.key)} [{attributes}];"
 
 
 def _edge(arrow: Arrow, *, is_labelled: bool) -> str:
     label = f" [label={_quoted(arrow.topic)}]" if is_labelled else ""
-    return f"{_quoted(arrow.start)} -> {_quoted(arrow.end)}{label};"
+    return f"{_id(arrow.start)} -> {_id(arrow.end)}{label};"
+
+
+def _id(key: Key) -> str:
+    return _quoted(f"{key.kind} {key.name}")
 
 
 def _quoted(text: str) -> str:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from pipros.graph.system_state import SystemState, TopicConnection
 
 Mode = Literal["nodes", "active", "all"]
 """Nodes with topics as labels; nodes and connected topics; nodes and all topics."""
 MODES: tuple[Mode, ...] = ("nodes", "active", "all")
-Kind = Literal["node", "topic"]
+Kind = Literal["node", "topic", "frame"]
 
 _QUIET_TOPICS = frozenset({"/rosout", "/rosout_agg", "/clock", "/statistics"})
 _QUIET_NODES = re.compile(
@@ -48,29 +48,41 @@ class GraphOptions:
     hide_parameters: bool = False
 
 
+class Key(NamedTuple):
+    """Identifies a vertex of a graph; a node and a topic may have the same name."""
+
+    kind: Kind
+    name: str
+
+
 @dataclass(frozen=True, slots=True)
 class Vertex:
-    """A node or a topic.
+    """A node, a topic or a coordinate frame.
 
     Attributes:
-        key: unique in the graph; a node and a topic may have the same name.
         group: namespace in which it is drawn; empty for none.
         is_reachable: False for a node that does not answer.
     """
 
-    key: str
-    name: str
-    kind: Kind
+    key: Key
     group: str = ""
     is_reachable: bool = True
+
+    @property
+    def kind(self) -> Kind:
+        return self.key.kind
+
+    @property
+    def name(self) -> str:
+        return self.key.name
 
 
 @dataclass(frozen=True, slots=True)
 class Arrow:
     """An arrow between two vertices, and the topic of its messages."""
 
-    start: str
-    end: str
+    start: Key
+    end: Key
     topic: str
 
 
@@ -78,7 +90,7 @@ class Arrow:
 class NodeGraph:
     """Vertices by key, and arrows, both in a stable order."""
 
-    vertices: Mapping[str, Vertex] = field(default_factory=dict)
+    vertices: Mapping[Key, Vertex] = field(default_factory=dict)
     arrows: tuple[Arrow, ...] = ()
 
 
@@ -162,7 +174,7 @@ class _Builder:
         topics = self._topics(set(nodes))
         if self._options.mode == "nodes":
             arrows = [
-                Arrow(node_key(publisher), node_key(subscriber), topic)
+                Arrow(Key("node", publisher), Key("node", subscriber), topic)
                 for topic, (publishers, subscribers) in topics.items()
                 for publisher in publishers
                 for subscriber in subscribers
@@ -174,19 +186,17 @@ class _Builder:
                 arrow
                 for topic, (publishers, subscribers) in topics.items()
                 for arrow in (
-                    *(Arrow(node_key(node), topic_key(topic), topic) for node in publishers),
-                    *(Arrow(topic_key(topic), node_key(node), topic) for node in subscribers),
+                    *(Arrow(Key("node", node), Key("topic", topic), topic) for node in publishers),
+                    *(Arrow(Key("topic", topic), Key("node", node), topic) for node in subscribers),
                 )
             ]
             shown_topics = list(topics)
         groups = _groups(nodes)
         vertices = [
-            Vertex(node_key(node), node, "node", _group_of(node, groups), node not in self._unreachable)
+            Vertex(Key("node", node), _group_of(node, groups), node not in self._unreachable)
             for node in nodes
         ]
-        vertices += [
-            Vertex(topic_key(topic), topic, "topic", _group_of(topic, groups)) for topic in shown_topics
-        ]
+        vertices += [Vertex(Key("topic", topic), _group_of(topic, groups)) for topic in shown_topics]
         return NodeGraph({vertex.key: vertex for vertex in vertices}, tuple(arrows))
 
     def _shows_node(self, node: str) -> bool:
@@ -248,14 +258,6 @@ class _Builder:
             connection in self._connections
             or {connection.publisher, connection.subscriber} <= self._unreachable
         )
-
-
-def node_key(node: str) -> str:
-    return "n" + node
-
-
-def topic_key(topic: str) -> str:
-    return "t" + topic
 
 
 def _groups(nodes: Iterable[str]) -> set[str]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from pipros.basics.printable import printable
 from pipros.graph.drawing.layered_layout import Box, layered_layout
-from pipros.graph.drawing.node_graph import Arrow, NodeGraph, Vertex
+from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
 
 CHARACTER_WIDTH = 7.4
 """Width in pixels of a character in the widest usual fonts, at the size of a label."""
@@ -69,7 +69,7 @@ def _size(vertex: Vertex, text: str) -> tuple[float, float]:
 
 def _join_parallel(arrows: Sequence[Arrow]) -> dict[Arrow, str]:
     """Join the arrows of each pair of vertices into one, labelled with all topics."""
-    pairs: dict[tuple[str, str], list[Arrow]] = {}
+    pairs: dict[tuple[Key, Key], list[Arrow]] = {}
     for arrow in arrows:
         pairs.setdefault((arrow.start, arrow.end), []).append(arrow)
     joined = {}

@@ -3,6 +3,7 @@
 import { live } from "./live.js";
 import { h, replace } from "./dom.js";
 import { currentPlace, placeOf } from "./place.js";
+import { TabContext } from "./tab_context.js";
 
 const TABS = [
   ["graph", "Graph"],
@@ -21,12 +22,18 @@ const TABS = [
 // Sections of a tab with their own addresses.
 const PARTS = { reconfigure: "params" };
 
+const NO_TOKEN = ["This page needs the token of its server", "Open the whole address that the command printed in its terminal: "];
+const RESTARTED = ["The server was restarted", "Open the address that it printed in its terminal: "];
+
 const view = document.getElementById("view");
 const tabs = document.getElementById("tabs");
+/** @type {HTMLAnchorElement[]} */
+const links = [];
 const system = document.getElementById("system");
 const locked = document.getElementById("locked");
-let close = () => {};
+const opened = new Map(); // name to {element, context, handle, argument}; hidden tabs keep what they show
 let about = null;
+let masterError = ""; // why the master does not answer
 let resolveKnown;
 const known = new Promise((resolve) => { resolveKnown = resolve; }); // the server's description and permissions
 
@@ -37,42 +44,68 @@ const place = () => {
 
 async function show() {
   const [name, argument] = place();
-  close();
-  close = () => {};
   const tab = PARTS[name] ?? name;
-  for (const link of tabs.children) {
+  for (const link of links) {
     const isSelected = link.dataset.tab === tab;
     link.setAttribute("aria-selected", String(isSelected));
     link.tabIndex = isSelected ? 0 : -1;
-    if (isSelected) {
-      view.setAttribute("aria-labelledby", link.id);
-      link.scrollIntoView({ block: "nearest", inline: "nearest" });
-    }
+    if (!isSelected) continue;
+    link.href = placeOf(name, argument);
+    view.setAttribute("aria-labelledby", link.id);
+    link.scrollIntoView({ block: "nearest", inline: "nearest" });
   }
   document.title = `pipros: ${TABS.find(([each]) => each === tab)[1]}`;
   const [module] = await Promise.all([import(`./tabs/${name}.js`), known]);
   if (place()[0] !== name || place()[1] !== argument) return;
-  view.className = `tab-${name}`;
-  view.replaceChildren();
-  close = module.open(view, argument, { control: Boolean(about?.control) }) ?? (() => {});
+  for (const [other, { element, context }] of opened) {
+    element.hidden = other !== name;
+    if (other !== name) context.hide();
+  }
+  const shown = opened.get(name) ?? open(name, argument, module);
+  shown.context.show();
+  if (shown.argument === argument) return;
+  shown.argument = argument;
+  shown.handle.go?.(argument);
+}
+
+function open(name, argument, module) {
+  const element = h("div", { class: `tab tab-${name}` });
+  const entry = { element, argument };
+  entry.context = new TabContext(name, Boolean(about?.control), (next) => {
+    entry.argument = next;
+    links.find((link) => link.dataset.tab === (PARTS[name] ?? name)).href = placeOf(name, next);
+  });
+  opened.set(name, entry);
+  view.append(element);
+  entry.handle = module.open(element, argument, entry.context) ?? {};
+  return entry;
+}
+
+function masterState() {
+  const address = about.master.replace(/^http:\/\/|\/$/g, "");
+  if (!masterError) return h("span", { class: "master", title: "The master" }, address);
+  return h("span", { class: "master lost", role: "alert", title: masterError }, `the master at ${address} does not answer`);
 }
 
 function showState() {
   system.className = live.isOpen ? "" : "lost";
   locked.hidden = !live.isRefused;
   view.hidden = live.isRefused;
+  const [title, text] = live.isRestarted ? RESTARTED : NO_TOKEN;
+  replace(locked, h("h2", {}, title), h("p", {}, text, h("code", {}, "http://…/#token=…")),
+    h("p", { class: "pale" }, "Each start of the command makes a new token, so an address from before does not work. A tab that you open yourself needs the whole address, too; a reload does not."));
   if (live.isRefused) replace(system, "no access");
   else if (!live.isOpen) replace(system, live.trouble || "no connection to the server", ", trying again");
-  else if (about) replace(system, h("span", { class: "master", title: "The master" }, about.master.replace(/^http:\/\/|\/$/g, "")), h("span", { class: about.control ? "permit control" : "permit" }, about.control ? "can change the system" : "read-only"));
+  else if (about) replace(system, masterState(), h("span", { class: about.control ? "permit control" : "permit" }, about.control ? "can change the system" : "read-only"));
   else replace(system);
 }
 
 for (const [name, title] of TABS) {
-  tabs.append(h("a", { href: placeOf(name), role: "tab", id: `tab-${name}`, "aria-controls": "view", "data-tab": name }, title));
+  links.push(h("a", { href: placeOf(name), role: "tab", id: `tab-${name}`, "aria-controls": "view", "data-tab": name }, title));
 }
+tabs.append(...links);
 tabs.addEventListener("keydown", (event) => {
-  const links = [...tabs.children];
-  const at = links.indexOf(document.activeElement);
+  const at = links.findIndex((link) => link === document.activeElement);
   const to = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: links.length - 1 }[event.key];
   if (to === undefined) return;
   event.preventDefault();
@@ -87,6 +120,11 @@ live.addEventListener("state", async () => {
     resolveKnown();
     showState();
   }
+});
+live.watch("master", {}, ({ error }) => {
+  if (error === masterError) return;
+  masterError = error;
+  showState();
 });
 addEventListener("hashchange", show);
 showState();

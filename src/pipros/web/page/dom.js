@@ -20,10 +20,10 @@ export function replace(element, ...children) {
   element.replaceChildren(...children.flat(Infinity).filter((child) => child !== null && child !== undefined));
 }
 
-// Replaces the content of an element with that of another one, except for equal parts, so that a selection, the
-// focus and open details are kept. Only for content without its own listeners.
+// Makes an element equal to a fresh one, and keeps what is equal already, so that a selected text, the focus and open
+// details survive. Only for content without its own listeners.
 export function morph(old, fresh) {
-  if (old.nodeType !== fresh.nodeType || old.nodeName !== fresh.nodeName || old.childNodes.length !== fresh.childNodes.length) {
+  if (old.nodeType !== fresh.nodeType || old.nodeName !== fresh.nodeName) {
     old.replaceWith(fresh);
     return;
   }
@@ -31,20 +31,18 @@ export function morph(old, fresh) {
     if (old.data !== fresh.data) old.data = fresh.data;
     return;
   }
-  if (old.getAttribute("href") !== fresh.getAttribute("href") || old.className !== fresh.className) {
-    old.replaceWith(fresh);
-    return;
-  }
+  for (const { name } of [...old.attributes]) if (!fresh.hasAttribute(name) && name !== "open") old.removeAttribute(name);
+  for (const { name, value } of fresh.attributes) if (old.getAttribute(name) !== value && name !== "open") old.setAttribute(name, value);
   const [before, after] = [[...old.childNodes], [...fresh.childNodes]];
-  before.forEach((child, index) => morph(child, after[index]));
+  after.forEach((child, index) => {
+    if (index < before.length) morph(before[index], child);
+    else old.append(child);
+  });
+  for (const child of before.slice(after.length)) child.remove();
 }
 
-// A table of at most `most` rows. Further rows are only counted, because they would slow down the browser.
-export function limited(items, most, draw, columns) {
-  const rows = items.slice(0, most).map(draw);
-  if (items.length > most) rows.push(h("tr", {}, h("td", { colspan: columns, class: "note" }, `${items.length - most} more: filter to see them.`)));
-  return rows;
-}
+export const panelHead = (title, onClose) => h("div", { class: "panel-head" }, h("h2", {}, title),
+  h("button", { class: "plain", "aria-label": "Close", title: "Close (Escape)", onclick: onClose }, "×"));
 
 // Formatting ---------------------------------------------------------------------------------------------------------
 
@@ -65,6 +63,8 @@ export function bytes(size) {
 }
 
 export const bandwidth = (size) => (size === null || size === undefined ? "–" : `${bytes(size)}/s`);
+
+export const milliseconds = (seconds) => (seconds === null || seconds === undefined ? "–" : `${(seconds * 1000).toFixed(seconds < 0.01 ? 1 : 0)} ms`);
 
 export function download(name, content, type) {
   const link = h("a", { href: URL.createObjectURL(content instanceof Blob ? content : new Blob([content], { type })), download: name });

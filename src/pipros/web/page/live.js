@@ -1,6 +1,6 @@
 // The connection to the server. Reconnects automatically and re-subscribes the open views.
 
-import { accepted, currentProof, refused, takeFromAddress } from "./secret.js";
+import { accepted, currentProof, refused, takeFromAddress, wasAccepted } from "./secret.js";
 
 const RETRY_MS = 1000;
 const POLICY_VIOLATION = 1008; // close code for a missing or wrong token
@@ -13,6 +13,7 @@ class Live extends EventTarget {
     this.requests = new Map(); // id to {message, onData, onError, isAction, hasFailed}
     this.isOpen = false;
     this.isRefused = false; // the token is missing or wrong
+    this.isRestarted = false; // the token was right once
     this.trouble = ""; // the server's reason for closing the connection
     this.connect();
     addEventListener("hashchange", () => {
@@ -52,7 +53,10 @@ class Live extends EventTarget {
   lose(event) {
     this.isRefused = event.code === POLICY_VIOLATION;
     this.trouble = event.reason;
-    if (this.isRefused) refused();
+    if (this.isRefused) {
+      this.isRestarted = "token" in (currentProof() ?? {}) && wasAccepted();
+      refused();
+    }
     this.setOpen(false);
     for (const [id, request] of this.requests) {
       if (request.isAction) {

@@ -4,7 +4,8 @@
 const KEEP = "pipros.token";
 const IN_ADDRESS = /^#(token|code)=([\w-]*)\/?/;
 
-let proof = kept() ? { token: kept() } : null; // first message to the server
+/** First message to the server. @type {{token?: string, code?: string} | null} */
+let proof = kept() ? { token: kept() } : null;
 
 function kept() {
   try {
@@ -33,6 +34,9 @@ export function takeFromAddress() {
 }
 
 export const currentProof = () => proof;
+
+// Whether the server accepted the present token before, in this tab: then it was restarted when it rejects the token.
+export const wasAccepted = () => proof?.token !== undefined && proof.token === kept();
 
 // The server accepted the proof, and sent the token.
 export function accepted(token) {

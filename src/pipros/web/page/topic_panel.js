@@ -1,81 +1,47 @@
-// Live view of one topic: statistics, the newest message as a tree, a gauge for a percentage, a curve of the first number.
+// Live view of one topic: statistics, the newest message as a tree, a gauge for a percentage, a curve of one number.
 
-import { live } from "./live.js";
-import { bandwidth, bytes, h, hertz, morph, replace, s } from "./dom.js";
-import { placeOf } from "./place.js";
+import { copiesValues, copyButton } from "./copy.js";
+import { bandwidth, bytes, h, hertz, morph, panelHead, replace, s } from "./dom.js";
+import { tree } from "./message_values.js";
+import { smallCurve } from "./small_curve.js";
 
-const CURVE_POINTS = 300;
-const MORE = "…";
-
-export function topicPanel(side, name) {
+// Fills `side`; returns a function that stops the updates.
+export function topicPanel(side, name, context, onClose) {
   const figures = h("div", {}, h("dl", {}));
   const gauge = h("div", {});
-  const curve = h("div", {});
-  const message = h("div", { class: "message" }, h("div", {}));
+  const curve = smallCurve();
   const error = h("p", { class: "error", role: "alert" });
-  side.append(h("h2", {}, name), figures, error, gauge, curve, h("h3", {}, "Newest message"), message);
-  const values = [];
-  let path = null;
-  return live.watch("topic", { name }, (topic) => {
-    morph(figures.firstChild, h("dl", {}, Object.entries({
-      Type: topic.type || "unknown", Rate: hertz(topic.rate), Bandwidth: bandwidth(topic.bandwidth),
-      Size: bytes(topic.size), Messages: String(topic.count),
-      Publishers: topic.publishers.join(", ") || "none", Subscribers: topic.subscribers.join(", ") || "none",
-    }).map(([key, value]) => [h("dt", {}, key), h("dd", {}, value)])));
+  const showError = (text) => replace(error, text);
+  const message = copiesValues(h("div", { class: "message" }, h("div", {})), showError);
+  const copy = (title) => copyButton(title, () => context.act("message_text", { name, format: title.toLowerCase() }), showError);
+  side.append(panelHead(name, onClose), figures, error, gauge, curve.element, 
+    h("div", { class: "panel-head" }, h("h3", {}, "Newest message"), h("span", { class: "buttons" }, copy("YAML"), copy("JSON"))), message);
+
+  return context.watch("topic", { name }, (topic) => {
+    morph(figures.firstChild, h("dl", {}, figuresOf(topic).map(([key, value]) => [h("dt", {}, key), h("dd", {}, value)])));
     replace(error, topic.error ?? "");
     if (!("message" in topic)) {
-      if (!topic.count) morph(message.firstChild, h("div", {}, h("span", { class: "key" }, "none came yet")));
+      const text = topic.count ? "cannot be decoded" : "none came yet";
+      if (!topic.count || topic.error) morph(message.firstChild, h("div", {}, h("span", { class: "key" }, text)));
       return;
     }
     morph(message.firstChild, h("div", {}, tree(topic.message, name)));
-    if (topic.gauge !== null && topic.gauge !== undefined) drawGauge(gauge, topic.gauge);
-    else replace(gauge); // the gauge of an older message would be wrong
-    const found = path ? numberAt(topic.message, path) : null;
-    if (!path) path = firstNumber(topic.message);
-    const value = topic.gauge ?? found ?? (path ? numberAt(topic.message, path) : null);
-    if (typeof value === "number") {
-      values.push(value);
-      if (values.length > CURVE_POINTS) values.shift();
-      drawCurve(curve, values, topic.gauge !== null && topic.gauge !== undefined ? "percentage" : path.join("."));
-    }
-  }, (text) => replace(error, text));
+    const percent = topic.gauge ?? null;
+    if (percent === null) replace(gauge); // the gauge of an older message would be wrong
+    else drawGauge(gauge, percent);
+    curve.take(topic.message, percent);
+  }, showError);
 }
 
-// Shows a value as a tree. If the path of a topic and field is given, numbers link to their curves.
-export function tree(value, path = "") {
-  if (typeof value === "number" && path) return h("a", { class: "number", href: placeOf("plot", path), title: `Plot ${path}` }, String(value));
-  if (value === null || typeof value !== "object") return h("span", {}, typeof value === "string" ? JSON.stringify(value) : String(value));
-  if (Array.isArray(value)) return h("ul", { class: "tree" }, value.map((item, index) => entry(`[${index}]`, item, path && `${path}[${index}]`)));
-  if (MORE in value) {
-    if ("hex" in value) return h("span", {}, `${bytes(value[MORE])}: ${value.hex}${value[MORE] * 3 > value.hex.length + 1 ? " …" : ""}`);
-    return h("span", {}, `${value[MORE]} elements, the first ${value.items.length}:`, tree(value.items, path));
-  }
-  if ("secs" in value && "nsecs" in value && Object.keys(value).length === 2) return h("span", {}, `${value.secs}.${String(value.nsecs).padStart(9, "0")} s`);
-  return h("ul", { class: "tree" }, Object.entries(value).map(([key, item]) => entry(key, item, path && `${path}/${key}`)));
-}
-
-function entry(key, value, path) {
-  if (Array.isArray(value) && value.every((item) => item === null || typeof item !== "object")) {
-    return h("li", {}, h("span", { class: "key" }, `${key}: `), `[${value.map((item) => (typeof item === "string" ? JSON.stringify(item) : item)).join(", ")}]`);
-  }
-  return h("li", {}, h("span", { class: "key" }, `${key}: `), tree(value, path));
-}
-
-function firstNumber(value, path = []) {
-  if (typeof value === "number") return path;
-  if (value === null || typeof value !== "object" || MORE in value || "nsecs" in value) return null;
-  for (const [key, item] of Object.entries(value)) {
-    if (key === "header" || key === "seq") continue;
-    const found = firstNumber(item, [...path, key]);
-    if (found) return found;
-  }
-  return null;
-}
-
-const numberAt = (value, path) => {
-  const found = path.reduce((part, key) => part?.[key], value);
-  return typeof found === "number" ? found : null;
-};
+const figuresOf = (topic) => [
+  ["Type", topic.type || "unknown"],
+  ["Rate", hertz(topic.rate)],
+  ["Bandwidth", bandwidth(topic.bandwidth)],
+  ["Size", bytes(topic.size ?? topic.bytes)],
+  ["Messages", String(topic.count)],
+  ["Publishers", topic.publishers.join(", ") || "none"],
+  ["Subscribers", topic.subscribers.join(", ") || "none"],
+];
 
 function drawGauge(element, percent) {
   const level = percent <= 10 ? "critical" : percent <= 25 ? "low" : "";
@@ -90,17 +56,4 @@ function drawGauge(element, percent) {
   charge.setAttribute("width", (76 * percent) / 100);
   element.firstChild.setAttribute("aria-valuenow", percent);
   replace(element.querySelector(".value"), `${Math.round(percent * 10) / 10} %`);
-}
-
-function drawCurve(element, values, title) {
-  let line = element.querySelector("path");
-  if (!line) {
-    line = s("path", {});
-    replace(element, h("h3", {}, title), s("svg", { class: "spark", viewBox: "0 0 300 60", preserveAspectRatio: "none", role: "img", "aria-label": `Curve of ${title}` }, line), h("div", { class: "key range" }));
-  }
-  const low = Math.min(...values);
-  const high = Math.max(...values);
-  const points = values.map((value, index) => `${values.length > 1 ? (index * 300) / (values.length - 1) : 0},${high > low ? 57 - ((value - low) / (high - low)) * 54 : 30}`);
-  line.setAttribute("d", `M${points.join("L")}`);
-  replace(element.querySelector(".range"), `${low} to ${high}, newest ${values.at(-1)}`);
 }

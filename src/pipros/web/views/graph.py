@@ -10,12 +10,13 @@ from typing import Any, cast
 from pipros.basics.errors import PiprosError
 from pipros.graph import params
 from pipros.graph.drawing.dot import to_dot
-from pipros.graph.drawing.node_graph import MODES, GraphOptions, Mode, NodeGraph, node_graph
+from pipros.graph.drawing.node_graph import MODES, GraphOptions, Key, Mode, NodeGraph
 from pipros.graph.drawing.scene import Scene, draw
 from pipros.graph.drawing.svg import middle_of, path, to_svg
 from pipros.graph.observer import Observation
 from pipros.graph.system_state import of_node
 from pipros.web.bounded_list import bounded_list
+from pipros.web.graph_drawings import GraphDrawings
 from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused
 from pipros.web.watched_system import WatchedSystem
@@ -47,15 +48,12 @@ def options_from(arguments: Mapping[str, Any]) -> GraphOptions:
     return GraphOptions(**arguments)
 
 
-def graph_of(observation: Observation, options: GraphOptions) -> NodeGraph:
-    return node_graph(observation.state, observation.connections, observation.unreachable, options)
-
-
 class GraphViews:
     """The views of the Graph tab."""
 
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
+        self._drawings = GraphDrawings(self._draw)
 
     async def graph(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the drawing as `scene` whenever it changes, and the traffic of its edges."""
@@ -63,23 +61,32 @@ class GraphViews:
         shown: NodeGraph | None = None
         scene = Scene()
         async for observation in self._system.observations():
-            graph = graph_of(observation, options)
-            if graph != shown:
+            graph = self._drawings.graph(observation, options)
+            if graph is not shown:
                 shown = graph
                 is_small = _can_be_drawn(graph)
-                scene = (
-                    await self._system.computations.run(draw, graph, with_traffic=True)
-                    if is_small
-                    else Scene()
-                )
+                scene = await self._drawings.scene(graph, options) if is_small else Scene()
                 too_many = 0 if is_small else len(graph.vertices)
-                yield {"scene": scene_values(scene), "too_many": too_many, "most": MOST_DRAWN}
+                yield {
+                    "scene": scene_values(scene),
+                    "too_many": too_many,
+                    "most": MOST_DRAWN,
+                    "names": bounded_list([*observation.state.nodes(), *observation.state.topics()]),
+                }
             yield {
                 "traffic": traffic_values(observation, scene),
                 "error": observation.error,
                 "nodes": len(observation.nodes),
                 "topics": len(observation.state.topics()),
             }
+
+    async def master(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield why the master does not answer, at first and when it changes; empty if it does."""
+        shown = None
+        async for observation in self._system.observations():
+            if observation.error != shown:
+                shown = observation.error
+                yield {"error": shown}
 
     async def node(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield everything known about one node."""
@@ -89,6 +96,9 @@ class GraphViews:
                 **node_values(observation, name),
                 "parameters": await self._system.questions.run(self._parameters, name),
             }
+
+    async def _draw(self, graph: NodeGraph) -> Scene:
+        return await self._system.computations.run(draw, graph, with_traffic=True)
 
     def _parameters(self, node: str) -> list[list[str]]:
         """Return the private parameters of a node: names relative to it, and values as shortened JSON."""
@@ -106,7 +116,7 @@ class GraphViews:
         """Return the drawing as a file in the requested `format`, `svg` or `dot`."""
         rest = dict(arguments)
         kind = rest.pop("format", "svg")
-        graph = graph_of(self._system.observation, options_from(rest))
+        graph = self._drawings.graph(self._system.observation, options_from(rest))
         if not _can_be_drawn(graph):
             raise RequestRefused(f"cannot draw {len(graph.vertices)} nodes and topics: too many")
         if kind == "dot":
@@ -128,10 +138,8 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
         "height": scene.height,
         "boxes": [
             {
-                "key": vertex.key,
-                "name": vertex.name,
+                **key_values(vertex.key),
                 "text": text,
-                "kind": vertex.kind,
                 "reachable": vertex.is_reachable,
                 "x": round(box.x, 1),
                 "y": round(box.y, 1),
@@ -142,8 +150,8 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
         ],
         "arrows": [
             {
-                "start": arrow.start,
-                "end": arrow.end,
+                "start": key_values(arrow.start),
+                "end": key_values(arrow.end),
                 "topic": arrow.topic,
                 "text": text,
                 "path": path(route),
@@ -158,16 +166,20 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
     }
 
 
+def key_values(key: Key) -> Mapping[str, str]:
+    return {"kind": key.kind, "name": key.name}
+
+
 def traffic_values(observation: Observation, scene: Scene) -> list[list[float] | None]:
     """Return messages and bytes per second of each edge, or None if unknown."""
-    sums: dict[tuple[str, str, str], list[float]] = {}
+    sums: dict[tuple[Key, Key, str], list[float]] = {}
     for connection, traffic in observation.connections.items():
         if traffic is None:
             continue
         publisher, topic, subscriber = (
-            "n" + connection.publisher,
-            "t" + connection.topic,
-            "n" + connection.subscriber,
+            Key("node", connection.publisher),
+            Key("topic", connection.topic),
+            Key("node", connection.subscriber),
         )
         for start, end in ((publisher, topic), (topic, subscriber), (publisher, subscriber)):
             total = sums.setdefault((start, end, connection.topic), [0.0, 0.0])

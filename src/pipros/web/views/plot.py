@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import itertools
 import time
 from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,6 +21,10 @@ from pipros.web.watched_system import WatchedSystem
 SEND_INTERVAL_S = 0.1
 KEPT_SAMPLES = 5000
 """Maximum number of samples queued for a slow browser."""
+MOST_FIELDS = 100
+"""Maximum number of fields offered for a topic."""
+MOST_ELEMENTS = 10
+"""Maximum number of elements of an array among them."""
 DECODED_A_SECOND = 2000
 """Maximum number of messages per second decoded for one curve. Further ones count as lost."""
 
@@ -59,6 +64,18 @@ def find_field(text: str, topics: Mapping[str, str]) -> Field | None:
     return None
 
 
+class NotANumber(ValueError):
+    """The field has another type.
+
+    Attributes:
+        fields: paths of numbers below it, relative to it.
+    """
+
+    def __init__(self, text: str, fields: Sequence[str]) -> None:
+        super().__init__(text)
+        self.fields = fields
+
+
 class PlotViews:
     """The view of the Plot tab."""
 
@@ -88,16 +105,22 @@ class PlotViews:
                 while True:
                     samples, lost = curve.samples.pop_all()
                     if samples or lost or curve.error:
-                        yield {"samples": samples, "lost": lost, "error": curve.error}
+                        yield {
+                            "samples": samples,
+                            "lost": lost,
+                            "error": curve.error,
+                            "fields": curve.fields,
+                        }
                     await asyncio.sleep(SEND_INTERVAL_S)
 
 
 class _Curve:
-    """Decodes samples in the link's thread, and stores the last error."""
+    """Decodes samples in the link's thread, and stores the last error with the fields to choose instead."""
 
     def __init__(self, watch: TopicWatch, field: Field) -> None:
         self.samples = NewSamples(KEPT_SAMPLES)
         self.error = ""
+        self.fields: Sequence[str] = ()
         self._watch = watch
         self._field = field
         self._second = 0
@@ -115,8 +138,9 @@ class _Curve:
             value = number_in(self._watch.decode(message), self._field)
         except (PiprosError, ValueError) as error:
             self.error = str(error)
+            self.fields = error.fields if isinstance(error, NotANumber) else ()
             return
-        self.error = ""
+        self.error, self.fields = "", ()
         self.samples.add([round(wall_s, 4), value])
 
 
@@ -124,7 +148,8 @@ def number_in(message: Any, field: Field) -> float | None:
     """Return the value of a field, or None for NaN and infinity, which interrupt the curve.
 
     Raises:
-        ValueError: the field is not a number, or an index is out of range.
+        NotANumber: the field has another type.
+        ValueError: an index is out of range.
     """
     from pipros.web.views.topics import percentage
 
@@ -144,6 +169,20 @@ def number_in(message: Any, field: Field) -> float | None:
         if len(slots) == 1:  # std_msgs/Float64 and the like
             value = getattr(value, slots[0])
     if not isinstance(value, (int, float)):
-        raise ValueError(f"{field.text} must be a number, got {type(value).__name__}")
+        found = list(itertools.islice(numeric_fields(value), MOST_FIELDS))
+        raise NotANumber(f"{field.text} must be a number, got {type(value).__name__}", found)
     number = float(value)
     return number if number - number == 0.0 else None
+
+
+def numeric_fields(value: Any, path: str = "") -> Iterator[str]:
+    """Yield the paths of the numbers in a message or array: `orientation/x`, `ranges[0]`."""
+    if isinstance(value, (int, float, TVal)):
+        yield path
+    elif hasattr(value, "_slot_types"):
+        for name in value.__slots__:
+            yield from numeric_fields(getattr(value, name), f"{path}/{name}" if path else name)
+    elif isinstance(value, (list, tuple)) or hasattr(value, "tolist"):
+        for index in range(min(len(value), MOST_ELEMENTS)):
+            item = value[index]
+            yield from numeric_fields(item.item() if hasattr(item, "item") else item, f"{path}[{index}]")

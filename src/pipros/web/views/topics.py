@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import json
+import math
 import re
 import time
 from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
@@ -11,6 +13,8 @@ from typing import Any
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
 from pipros.graph.observer import Observation
+from pipros.msg.time import TVal
+from pipros.node.any_msg import RawMessage
 from pipros.web.bounded_list import bounded_list
 from pipros.web.known_topic import LONGEST_NAME
 from pipros.web.message_tree import message_tree
@@ -20,6 +24,8 @@ from pipros.web.watched_system import WatchedSystem
 
 LONGEST_REQUESTED = 1000
 """Maximum length of a requested name, in characters."""
+LARGEST_COPIED_BYTES = 1_000_000
+"""Size of the largest serialized message that is sent as text."""
 UPDATE_INTERVAL_S = 0.1
 """Interval at which a browser gets the newest message."""
 
@@ -58,6 +64,26 @@ class TopicViews:
                 ticks += 1
                 await asyncio.sleep(pause_s)
 
+    async def message_text(self, arguments: Mapping[str, Any]) -> str:
+        """Return the whole newest message of a topic that is shown, as YAML or JSON, for the clipboard.
+
+        Raises:
+            RequestRefused: no message has been received, or it is too large.
+        """
+        name, form = topic_name(arguments), arguments.get("format", "yaml")
+        if form not in ("yaml", "json"):
+            raise RequestRefused(f"format must be yaml or json, got {form!r:.100}")
+        with self._system.topics.watch(name) as watch:
+            newest = watch.newest
+            if newest is None:
+                raise RequestRefused(f"no message received yet on {name}")
+            if len(newest.message.body) > LARGEST_COPIED_BYTES:
+                size = len(newest.message.body)
+                raise RequestRefused(
+                    f"cannot copy a message of {size} bytes; the limit is {LARGEST_COPIED_BYTES}"
+                )
+            return await self._system.computations.run(_text_of, watch, newest.message, form)
+
     def _registered(self, name: str) -> Mapping[str, Any]:
         state = self._system.observation.state
         return {
@@ -81,6 +107,26 @@ def _shown(watch: TopicWatch, newest: Newest) -> dict[str, Any]:
     except PiprosError as error:
         return {**values, "error": str(error)}
     return {**values, "message": message_tree(message), "gauge": percentage(message)}
+
+
+def _text_of(watch: TopicWatch, message: RawMessage, form: str) -> str:
+    decoded = watch.decode(message)
+    return str(decoded) if form == "yaml" else json.dumps(plain_values(decoded), indent=2)
+
+
+def plain_values(value: Any) -> Any:
+    """Return a field or a message as JSON values. NaN and infinity become None."""
+    if isinstance(value, TVal):
+        return {"secs": value.secs, "nsecs": value.nsecs}
+    if hasattr(value, "_slot_types"):
+        return {name: plain_values(getattr(value, name)) for name in value.__slots__}
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, (bytes, bytearray, memoryview, list, tuple)):
+        return [plain_values(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
 
 
 def topic_name(arguments: Mapping[str, Any]) -> str:

@@ -8,6 +8,7 @@ import pytest
 
 from pipros.graph.drawing.node_graph import (
     GraphOptions,
+    Key,
     NameFilter,
     NodeGraph,
     node_graph,
@@ -35,6 +36,8 @@ CONNECTIONS = [
     TopicConnection("/robot/base", "/tf", "/listener"),
     TopicConnection("/talker", "/rosout", "/rosout"),
 ]
+TALKER, LISTENER = Key("node", "/talker_node"), Key("node", "/listener_node")
+TOPIC = Key("topic", "/battery_topic")
 SHOW_ALL = GraphOptions("all", hide_dead_sinks=False, hide_leaf_topics=False, hide_debug=False)
 
 
@@ -43,16 +46,16 @@ def names(graph: NodeGraph, kind: str) -> set[str]:
 
 
 def arrows(graph: NodeGraph) -> set[tuple[str, str]]:
-    return {(arrow.start[1:], arrow.end[1:]) for arrow in graph.arrows}
+    return {(arrow.start.name, arrow.end.name) for arrow in graph.arrows}
 
 
 def test_the_case_study_is_a_chain() -> None:
     state = SystemState({"/battery_topic": ["/talker_node"]}, {"/battery_topic": ["/listener_node"]}, {})
     graph = node_graph(state, [TopicConnection("/talker_node", "/battery_topic", "/listener_node")])
-    assert list(graph.vertices) == ["n/listener_node", "n/talker_node", "t/battery_topic"]
+    assert list(graph.vertices) == [LISTENER, TALKER, TOPIC]
     assert [(arrow.start, arrow.end) for arrow in graph.arrows] == [
-        ("n/talker_node", "t/battery_topic"),
-        ("t/battery_topic", "n/listener_node"),
+        (TALKER, TOPIC),
+        (TOPIC, LISTENER),
     ]
 
 
@@ -94,8 +97,8 @@ def test_topics_are_hidden(hidden: dict[str, bool], gone: set[str]) -> None:
 def test_an_unreachable_node_keeps_what_it_registered() -> None:
     graph = node_graph(STATE, [], ["/talker", "/listener"])
     assert names(graph, "topic") == {"/battery_topic"}
-    assert not graph.vertices["n/talker"].is_reachable
-    assert graph.vertices["n/robot/base"].is_reachable
+    assert not graph.vertices[Key("node", "/talker")].is_reachable
+    assert graph.vertices[Key("node", "/robot/base")].is_reachable
 
 
 def test_unreachable_nodes_can_be_hidden() -> None:

@@ -55,7 +55,9 @@ def test_a_name_with_markup_stays_text() -> None:
 
 def test_dot_has_clusters_and_labels_where_there_are_no_topics() -> None:
     assert 'subgraph "cluster_/ns" {' in to_dot(graph_of())
-    assert '"n/ns/talker" -> "n/ns/listener" [label="/battery_topic"];' in to_dot(graph_of(mode="nodes"))
+    assert '"node /ns/talker" -> "node /ns/listener" [label="/battery_topic"];' in to_dot(
+        graph_of(mode="nodes")
+    )
 
 
 def test_png_is_a_picture_of_twice_the_size() -> None:

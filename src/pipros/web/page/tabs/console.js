@@ -1,25 +1,27 @@
 // The log of the system: 100,000 entries, of which only the visible ones are in the document.
 
-import { live } from "../live.js";
 import { h, replace } from "../dom.js";
+import { textFilter } from "../text_filter.js";
 
 const KEPT = 100000;
 const ROW = 22;
+const HELP = "A part of the text; -part excludes; /regular expression/";
 const LEVELS = [[1, "Debug"], [2, "Info"], [4, "Warn"], [8, "Error"], [16, "Fatal"]];
 const [LEVEL, NODE, TEXT, STAMP, FILE, LINE, FUNCTION] = [0, 1, 2, 3, 4, 5, 6];
 
-export function open(view, argument, { control }) {
+export function open(view, argument, context) {
+  const { control } = context;
   let entries = [];
   let shown = [];
   let lost = 0;
-  let problem = "";
+  let shownProblem = "";
   let selected = null; // an entry
   let isPaused = false;
   let waiting = [];
   const levels = new Set(LEVELS.map(([level]) => level));
-  const text = h("input", { type: "search", placeholder: "Text", "aria-label": "Filter by text", oninput: () => filter() });
-  const node = h("input", { type: "search", placeholder: "Node", "aria-label": "Filter by node", oninput: () => filter() });
-  const place = h("input", { type: "search", placeholder: "File or function", "aria-label": "Filter by place", size: 14, oninput: () => filter() });
+  const text = h("input", { type: "search", placeholder: "Text", title: HELP, "aria-label": "Filter by text", oninput: () => filter() });
+  const node = h("input", { type: "search", placeholder: "Node", title: HELP, "aria-label": "Filter by node", oninput: () => filter() });
+  const place = h("input", { type: "search", placeholder: "File or function", title: HELP, "aria-label": "Filter by place", size: 14, oninput: () => filter() });
   const pause = h("button", { "aria-pressed": "false", onclick: () => {
     isPaused = !isPaused;
     pause.setAttribute("aria-pressed", String(isPaused));
@@ -37,9 +39,9 @@ export function open(view, argument, { control }) {
       h("button", { onclick: () => { entries = []; lost = 0; filter(); } }, "Clear"), h("button", { onclick: () => showLoggers() }, "Logger levels")),
     error, scroll), side);
 
-  const matches = (entry) => levels.has(entry[LEVEL])
-    && entry[NODE].includes(node.value) && entry[TEXT].toLowerCase().includes(text.value.toLowerCase())
-    && (!place.value || `${entry[FILE]} ${entry[FUNCTION]}`.includes(place.value));
+  let [isText, isNode, isPlace] = [text, node, place].map((input) => textFilter(input.value));
+  const matches = (entry) => levels.has(entry[LEVEL]) && isNode(entry[NODE]) && isText(entry[TEXT])
+    && isPlace(`${entry[FILE]} ${entry[FUNCTION]}`);
 
   function take(fresh) {
     entries.push(...fresh);
@@ -54,6 +56,7 @@ export function open(view, argument, { control }) {
   }
 
   function filter() {
+    [isText, isNode, isPlace] = [text, node, place].map((input) => textFilter(input.value));
     shown = entries.filter(matches);
     draw();
     scroll.scrollTop = scroll.scrollHeight;
@@ -108,10 +111,10 @@ export function open(view, argument, { control }) {
     replace(side, h("h2", {}, "Logger levels"), control ? null : h("p", { class: "key" }, "Start with --control to change levels."), choice, nodes, found, h("button", { onclick: () => { side.hidden = true; } }, "Close"));
     async function list() {
       try {
-        const loggers = await live.act("loggers", { name: choice.value });
+        const loggers = await context.act("loggers", { name: choice.value });
         replace(found, h("table", {}, loggers.map((logger) => h("tr", {}, h("td", {}, logger.name), h("td", {},
           h("select", { disabled: !control, "aria-label": `Level of ${logger.name}`, onchange: async (event) => {
-            try { await live.act("set_logger_level", { name: choice.value, logger: logger.name, level: event.target.value }); replace(error, ""); } catch (problem) { replace(error, problem.message); list(); }
+            try { await context.act("set_logger_level", { name: choice.value, logger: logger.name, level: event.target.value }); replace(error, ""); } catch (problem) { replace(error, problem.message); list(); }
           } }, ["debug", "info", "warn", "error", "fatal"].map((level) => h("option", { value: level, selected: level === logger.level.toLowerCase() }, level))))))));
       } catch (problem) {
         replace(found, h("p", { class: "error" }, problem.message));
@@ -120,18 +123,17 @@ export function open(view, argument, { control }) {
     if (ofNode) list();
   }
 
-  const close = live.watch("console", {}, (data) => {
+  context.watch("console", {}, (data) => {
     lost += data.lost;
-    if (data.error !== problem) replace(error, problem = data.error);
+    if (data.error !== shownProblem) replace(error, shownProblem = data.error);
     if (isPaused) waiting = waiting.concat(data.entries).slice(-KEPT);
     else take(data.entries);
-  }, (text) => replace(error, text));
-  const resized = new ResizeObserver(() => drawRows());
-  resized.observe(scroll);
+  }, (problem) => replace(error, problem), { always: true });
+  new ResizeObserver(() => drawRows()).observe(scroll);
   if (argument) showLoggers(argument);
-  return () => { close(); resized.disconnect(); };
 }
 
 const levelName = (level) => LEVELS.find(([number]) => number === level)?.[1] ?? String(level);
 const clock = new Intl.DateTimeFormat("en-GB", { hour: "2-digit", minute: "2-digit", second: "2-digit", fractionalSecondDigits: 3 });
-const time = (stamp) => clock.format(stamp * 1000);
+const EARLIEST_WALL_S = 1e8; // simulated time usually begins at 0
+const time = (stamp) => (stamp < EARLIEST_WALL_S ? `${stamp.toFixed(3)} s` : clock.format(stamp * 1000));

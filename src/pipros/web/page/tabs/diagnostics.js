@@ -1,13 +1,12 @@
 // Components with their levels, values and history.
 
-import { live } from "../live.js";
 import { h, replace } from "../dom.js";
 
 const LEVELS = ["OK", "Warning", "Error", "Stale"];
 const STALE = 3;
 const DEEPEST = 50; // nodes choose the names; deeper levels are shown as one part
 
-export function open(view, argument) {
+export function open(view, argument, context) {
   const error = h("div", { class: "error", role: "alert" });
   const counts = h("div", { class: "bar" });
   const body = h("div", { class: "scroll params" });
@@ -44,11 +43,21 @@ export function open(view, argument) {
     return h("ul", { class: "tree" }, [...branch.below].sort(([a], [b]) => a.localeCompare(b)).map(([part, below]) => {
       const own = `${path}/${part}`;
       const label = [h("span", { class: `dot diagnostic-${worst(below)}` }), below.component
-        ? h("button", { class: "plain", onclick: () => { selected = below.component.name; draw(); } }, part, h("span", { class: "key" }, ` ${below.component.message}`)) : part];
+        ? h("button", { class: "plain", onclick: () => { choose(below.component.name); } }, part, h("span", { class: "key" }, ` ${below.component.message}`)) : part];
       if (!below.below.size) return h("li", {}, label);
       const details = h("details", { open: !closed.has(own), ontoggle: () => { if (details.isConnected) { if (details.open) closed.delete(own); else closed.add(own); } } }, h("summary", {}, label), tree(below, own));
       return h("li", {}, details);
     }));
+  }
+
+  function choose(name) {
+    context.remember(name);
+    go(name);
+  }
+
+  function go(name) {
+    selected = name;
+    draw();
   }
 
   function drawSide() {
@@ -59,10 +68,10 @@ export function open(view, argument) {
       h("dl", {}, h("dt", {}, "Hardware"), h("dd", {}, component.hardware || "–"), h("dt", {}, "Age"), h("dd", {}, `${component.age} s`)),
       h("h3", {}, "History"), h("div", { class: "history", role: "img", "aria-label": `The newest ${component.history.length} levels` }, component.history.map(([when, level]) => h("span", { class: `dot diagnostic-${level}`, title: new Date(when * 1000).toLocaleTimeString() }))),
       h("h3", {}, "Values"), h("table", {}, component.values.map(([key, value]) => h("tr", {}, h("td", { class: "key" }, key), h("td", {}, value)))),
-      h("button", { onclick: () => { selected = ""; draw(); } }, "Close"));
+      h("button", { onclick: () => { choose(""); } }, "Close"));
   }
 
-  return live.watch("diagnostics", {}, (data) => {
+  context.watch("diagnostics", {}, (data) => {
     if (data.fresh) known = new Map();
     for (const component of data.components) known.set(component.name, component);
     components = [...known.values()].sort((a, b) => (a.name < b.name ? -1 : 1)).map((component) => {
@@ -73,5 +82,6 @@ export function open(view, argument) {
     hint.hidden = components.length > 0;
     replace(hint, `Nothing came yet on ${data.topics.join(" or ")}.`);
     draw();
-  }, (problem) => replace(error, problem));
+  }, (problem) => replace(error, problem), { always: true });
+  return { go };
 }

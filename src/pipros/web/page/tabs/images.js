@@ -1,13 +1,11 @@
 // Images: this module converts pixels; the browser decodes compressed images.
 
-import { live } from "../live.js";
 import { bandwidth, download, h, hertz, replace } from "../dom.js";
-import { placeOf } from "../place.js";
 
 const TYPES = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
 
-export function open(view, argument) {
-  const choice = h("select", { "aria-label": "Topic", onchange: () => look(choice.value) });
+export function open(view, argument, context) {
+  const choice = h("select", { "aria-label": "Topic", onchange: () => { context.remember(choice.value); look(choice.value); } });
   const figures = h("span", {});
   const error = h("div", { class: "error", role: "alert" });
   const canvas = h("canvas", { width: 2, height: 2, role: "img", "aria-label": "Image" });
@@ -16,7 +14,7 @@ export function open(view, argument) {
   let topic = argument;
   let close = () => {};
 
-  const closeTopics = live.watch("topics", {}, (data) => {
+  context.watch("topics", {}, (data) => {
     const names = data.topics.filter((each) => TYPES.includes(each.type)).map((each) => each.name);
     if (topic && !names.includes(topic)) names.unshift(topic);
     if ([...choice.options].map((option) => option.value).join() !== names.join()) replace(choice, names.map((name) => h("option", { value: name, selected: name === topic }, name)));
@@ -27,9 +25,8 @@ export function open(view, argument) {
   function look(name) {
     close();
     topic = name;
-    history.replaceState(null, "", placeOf("images", name));
     replace(error, "");
-    close = live.watch("image", { name }, show, (problem) => replace(error, problem));
+    close = context.watch("image", { name }, show, (problem) => replace(error, problem));
   }
 
   async function show(data) {
@@ -37,17 +34,17 @@ export function open(view, argument) {
     const end = all.indexOf(10);
     const head = JSON.parse(new TextDecoder().decode(all.subarray(0, end)));
     const pixels = all.subarray(end + 1);
-    const context = canvas.getContext("2d");
+    const drawing = canvas.getContext("2d");
     try {
       if (head.compressed) {
         const image = await createImageBitmap(new Blob([pixels], { type: `image/${head.compressed}` }));
         Object.assign(canvas, { width: image.width, height: image.height });
-        context.drawImage(image, 0, 0);
+        drawing.drawImage(image, 0, 0);
         head.full = [image.width, image.height];
         head.encoding = head.format;
       } else if (head.width && head.height) {
         Object.assign(canvas, { width: head.width, height: head.height });
-        context.putImageData(new ImageData(colours(head, pixels), head.width, head.height), 0, 0);
+        drawing.putImageData(new ImageData(colours(head, pixels), head.width, head.height), 0, 0);
       }
       hint.hidden = true;
       replace(error, "");
@@ -61,7 +58,7 @@ export function open(view, argument) {
     replace(choice, h("option", { value: topic }, topic));
     look(topic);
   }
-  return () => { close(); closeTopics(); };
+  return { go: (name) => { choice.value = name; look(name); } };
 }
 
 // Converts pixels to RGBA.

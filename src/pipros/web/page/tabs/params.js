@@ -1,12 +1,12 @@
 // Parameters as a tree, with recent changes marked.
 
-import { live } from "../live.js";
 import { h, replace } from "../dom.js";
 import { sections } from "../sections.js";
 
 const MARKED_MS = 4000;
 
-export function open(view, argument, { control }) {
+export function open(view, argument, context) {
+  const { control } = context;
   const search = h("input", { type: "search", placeholder: "Search", value: argument, "aria-label": "Search parameters", oninput: () => draw() });
   const error = h("div", { class: "error", role: "alert" });
   const body = h("div", { class: "scroll params" });
@@ -22,7 +22,7 @@ export function open(view, argument, { control }) {
 
   async function change(action, args) {
     try {
-      await live.act(action, args);
+      await context.act(action, args);
       replace(error, "");
     } catch (problem) {
       replace(error, problem.message);
@@ -62,7 +62,7 @@ export function open(view, argument, { control }) {
     }));
   }
 
-  const close = live.watch("params", {}, (data) => {
+  context.watch("params", {}, (data) => {
     if (data.error) { replace(error, data.error); return; }
     replace(error, data.more ? `${data.more} more parameters are not shown.` : "");
     const now = Date.now();
@@ -74,5 +74,5 @@ export function open(view, argument, { control }) {
     draw();
     setTimeout(() => { changed = new Map([...changed].filter(([, when]) => Date.now() - when < MARKED_MS)); draw(); }, MARKED_MS + 100);
   }, (problem) => replace(error, problem));
-  return close;
+  return { go: (text) => { search.value = text; draw(); } };
 }

@@ -1,16 +1,15 @@
 // Live curves of numbers in messages. The address contains the fields: #plot/field,field
 
-import { live } from "../live.js";
 import { download, h, replace } from "../dom.js";
-import { placeOf } from "../place.js";
 import uPlot from "../vendor/uPlot.js";
 
 const COLOURS = ["#2f6fb3", "#c0392b", "#1a7f37", "#9a6700", "#7d4cdb", "#00838f", "#ad1457", "#5d6d7e"];
 const KEPT_POINTS = 50000;
+const JOINED = [0, 2]; // of times and values: a missing number is a gap, also beside the samples of another curve
 // Formats of the time axis, by the seconds between two labels: 24 hours, as in logs.
 const TIMES = [[3600, "{HH}:{mm}", null, null, null, null, null, null, 1], [60, "{HH}:{mm}", null, null, null, null, null, null, 1], [1, ":{ss}", "\n{HH}:{mm}", null, null, null, "\n{HH}:{mm}", null, 1], [0.001, ":{ss}.{fff}", "\n{HH}:{mm}", null, null, null, "\n{HH}:{mm}", null, 1]];
 
-export function open(view, argument) {
+export function open(view, argument, context) {
   const curves = new Map(); // field to {field, times, values, close, colour, lost}
   const input = h("input", { size: 34, placeholder: "/topic/field or /topic/pose/x:y:z", "aria-label": "Topic and field", spellcheck: "false", list: "plot-topics" });
   const topics = h("datalist", { id: "plot-topics" });
@@ -20,17 +19,18 @@ export function open(view, argument) {
   const pause = h("button", { "aria-pressed": "false", onclick: () => setPaused(!isPaused) }, "Pause");
   const error = h("div", { class: "error", role: "alert" });
   const legend = h("div", { class: "bar legend" });
+  const offered = h("div", { class: "bar offered", role: "group", "aria-label": "Fields" });
   const chart = h("div", { class: "chart" });
   const hint = h("div", { class: "note" }, "Type a topic and a field, such as /battery_topic or /imu/angular_velocity/x:y:z. Drag over the curves to zoom, double click to follow again.");
   view.append(h("link", { rel: "stylesheet", href: "vendor/uPlot.css" }), h("div", { class: "column" },
     h("form", { class: "bar", onsubmit: (event) => { event.preventDefault(); add(input.value); } }, input, topics, h("button", {}, "Add"), pause, h("label", {}, "Show", seconds), h("label", {}, "y from", low), h("label", {}, "to", high), h("span", { class: "spring" }), h("button", { type: "button", onclick: () => saveCsv() }, "CSV")),
-    error, legend, hint, chart));
+    error, offered, legend, hint, chart));
   let plot = null;
   let isPaused = false;
   let isZoomed = false;
   let needsDraw = false;
 
-  const closeTopics = live.watch("topics", {}, (data) => {
+  context.watch("topics", {}, (data) => {
     if (topics.childElementCount !== data.topics.length) replace(topics, data.topics.map((topic) => h("option", { value: topic.name })));
   });
 
@@ -41,10 +41,17 @@ export function open(view, argument) {
   }
 
   function add(text) {
-    for (const field of text.split(/[\s,]+/).flatMap(expand).filter((word) => word && !curves.has(word))) {
+    show(text);
+    remember();
+  }
+
+  function show(text) {
+    const words = text.split(/[\s,]+/).filter(Boolean).map((word) => (word.startsWith("/") ? word : `/${word}`));
+    for (const field of words.flatMap(expand).filter((word) => !curves.has(word))) {
       const curve = { field, times: [], values: [], lost: 0, problem: "", colour: COLOURS[curves.size % COLOURS.length] };
-      curve.close = live.watch("plot", { field }, (data) => {
+      curve.close = context.watch("plot", { field }, (data) => {
         curve.problem = data.error ?? "";
+        if (data.fields?.length && !curve.times.length) offer(curve, data.fields);
         curve.lost += data.lost ?? 0;
         for (const [time, value] of data.samples ?? []) {
           if (curve.times.length && time < curve.times.at(-1)) continue;
@@ -56,22 +63,42 @@ export function open(view, argument) {
           curve.values = curve.values.slice(-KEPT_POINTS);
         }
         needsDraw = true;
-      }, (problem) => { curve.problem = problem; needsDraw = true; });
+      }, (problem) => { curve.problem = problem; needsDraw = true; }, { always: true });
       curves.set(field, curve);
     }
     input.value = "";
-    remember();
     rebuild();
+  }
+
+  function drop(field) {
+    curves.get(field).close();
+    curves.delete(field);
   }
 
   function remove(field) {
-    curves.get(field).close();
-    curves.delete(field);
+    drop(field);
     remember();
     rebuild();
   }
 
-  const remember = () => history.replaceState(null, "", placeOf("plot", [...curves.keys()].join(",")));
+  // A topic or a part of a message was given instead of a number: shows its numbers, to choose from.
+  function offer(curve, fields) {
+    if (!curves.has(curve.field)) return;
+    remove(curve.field);
+    const addOne = (name) => { add(`${curve.field}${name.startsWith("[") ? "" : "/"}${name}`); replace(offered); };
+    replace(offered, h("span", { class: "key" }, `Numbers of ${curve.field}:`), fields.map((name) => h("button", { onclick: () => addOne(name) }, name)),
+      h("button", { class: "plain", "aria-label": "Close the choice", onclick: () => replace(offered) }, "×"));
+  }
+
+  const remember = () => context.remember([...curves.keys()].join(","));
+
+  // Shows exactly the curves of an address; a link to one more field adds it.
+  function go(text) {
+    const wanted = text.split(",").filter(Boolean).flatMap(expand);
+    if (wanted.length === 1 && curves.size && !curves.has(wanted[0])) { add(text); return; }
+    for (const field of [...curves.keys()]) if (!wanted.includes(field)) drop(field);
+    show(text);
+  }
 
   function setPaused(value) {
     isPaused = value;
@@ -92,7 +119,7 @@ export function open(view, argument) {
     const line = style.getPropertyValue("--line");
     const axis = { stroke: ink, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 } };
     const limit = (element) => (element.value.trim() === "" || Number.isNaN(Number(element.value)) ? null : Number(element.value));
-    plot = new uPlot({
+    plot = new /** @type {any} */ (uPlot)({
       ...size(),
       series: [{}, ...[...curves.values()].map((curve) => ({ label: curve.field, stroke: curve.colour, width: 1.5, spanGaps: false }))],
       axes: [{ ...axis, values: TIMES }, { ...axis, size: 64 }],
@@ -103,17 +130,17 @@ export function open(view, argument) {
       legend: { show: false },
       cursor: { drag: { x: true, y: false } },
       hooks: { setSelect: [(own) => { isZoomed = own.select.width > 0; }], setCursor: [() => drawLegend()] },
-    }, data(), chart);
+    }, samples(), chart);
     chart.ondblclick = () => { isZoomed = false; needsDraw = true; };
     needsDraw = true;
   }
 
   const size = () => ({ width: Math.max(200, chart.clientWidth - 8), height: Math.max(160, chart.clientHeight - 10) });
 
-  function data() {
+  function samples() {
     const all = [...curves.values()];
     if (all.length === 1) return [all[0].times, all[0].values];
-    return uPlot.join(all.map((curve) => [curve.times, curve.values]), all.map(() => [2]));
+    return uPlot.join(all.map((curve) => [curve.times, curve.values]), all.map(() => JOINED));
   }
 
   function draw() {
@@ -121,7 +148,7 @@ export function open(view, argument) {
     needsDraw = false;
     drawLegend();
     replace(error, "");
-    plot.setData(data(), false);
+    plot.setData(samples(), false);
     if (!isZoomed) {
       const end = Math.max(...[...curves.values()].map((curve) => curve.times.at(-1) ?? 0));
       if (end) plot.setScale("x", { min: end - Number(seconds.value), max: end });
@@ -137,14 +164,14 @@ export function open(view, argument) {
         return h("span", { class: "curve" }, swatch, h("span", {}), h("button", { class: "plain", "aria-label": `Remove ${curve.field}`, onclick: () => remove(curve.field) }, "×"));
       }), h("span", { class: "key at" }));
     }
-    const at = plot?.cursor.idx ?? null;
+    const at = plot && plot.cursor.left >= 0 && plot.cursor.idx !== null ? plot.posToVal(plot.cursor.left, "x") : null;
     [...curves.values()].forEach((curve, index) => {
-      const value = at === null ? curve.values.at(-1) : plot.data[index + 1][at];
+      const value = curve.values[at === null ? curve.values.length - 1 : sampleAt(curve.times, at)];
       const text = `${curve.field}: ${number(value)}${curve.lost ? ` (${curve.lost} not shown)` : ""} ${curve.problem}`;
       const label = legend.children[index].children[1];
       if (label.textContent !== text) label.textContent = text;
     });
-    legend.lastChild.textContent = at === null ? "" : `at ${clock(plot.data[0][at])}`;
+    legend.lastChild.textContent = at === null ? "" : `at ${clock(at)}`;
   }
 
   function saveCsv() {
@@ -152,23 +179,25 @@ export function open(view, argument) {
     download("rqt_plot.csv", `time,field,value\n${rows.join("\n")}\n`, "text/csv");
   }
 
-  let frame = requestAnimationFrame(function onFrame() {
-    if (needsDraw && !isPaused) draw();
-    frame = requestAnimationFrame(onFrame);
+  requestAnimationFrame(function onFrame() {
+    if (needsDraw && !isPaused && !view.hidden) draw();
+    requestAnimationFrame(onFrame);
   });
-  const resized = new ResizeObserver(() => plot?.setSize(size()));
-  resized.observe(chart);
-  const scheme = matchMedia("(prefers-color-scheme: dark)");
-  scheme.addEventListener("change", rebuild);
-  if (argument) add(argument);
-  return () => {
-    scheme.removeEventListener("change", rebuild);
-    cancelAnimationFrame(frame);
-    resized.disconnect();
-    closeTopics();
-    for (const curve of curves.values()) curve.close();
-    plot?.destroy();
-  };
+  new ResizeObserver(() => plot?.setSize(size())).observe(chart);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", rebuild);
+  if (argument) show(argument);
+  return { go };
+}
+
+// The index of the newest sample at a time or before.
+function sampleAt(times, time) {
+  let [low, high] = [0, times.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= time) low = middle + 1;
+    else high = middle;
+  }
+  return low - 1;
 }
 
 const number = (value) => (value === null || value === undefined ? "–" : String(Number(value.toPrecision(7))));

@@ -1,10 +1,10 @@
-// Publish messages by hand, once or at a rate, while this tab is open.
+// Publish messages by hand, once or at a rate, as long as this page is open in the browser.
 
-import { live } from "../live.js";
 import { h, replace } from "../dom.js";
 import { yaml } from "./services.js";
 
-export function open(view, argument, { control }) {
+export function open(view, argument, context) {
+  const { control } = context;
   const topic = h("input", { placeholder: "/topic", value: argument, "aria-label": "Topic", spellcheck: "false", list: "publish-topics", onchange: () => chosen() });
   const type = h("input", { placeholder: "std_msgs/String", "aria-label": "Type", spellcheck: "false", onchange: () => defaults() });
   const rate = h("input", { type: "number", value: 1, min: 0, max: 1000, step: "any", "aria-label": "Rate in hertz", title: "0 publishes once" });
@@ -15,10 +15,9 @@ export function open(view, argument, { control }) {
   view.append(h("div", { class: "column" }, error, h("div", { class: "scroll form" },
     control ? null : h("p", { class: "note" }, "This page is read-only. Start it with --control to publish."),
     h("label", {}, "Topic", topic), topics, h("label", {}, "Type", type), h("label", {}, "Rate in Hz", rate), message,
-    h("p", {}, h("button", { disabled: !control, onclick: () => publish() }, "Publish"), h("span", { class: "key" }, "  A rate of 0 publishes once, for as long as this tab is open.")), list)));
+    h("p", {}, h("button", { disabled: !control, onclick: () => publish() }, "Publish"), h("span", { class: "key" }, "  A rate of 0 publishes once, for as long as this page is open.")), list)));
   let known = [];
-  const running = new Set();
-  const closeTopics = live.watch("topics", {}, (data) => {
+  context.watch("topics", {}, (data) => {
     known = data.topics;
     replace(topics, known.map((each) => h("option", { value: each.name })));
     if (argument && !type.value) chosen();
@@ -31,7 +30,7 @@ export function open(view, argument, { control }) {
 
   async function defaults() {
     try {
-      message.value = yaml(await live.act("message", { type: type.value }));
+      message.value = yaml(await context.act("message", { type: type.value }));
       replace(error, "");
     } catch (problem) {
       replace(error, problem.message);
@@ -41,15 +40,11 @@ export function open(view, argument, { control }) {
   function publish() {
     const count = h("span", {}, "0");
     const args = { name: topic.value, type: type.value, message: message.value, rate: Number(rate.value) };
-    const row = h("p", {}, `${args.name} (${args.type}), ${args.rate ? `${args.rate} Hz` : "once"}: `, count, " ", h("button", { onclick: () => { close(); row.remove(); running.delete(close); } }, "Stop"));
-    const close = live.watch("publishing", args, (data) => replace(count, String(data.count)), (problem) => { replace(error, problem); row.remove(); running.delete(close); });
-    running.add(close);
+    const row = h("p", {}, `${args.name} (${args.type}), ${args.rate ? `${args.rate} Hz` : "once"}: `, count, " ", h("button", { onclick: () => { close(); row.remove(); } }, "Stop"));
+    const close = context.watch("publishing", args, (data) => replace(count, String(data.count)), (problem) => { replace(error, problem); row.remove(); }, { always: true });
     list.append(row);
     replace(error, "");
   }
 
-  return () => {
-    closeTopics();
-    for (const close of running) close();
-  };
+  return { go: (name) => { if (name) { topic.value = name; chosen(); } } };
 }

@@ -1,11 +1,10 @@
 // Parameters of dynamic_reconfigure servers, edited as in rqt_reconfigure.
 
-import { live } from "../live.js";
 import { h, replace } from "../dom.js";
-import { placeOf } from "../place.js";
 import { sections } from "../sections.js";
 
-export function open(view, argument, { control }) {
+export function open(view, argument, context) {
+  const { control } = context;
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter servers", oninput: () => drawServers() });
   const error = h("div", { class: "error", role: "alert" });
   const list = h("ul", { class: "servers", "aria-label": "Servers" });
@@ -24,21 +23,20 @@ export function open(view, argument, { control }) {
   function drawServers() {
     const wanted = filter.value.trim().toLowerCase();
     const shown = servers.filter((name) => name.toLowerCase().includes(wanted));
-    replace(list, shown.length ? shown.map((name) => h("li", {}, h("button", { class: "plain", "aria-current": name === server ? "true" : null, onclick: () => select(name) }, name)))
+    replace(list, shown.length ? shown.map((name) => h("li", {}, h("button", { class: "plain", "aria-current": name === server ? "true" : null, onclick: () => { context.remember(name); select(name); } }, name)))
       : h("li", { class: "key" }, servers.length ? "No server matches." : "No node offers dynamic_reconfigure."));
   }
 
   function select(name) {
     close();
     server = name;
-    history.replaceState(null, "", placeOf("reconfigure", name));
     controls = new Map();
     groups = new Map();
     pending = { changes: {}, states: {} };
     replace(error, "");
     replace(body, h("div", { class: "note" }, `Waiting for ${name} …`));
     drawServers();
-    close = live.watch("reconfigure", { name }, (data) => {
+    close = context.watch("reconfigure", { name }, (data) => {
       if (data.groups) drawSettings(data.groups);
       if (data.values) take(data);
     }, (problem) => replace(error, problem));
@@ -125,7 +123,7 @@ export function open(view, argument, { control }) {
       const asked = { name: server, ...pending };
       pending = { changes: {}, states: {} };
       try {
-        const answer = await live.act("set_reconfigured", asked);
+        const answer = await context.act("set_reconfigured", asked);
         if (asked.name === server) { replace(error, ""); take(answer); }
       } catch (problem) {
         if (asked.name === server) { replace(error, problem.message); take(last); }
@@ -141,7 +139,7 @@ export function open(view, argument, { control }) {
   }
 
   const gone = () => `${server} is not offered any more.`;
-  const closeServers = live.watch("reconfigurable", {}, (data) => {
+  context.watch("reconfigurable", {}, (data) => {
     const isFirst = !servers.length;
     if (servers.join() !== data.servers.join() || isFirst) {
       servers = data.servers;
@@ -151,7 +149,7 @@ export function open(view, argument, { control }) {
     else if (argument) select(argument);
     else if (servers.length) select(servers[0]);
   }, (problem) => replace(error, problem));
-  return () => { close(); closeServers(); };
+  return { go: (name) => { if (name) select(name); } };
 }
 
 const asNumber = (text) => (text.trim() === "" || Number.isNaN(Number(text)) ? text : Number(text));

@@ -1,62 +1,81 @@
 // Services, and calls by hand.
 
-import { live } from "../live.js";
-import { h, limited, replace } from "../dom.js";
-import { tree } from "../topic_panel.js";
-import { placeOf } from "../place.js";
+import { copiesValues } from "../copy.js";
+import { h, milliseconds, panelHead, replace } from "../dom.js";
+import { dataTable } from "../table.js";
+import { tree } from "../message_values.js";
 
 const MOST_ROWS = 500;
 
-export function open(view, argument, { control }) {
+const LOGGER_SERVICES = /\/(get_loggers|set_logger_level)$/;
+const COLUMNS = [
+  { title: "Service", kind: "name", text: ([name]) => name, order: ([name]) => name },
+  { title: "Node", kind: "name", text: ([, node]) => node, order: ([, node]) => node },
+];
+
+export function open(view, argument, context) {
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter services", oninput: () => draw() });
+  const hidesLoggers = h("input", { type: "checkbox", checked: true, onchange: () => draw() });
   const error = h("div", { class: "error", role: "alert" });
-  const body = h("tbody", {});
-  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Service" });
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter), error, h("div", { class: "scroll" }, h("table", { role: "grid", "aria-label": "Services" }, h("thead", {}, h("tr", {}, h("th", {}, "Service"), h("th", {}, "Node"))), body))), side);
+  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Service", onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
+  const table = dataTable(COLUMNS, { label: "Services", keyOf: ([name]) => name, onChoose: (name) => choose(name === selected ? "" : name), most: MOST_ROWS, sortBy: "Service" });
+  table.element.classList.add("fixed");
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("label", {}, hidesLoggers, "Hide those of loggers"), h("span", { class: "spring" }), table.csvButton("services")), error,
+    h("div", { class: "scroll" }, table.element)), side);
   let services = [];
   let selected = "";
 
   function draw() {
     const wanted = filter.value.trim().toLowerCase();
-    replace(body, limited(services.filter(([name]) => name.toLowerCase().includes(wanted)), MOST_ROWS, ([name, node]) => h("tr", { tabindex: 0, "data-name": name, "aria-selected": String(name === selected), onclick: () => select(name), onkeydown: (event) => { if (event.key === "Enter") select(name); } }, h("td", {}, name), h("td", {}, node)), 2));
+    table.show(services.filter(([name]) => name.toLowerCase().includes(wanted) && !(hidesLoggers.checked && LOGGER_SERVICES.test(name))));
   }
 
-  async function select(name) {
+  function choose(name) {
+    context.remember(name);
+    go(name);
+  }
+
+  async function go(name) {
     selected = name;
-    history.replaceState(null, "", placeOf("services", name));
-    draw();
-    side.hidden = false;
-    replace(side, h("h2", {}, name));
+    table.mark(name);
+    side.hidden = !name;
+    if (!name) return;
+    replace(side, panelHead(name, () => choose("")));
     try {
-      const service = await live.act("service", { name });
-      if (selected !== name) return;
-      const request = h("textarea", { rows: 8, class: "mono", "aria-label": "Request in YAML", spellcheck: "false" });
-      request.value = yaml(service.request);
-      const answer = h("div", { class: "answer", "aria-live": "polite" });
-      side.append(h("dl", {}, h("dt", {}, "Type"), h("dd", {}, service.type), h("dt", {}, "Arguments"), h("dd", {}, service.arguments || "none")), h("h3", {}, "Request"), request,
-        h("p", {}, h("button", { disabled: !control, onclick: () => call(name, request.value, answer) }, "Call"), control ? "" : " Start with --control to call services."), answer);
+      const service = await context.act("service", { name });
+      if (selected === name) side.append(...form(name, service));
     } catch (problem) {
       side.append(h("p", { class: "error" }, problem.message));
     }
   }
 
-  async function call(name, request, answer) {
+  function form(name, service) {
+    const request = h("textarea", { rows: 8, class: "mono", "aria-label": "Request in YAML", spellcheck: "false" });
+    request.value = yaml(service.request);
+    const answer = h("div", { class: "answer", "aria-live": "polite" });
+    const call = h("button", { disabled: !context.control, onclick: () => send(name, request.value, answer) }, "Call");
+    return [
+      h("dl", {}, h("dt", {}, "Type"), h("dd", {}, service.type), h("dt", {}, "Arguments"), h("dd", {}, service.arguments || "none")),
+      h("h3", {}, "Request"), request, h("p", {}, call, context.control ? "" : " Start with --control to call services."), answer,
+    ];
+  }
+
+  async function send(name, request, answer) {
     replace(answer, "…");
     try {
-      const { response, seconds } = await live.act("call_service", { name, request });
-      replace(answer, h("h3", {}, `Response after ${(seconds * 1000).toFixed(1)} ms`), tree(response));
+      const { response, seconds } = await context.act("call_service", { name, request });
+      replace(answer, h("h3", {}, `Response after ${milliseconds(seconds)}`), copiesValues(h("div", {}, tree(response)), (text) => replace(error, text)));
     } catch (problem) {
       replace(answer, h("p", { class: "error" }, problem.message));
     }
   }
 
-  const close = live.watch("services", {}, (data) => {
-    const isFirst = !services.length;
+  context.watch("services", {}, (data) => {
     services = data.services;
     draw();
-    if (isFirst && argument && !selected) select(argument);
   }, (problem) => replace(error, problem));
-  return close;
+  if (argument) go(argument);
+  return { go };
 }
 
 // Default values as YAML: JSON is YAML, and one field per line is easier to edit.

@@ -1,57 +1,61 @@
 // All topics, and the newest message of the selected one.
 
-import { live } from "../live.js";
-import { h, hertz, limited, replace } from "../dom.js";
+import { h, hertz, replace } from "../dom.js";
+import { dataTable } from "../table.js";
 import { topicPanel } from "../topic_panel.js";
-import { placeOf } from "../place.js";
 
 const MOST_ROWS = 500;
+const UNMEASURED = "Publishers report the rates of their connections: without a subscriber there is none";
+const COLUMNS = [
+  { title: "Topic", kind: "name", text: (topic) => topic.name, order: (topic) => topic.name },
+  { title: "Type", kind: "name mono", text: (topic) => topic.type, order: (topic) => topic.type },
+  { title: "Publishers", kind: "name", text: (topic) => topic.publishers.join(", "), order: (topic) => topic.publishers.length },
+  { title: "Subscribers", kind: "name", text: (topic) => topic.subscribers.join(", "), order: (topic) => topic.subscribers.length },
+  { title: "Rate", kind: "number", text: rateText, order: (topic) => topic.rate },
+];
 
-export function open(view, argument) {
+function rateText(topic) {
+  return h("span", { title: typeof topic.rate === "number" ? null : UNMEASURED }, hertz(topic.rate));
+}
+
+export function open(view, argument, context) {
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter topics", oninput: () => draw() });
   const error = h("div", { class: "error", role: "alert" });
-  const body = h("tbody", {});
-  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Topic" });
-  view.append(
-    h("div", { class: "column" }, h("div", { class: "bar" }, filter), error, h("div", { class: "scroll" },
-      h("table", { role: "grid", "aria-label": "Topics" }, h("thead", {}, h("tr", {}, ["Topic", "Type", "Publishers", "Subscribers"].map((title) => h("th", {}, title)), h("th", { class: "number" }, "Rate"))), body))),
-    side);
+  const none = h("div", { class: "note", hidden: true }, "There are no topics.");
+  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Topic", onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
+  const table = dataTable(COLUMNS, { label: "Topics", keyOf: (topic) => topic.name, onChoose: (name) => choose(name === selected ? "" : name), most: MOST_ROWS, sortBy: "Topic" });
+  table.element.classList.add("fixed", "topics");
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("span", { class: "spring" }), table.csvButton("topics")), error, none, h("div", { class: "scroll" }, table.element)), side);
   let topics = [];
   let selected = "";
   let closePanel = () => {};
 
   function draw() {
     const wanted = filter.value.trim().toLowerCase();
-    const shown = topics.filter((topic) => !wanted || `${topic.name} ${topic.type}`.toLowerCase().includes(wanted));
-    const focused = document.activeElement?.dataset?.name;
-    replace(body, limited(shown, MOST_ROWS, (topic) => h("tr", {
-      tabindex: 0, "data-name": topic.name, "aria-selected": String(topic.name === selected),
-      onclick: () => select(topic.name), onkeydown: (event) => { if (event.key === "Enter") select(topic.name); },
-    }, h("td", {}, topic.name), h("td", { class: "mono" }, topic.type), h("td", { class: "long" }, topic.publishers.join(", ")),
-    h("td", { class: "long" }, topic.subscribers.join(", ")), h("td", { class: "number" }, hertz(topic.rate))), 5));
-    if (focused) body.querySelector(`[data-name="${CSS.escape(focused)}"]`)?.focus();
-    if (!topics.length) replace(body, h("tr", {}, h("td", { colspan: 5, class: "note" }, "There are no topics.")));
+    table.show(topics.filter((topic) => !wanted || `${topic.name} ${topic.type}`.toLowerCase().includes(wanted)));
   }
 
-  function select(name) {
-    selected = name === selected ? "" : name;
-    history.replaceState(null, "", placeOf("topics", selected));
+  function choose(name) {
+    context.remember(name);
+    go(name);
+  }
+
+  function go(name) {
+    selected = name;
+    table.mark(name);
     closePanel();
     closePanel = () => {};
     side.replaceChildren();
-    side.hidden = !selected;
-    if (selected) closePanel = topicPanel(side, selected);
-    draw();
+    side.hidden = !name;
+    if (name) closePanel = topicPanel(side, name, context, () => choose(""));
   }
 
-  const closeView = live.watch("topics", {}, (data) => {
+  context.watch("topics", {}, (data) => {
     topics = data.topics;
+    none.hidden = topics.length > 0;
     replace(error, data.error ? `The master does not answer: ${data.error}` : "");
     draw();
   }, (text) => replace(error, text));
-  if (argument) select(argument);
-  return () => {
-    closeView();
-    closePanel();
-  };
+  if (argument) go(argument);
+  return { go };
 }

@@ -1,0 +1,54 @@
+"""Drawings of the graph, laid out once for all browsers that show it with the same options."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+
+from pipros.graph.drawing.node_graph import GraphOptions, NodeGraph, node_graph
+from pipros.graph.drawing.scene import Scene
+from pipros.graph.observer import Observation
+
+MOST_OPTIONS = 32
+"""Maximum number of combinations of options whose drawings are kept."""
+
+Draw = Callable[[NodeGraph], Awaitable[Scene]]
+
+
+@dataclass(slots=True)
+class _Drawing:
+    observation: Observation | None = None
+    graph: NodeGraph = field(default_factory=NodeGraph)
+    scene: asyncio.Future[Scene] | None = None
+
+
+class GraphDrawings:
+    """For use in one event loop."""
+
+    def __init__(self, draw: Draw) -> None:
+        """`draw` lays out a graph; it is called once for each graph."""
+        self._draw = draw
+        self._drawings: dict[GraphOptions, _Drawing] = {}
+
+    def graph(self, observation: Observation, options: GraphOptions) -> NodeGraph:
+        """Return the graph of an observation: the same object until the graph changes."""
+        drawing = self._drawings.pop(options, None) or _Drawing()
+        self._drawings[options] = drawing  # the most recently used are last
+        while len(self._drawings) > MOST_OPTIONS:
+            del self._drawings[next(iter(self._drawings))]
+        if drawing.observation is not observation:
+            drawing.observation = observation
+            graph = node_graph(observation.state, observation.connections, observation.unreachable, options)
+            if graph != drawing.graph:
+                drawing.graph, drawing.scene = graph, None
+        return drawing.graph
+
+    async def scene(self, graph: NodeGraph, options: GraphOptions) -> Scene:
+        """Return the drawing of a graph that `graph` returned for these options."""
+        drawing = self._drawings.get(options)
+        if drawing is None or drawing.graph is not graph:
+            return await self._draw(graph)  # it has changed meanwhile
+        if drawing.scene is None or (drawing.scene.done() and drawing.scene.exception()):
+            drawing.scene = asyncio.ensure_future(self._draw(graph))
+        return await asyncio.shield(drawing.scene)

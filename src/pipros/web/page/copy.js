@@ -1,0 +1,51 @@
+// Copying to the clipboard, and buttons for it.
+
+import { h } from "./dom.js";
+
+const SHOWN_MS = 1200;
+
+// Copies a text. Without TLS, browsers offer the clipboard to pages of this computer only; elsewhere a selection is copied.
+export async function copyText(text) {
+  if (navigator.clipboard) {
+    await navigator.clipboard.writeText(text);
+    return;
+  }
+  const area = h("textarea", { class: "offscreen", "aria-hidden": "true" });
+  area.value = text;
+  document.body.append(area);
+  area.select();
+  const isCopied = document.execCommand("copy");
+  area.remove();
+  if (!isCopied) throw new Error("the browser does not allow copying");
+}
+
+// A button that copies what `textOf` returns or promises. `onError` gets the text of an error.
+export function copyButton(title, textOf, onError) {
+  const button = h("button", { title: `Copy as ${title}`, onclick: async () => {
+    try {
+      await copyText(await textOf());
+      button.textContent = "copied";
+      setTimeout(() => { button.textContent = title; }, SHOWN_MS);
+    } catch (problem) {
+      onError(problem.message);
+    }
+  } }, title);
+  return button;
+}
+
+// Lets the names of fields in a tree copy their values: see `entry` in message_values.js.
+export function copiesValues(element, onError) {
+  element.addEventListener("click", async (event) => {
+    const name = event.target.closest("button.key");
+    if (!name) return;
+    try {
+      const value = name.nextElementSibling;
+      await copyText(value.dataset.text ?? value.innerText.trim());
+      name.classList.add("copied");
+      setTimeout(() => name.classList.remove("copied"), SHOWN_MS);
+    } catch (problem) {
+      onError(problem.message);
+    }
+  });
+  return element;
+}

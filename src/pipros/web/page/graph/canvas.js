@@ -1,0 +1,209 @@
+// A drawing of a graph: pan by mouse, finger or arrow keys, zoom by wheel, two fingers or + and -, 0 fits everything.
+// Shared by the Graph and TF tabs.
+
+import { h, s } from "../dom.js";
+
+const FAR_SCALE = 3; // units per pixel beyond which labels are unreadable, and most of the work of drawing
+const LARGEST_SCALE = 1.6; // pixels per unit after `fit`
+const ZOOM_STEP = 1.25;
+const PAN_STEP = 0.1;
+const HEAD = "M0,0.5 L8,4 L0,7.5 Z";
+
+// The text that stands for a vertex in addresses and attributes: node:/talker.
+export const keyText = ({ kind, name }) => `${kind}:${name}`;
+
+// Returns a canvas whose `onSelect` is called with the key of a vertex that the user chose.
+export function graphCanvas(label, onSelect) {
+  const layer = s("g", {});
+  const marker = s("marker", { id: "head", viewBox: "0 0 8 8", refX: 7.5, refY: 4, markerWidth: 8, markerHeight: 8, orient: "auto" },
+    s("path", { class: "head", d: HEAD }));
+  const element = s("svg", { class: "canvas", tabindex: 0, role: "application", "aria-label": label }, s("defs", {}, marker), layer);
+  let scene = null;
+  let box = { x: 0, y: 0, w: 100, h: 100 };
+  let isMoved = false; // by the user, so that changes of the graph and of the window's size keep the view
+  let vertices = new Map(); // key text to {vertex, group}
+  let links = []; // {arrow, text, parts}
+
+  function draw(next) {
+    scene = next;
+    const old = vertices;
+    vertices = new Map();
+    const bands = scene.bands.map(bandElement);
+    links = scene.arrows.map(linkElements);
+    for (const vertex of scene.boxes) {
+      const key = keyText(vertex);
+      const group = vertexElement(vertex, key);
+      const before = old.get(key)?.vertex ?? vertex;
+      group.style.transform = `translate(${before.x}px, ${before.y}px)`;
+      vertices.set(key, { vertex, group });
+    }
+    const groups = [...vertices.values()].map(({ group }) => group);
+    layer.replaceChildren(...bands, ...links.map(({ parts }) => parts[0]), ...links.map(({ parts }) => parts[1]), ...groups);
+    requestAnimationFrame(() => {
+      for (const { vertex, group } of vertices.values()) group.style.transform = `translate(${vertex.x}px, ${vertex.y}px)`;
+    });
+    if (!isMoved) fit();
+  }
+
+  function vertexElement(vertex, key) {
+    const shapeClass = vertex.reachable ? vertex.kind : `${vertex.kind} unreachable`;
+    const shape = vertex.kind === "node"
+      ? s("ellipse", { class: shapeClass, rx: vertex.w / 2, ry: vertex.h / 2 })
+      : s("rect", { class: shapeClass, x: -vertex.w / 2, y: -vertex.h / 2, width: vertex.w, height: vertex.h, rx: vertex.kind === "frame" ? 12 : 3 });
+    const choose = () => onSelect(key);
+    return s("g", {
+      class: "vertex", tabindex: 0, role: "button", "data-key": key,
+      "aria-label": `${vertex.kind} ${vertex.name}${vertex.reachable ? "" : ", does not answer"}`,
+      onclick: choose,
+      onkeydown: (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); choose(); } },
+    }, shape, s("text", { "text-anchor": "middle", "dominant-baseline": "central" }, vertex.text), s("title", {}, vertex.name));
+  }
+
+  // Calls `textOf` with each arrow and its index, and shows the text that it returns.
+  function labelArrows(textOf) {
+    links.forEach(({ arrow, text }, index) => {
+      const shown = textOf(arrow, index);
+      if (text.textContent !== shown) text.textContent = shown;
+    });
+  }
+
+  // Emphasises a vertex and its neighbours; null for none. Returns whether it is in the drawing.
+  function emphasise(selected) {
+    const near = new Set([selected]);
+    for (const { arrow, parts } of links) {
+      const [start, end] = [keyText(arrow.start), keyText(arrow.end)];
+      const isNear = start === selected || end === selected;
+      for (const part of parts) part.classList.toggle("near", isNear);
+      if (isNear) near.add(start).add(end);
+    }
+    for (const [key, { group }] of vertices) {
+      group.classList.toggle("near", near.has(key));
+      group.classList.toggle("selected", key === selected);
+    }
+    element.classList.toggle("chosen", vertices.has(selected));
+    return vertices.has(selected);
+  }
+
+  // Marks the vertices whose names contain a text, and returns their keys.
+  function find(text) {
+    const wanted = text.trim().toLowerCase();
+    const found = [];
+    for (const [key, { vertex, group }] of vertices) {
+      const isFound = wanted !== "" && vertex.name.toLowerCase().includes(wanted);
+      group.classList.toggle("found", isFound);
+      if (isFound) found.push(key);
+    }
+    return found;
+  }
+
+  // Pan and zoom ------------------------------------------------------------------------------------------------------
+
+  const unitsPerPixel = () => box.w / (element.clientWidth || 1);
+
+  function setBox(next) {
+    box = next;
+    element.setAttribute("viewBox", `${box.x} ${box.y} ${box.w} ${box.h}`);
+    element.classList.toggle("far", unitsPerPixel() > FAR_SCALE);
+  }
+
+  function fit() {
+    isMoved = false;
+    const { width, height } = element.getBoundingClientRect();
+    if (!scene || !width || !height) return;
+    const scale = Math.min(LARGEST_SCALE, width / scene.width, height / scene.height);
+    setBox({ x: scene.width / 2 - width / scale / 2, y: scene.height / 2 - height / scale / 2, w: width / scale, h: height / scale });
+  }
+
+  // Keeps the centre and the scale when the element has another size.
+  function resize() {
+    const { width, height } = element.getBoundingClientRect();
+    if (!isMoved || !width || !height) { fit(); return; }
+    const scale = box.w / shownWidth;
+    const next = { w: width * scale, h: height * scale };
+    setBox({ ...next, x: box.x + (box.w - next.w) / 2, y: box.y + (box.h - next.h) / 2 });
+  }
+
+  function move(next) {
+    isMoved = true;
+    setBox(next);
+  }
+
+  function zoom(factor, at = { x: box.x + box.w / 2, y: box.y + box.h / 2 }) {
+    move({ x: at.x - (at.x - box.x) * factor, y: at.y - (at.y - box.y) * factor, w: box.w * factor, h: box.h * factor });
+  }
+
+  function centre(key) {
+    const found = vertices.get(key);
+    if (found) move({ ...box, x: found.vertex.x - box.w / 2, y: found.vertex.y - box.h / 2 });
+  }
+
+  function positionOf({ clientX, clientY }) {
+    const bounds = element.getBoundingClientRect();
+    return { x: box.x + (clientX - bounds.left) * unitsPerPixel(), y: box.y + (clientY - bounds.top) * unitsPerPixel() };
+  }
+
+  element.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    zoom(1.0015 ** event.deltaY, positionOf(event));
+  }, { passive: false });
+
+  // One pointer drags; two also zoom, about the point between them.
+  const pointers = new Map(); // id to the last event
+  const middle = (all) => {
+    const [first, second = first] = all;
+    return { clientX: (first.clientX + second.clientX) / 2, clientY: (first.clientY + second.clientY) / 2 };
+  };
+  const spread = (all) => Math.hypot(all[0].clientX - all[1].clientX, all[0].clientY - all[1].clientY);
+  element.addEventListener("pointerdown", (event) => {
+    if (event.pointerType === "mouse" && event.target.closest(".vertex")) return;
+    pointers.set(event.pointerId, event);
+    if (!event.target.closest(".vertex") || pointers.size === 2) element.setPointerCapture(event.pointerId);
+  });
+  element.addEventListener("pointermove", (event) => {
+    if (!pointers.has(event.pointerId) || pointers.size > 2) return;
+    const before = [...pointers.values()];
+    pointers.set(event.pointerId, event);
+    const after = [...pointers.values()];
+    const [from, to] = [positionOf(middle(before)), positionOf(middle(after))];
+    move({ ...box, x: box.x + from.x - to.x, y: box.y + from.y - to.y });
+    if (after.length === 2 && spread(after) > 0) zoom(spread(before) / spread(after), positionOf(middle(after)));
+  });
+  for (const end of ["pointerup", "pointercancel"]) element.addEventListener(end, (event) => pointers.delete(event.pointerId));
+
+  // Returns whether the key meant the drawing.
+  function onKey(event) {
+    const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
+    if (steps && element.contains(event.target)) {
+      move({ ...box, x: box.x + steps[0] * box.w * PAN_STEP, y: box.y + steps[1] * box.h * PAN_STEP });
+    } else if (event.key === "+" || event.key === "=") zoom(1 / ZOOM_STEP);
+    else if (event.key === "-") zoom(ZOOM_STEP);
+    else if (event.key === "0") fit();
+    else return false;
+    return true;
+  }
+
+  let shownWidth = 1;
+  new ResizeObserver(() => {
+    resize();
+    shownWidth = element.clientWidth || shownWidth;
+  }).observe(element);
+
+  const zoomButtons = () => h("span", { class: "buttons", role: "group", "aria-label": "Zoom" },
+    h("button", { "aria-label": "Zoom out", title: "Zoom out (-)", onclick: () => zoom(ZOOM_STEP) }, "−"),
+    h("button", { "aria-label": "Zoom in", title: "Zoom in (+)", onclick: () => zoom(1 / ZOOM_STEP) }, "+"),
+    h("button", { title: "Fit everything (0)", onclick: fit }, "Fit"));
+  return { element, draw, emphasise, find, fit, centre, onKey, zoomButtons, label: labelArrows };
+}
+
+function bandElement(band) {
+  const [left, top] = [band.x - band.w / 2, band.y - band.h / 2];
+  return s("g", {},
+    s("rect", { class: "band", x: left, y: top, width: band.w, height: band.h, rx: 8 }),
+    s("text", { class: "name", x: left + 8, y: top + 14 }, band.name));
+}
+
+function linkElements(arrow) {
+  const text = s("text", { class: "name", x: arrow.middle[0], y: arrow.middle[1] - 5, "text-anchor": "middle" }, arrow.text);
+  const line = s("g", { class: "link" }, s("path", { class: "arrow", d: arrow.path, "marker-end": "url(#head)" }));
+  return { arrow, text, parts: [line, s("g", { class: "link" }, text)] };
+}

@@ -1,0 +1,49 @@
+// What the graph shows: the toolbar, and the choices that are kept in the browser.
+
+import { h } from "../dom.js";
+
+const MODES = [["active", "Nodes/Topics (active)"], ["all", "Nodes/Topics (all)"], ["nodes", "Nodes only"]];
+const HIDDEN = [
+  ["hide_dead_sinks", "Dead sinks"],
+  ["hide_leaf_topics", "Leaf topics"],
+  ["hide_debug", "Debug"],
+  ["hide_tf", "tf"],
+  ["hide_unreachable", "Unreachable"],
+  ["hide_parameters", "Params"],
+];
+const KEEP = "pipros.graph.options";
+const INITIAL = {
+  mode: "active", nodes: "/", topics: "/", hide_dead_sinks: true, hide_leaf_topics: true, hide_debug: true,
+  hide_tf: false, hide_unreachable: false, hide_parameters: false,
+};
+const PATTERN = "Names separated by commas; * stands for anything, - in front excludes";
+
+export function keptOptions() {
+  try {
+    const kept = JSON.parse(localStorage.getItem(KEEP) ?? "{}");
+    const known = ([name, value]) => [name, typeof kept[name] === typeof value ? kept[name] : value];
+    return Object.fromEntries(Object.entries(INITIAL).map(known));
+  } catch {
+    return { ...INITIAL };
+  }
+}
+
+// Returns controls that change `options`, keep them, and call `onChange`.
+export function optionControls(options, onChange) {
+  const change = (name, value) => {
+    options[name] = value;
+    localStorage.setItem(KEEP, JSON.stringify(options));
+    onChange();
+  };
+  const pattern = (name, label) => h("label", {}, label, h("input", {
+    value: options[name], size: 10, spellcheck: "false", title: PATTERN, onchange: (event) => change(name, event.target.value),
+  }));
+  const modes = MODES.map(([value, title]) => h("option", { value, selected: value === options.mode }, title));
+  const hidden = HIDDEN.map(([name, title]) => h("label", {},
+    h("input", { type: "checkbox", checked: options[name], onchange: (event) => change(name, event.target.checked) }), title));
+  return [
+    h("select", { "aria-label": "What is shown", onchange: (event) => change("mode", event.target.value) }, modes),
+    pattern("nodes", "Nodes"), pattern("topics", "Topics"),
+    h("span", { class: "choices", role: "group", "aria-label": "Hide" }, "Hide:", hidden),
+  ];
+}

@@ -1,0 +1,127 @@
+// A table whose rows are updated in place, so that a selected text, the focus and the position survive updates.
+
+import { download, h, morph, replace } from "./dom.js";
+
+// Columns: {title, text, kind, order}. `text(row)` returns a string or an element; `kind` is the class of its cells (name,
+// number, long, mono); `order(row)` returns what the column is sorted by, and is missing if it cannot be sorted by.
+// `options`: `label`; `keyOf(row)`; `onChoose(key)` if rows can be chosen; `most` rows are shown; `sortBy`: a title.
+export function dataTable(columns, { label, keyOf, onChoose = null, most = Infinity, sortBy = "" }) {
+  let sorted = { title: sortBy, isDown: false };
+  let rows = [];
+  let chosen = null;
+  const shown = new Map(); // key to {row, element, cells}
+  const heads = new Map(columns.map((column) => [column.title, head(column)]));
+  const body = h("tbody", {});
+  const more = h("tr", { class: "more" }, h("td", { colspan: columns.length, class: "note" }));
+  const element = h("table", { role: onChoose ? "grid" : null, "aria-label": label },
+    h("thead", {}, h("tr", {}, [...heads.values()])), body);
+
+  function head({ title, kind = "", order }) {
+    const content = order ? h("button", { class: "plain", onclick: () => sort(title) }, title) : title;
+    return h("th", { class: kind }, content);
+  }
+
+  function sort(title) {
+    sorted = { title, isDown: sorted.title === title && !sorted.isDown };
+    show(rows);
+  }
+
+  function show(next) {
+    rows = next;
+    const wanted = inOrder(rows).slice(0, most);
+    const keys = new Set(wanted.map(keyOf));
+    for (const [key, { element: old }] of shown) {
+      if (keys.has(key)) continue;
+      old.remove();
+      shown.delete(key);
+    }
+    wanted.forEach((row, index) => place(update(row), index));
+    replace(more.firstChild, `${rows.length - wanted.length} more: filter to see them.`);
+    if (rows.length > wanted.length) body.append(more);
+    else more.remove();
+    for (const [title, cell] of heads) {
+      cell.setAttribute("aria-sort", title !== sorted.title ? "none" : sorted.isDown ? "descending" : "ascending");
+    }
+  }
+
+  function inOrder(list) {
+    const order = columns.find(({ title }) => title === sorted.title)?.order;
+    if (!order) return list;
+    const sign = sorted.isDown ? -1 : 1;
+    return [...list].sort((one, other) => sign * compared(order(one), order(other)));
+  }
+
+  function update(row) {
+    const key = keyOf(row);
+    const known = shown.get(key) ?? create(key);
+    columns.forEach(({ text }, index) => fill(known.cells[index], text(row)));
+    return known.element;
+  }
+
+  function create(key) {
+    const cells = columns.map(({ kind = "" }) => h("td", { class: kind }));
+    const choosing = onChoose ? { tabindex: 0, "aria-selected": String(key === chosen), onclick: () => choose(key) } : {};
+    const made = { element: h("tr", { "data-name": key, ...choosing }, cells), cells };
+    shown.set(key, made);
+    return made;
+  }
+
+  function place(row, index) {
+    if (body.children[index] !== row) body.insertBefore(row, body.children[index] ?? null);
+  }
+
+  function choose(key) {
+    if (!getSelection()?.isCollapsed) return; // the user selects text
+    onChoose(key);
+  }
+
+  function mark(key) {
+    chosen = key;
+    for (const [other, { element: row }] of shown) row.setAttribute("aria-selected", String(other === key));
+  }
+
+  if (onChoose) body.addEventListener("keydown", (event) => {
+    const row = event.target.closest("tr");
+    const next = { ArrowDown: row.nextElementSibling, ArrowUp: row.previousElementSibling }[event.key];
+    if (next?.dataset.name) next.focus();
+    else if (event.key === "Enter" || event.key === " ") onChoose(row.dataset.name);
+    else return;
+    event.preventDefault();
+  });
+  // All rows in the order of the table, for spreadsheets.
+  function csv() {
+    const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+    const plain = (content) => (content instanceof Node ? content.textContent : String(content ?? ""));
+    const lines = [columns.map(({ title }) => title), ...inOrder(rows).map((row) => columns.map(({ text }) => plain(text(row))))];
+    return lines.map((line) => `${line.map(quoted).join(",")}\n`).join("");
+  }
+
+  // Ctrl-C on a row without a selected text copies the row, with tabs between its cells.
+  element.addEventListener("copy", (event) => {
+    const row = event.target instanceof Element ? event.target.closest("tr") : null;
+    if (!row || !getSelection()?.isCollapsed) return;
+    event.clipboardData.setData("text/plain", [...row.children].map((cell) => cell.textContent).join("\t"));
+    event.preventDefault();
+  });
+  const csvButton = (name) => h("button", { title: "Save the table as CSV", onclick: () => download(`${name}.csv`, csv(), "text/csv") }, "CSV");
+  return { element, show, mark, csvButton };
+}
+
+function fill(cell, content) {
+  if (content instanceof Node) {
+    if (cell.firstChild) morph(cell.firstChild, content);
+    else cell.append(content);
+    return;
+  }
+  const text = String(content ?? "");
+  if (cell.textContent === text && !cell.firstElementChild) return;
+  cell.textContent = text;
+  if (cell.classList.contains("name")) cell.title = text;
+}
+
+function compared(one, other) {
+  if (typeof one === "number" && typeof other === "number") return one - other;
+  if (one === null || one === undefined) return other === null || other === undefined ? 0 : -1;
+  if (other === null || other === undefined) return 1;
+  return String(one).localeCompare(String(other));
+}

@@ -1,0 +1,62 @@
+"""The header with the state of the master, and the filters of the console."""
+
+from __future__ import annotations
+
+import sys
+
+from playwright.sync_api import expect
+
+from tests.browser.conftest import OpenTab
+from tests.support.page import Page
+from tests.support.ros import RosSystem
+
+LOG = """
+import rospy
+rospy.init_node("logger")
+rate = rospy.Rate(5)
+while not rospy.is_shutdown():
+    rospy.loginfo("wheel 1 slips")
+    rospy.loginfo("arm moves")
+    rospy.loginfo("wheel 2 turns")
+    rate.sleep()
+"""
+
+
+def test_a_master_that_does_not_answer_is_shown_in_every_tab(ros: RosSystem, open_tab: OpenTab) -> None:
+    master = ros.pipros.start_bare_master()
+    tab = open_tab(Page(ros), "services")
+    expect(tab.locator("#system")).to_contain_text("127.0.0.1")
+    master.kill()
+    expect(tab.locator("#system [role=alert]")).to_contain_text("does not answer")
+
+
+def test_the_console_is_filtered_by_words_exclusions_and_expressions(
+    ros: RosSystem, open_tab: OpenTab
+) -> None:
+    ros.pipros.start_master()
+    ros.pipros.start(sys.executable, "-c", LOG)
+    tab = open_tab(Page(ros), "console")
+    texts = tab.locator(".entry .text")
+    expect(texts.filter(has_text="arm moves").first).to_be_visible()
+    for typed, is_shown in (
+        ("wheel -turns", {"wheel 1 slips"}),
+        (r"/wheel \d t/", {"wheel 2 turns"}),
+        (r"-/wheel \d/", {"arm moves"}),
+        ("/[/", set()),
+    ):
+        tab.get_by_label("Filter by text").fill(typed)
+        for text in ("wheel 1 slips", "arm moves", "wheel 2 turns"):
+            count = texts.filter(has_text=text)
+            if text in is_shown:
+                expect(count.first).to_be_visible()
+            else:
+                expect(count).to_have_count(0)
+
+
+def test_all_tabs_can_be_reached_on_a_narrow_window(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    tab = open_tab(Page(ros), "graph", size=(820, 600))
+    last = tab.get_by_role("tab", name="Publish")
+    box = last.bounding_box()
+    assert box is not None
+    assert box["x"] + box["width"] <= 820

@@ -1,0 +1,108 @@
+"""Switching tabs, selecting, zooming and going back lose nothing."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from playwright.sync_api import Page as Tab
+from playwright.sync_api import expect
+
+from tests.browser.conftest import OpenTab
+from tests.support.page import Page
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+
+@pytest.fixture
+def system(ros: RosSystem) -> RosSystem:
+    ros.pipros.start_bare_master()
+    ros.pipros.start("rostopic", "pub", "-r", "20", "/level", "std_msgs/Float64", "2.5", "__name:=talker")
+    ros.pipros.start("rostopic", "echo", "/level", "__name:=listener").wait_for("2.5")
+    return ros
+
+
+def go_to(tab: Tab, title: str) -> None:
+    tab.get_by_role("tab", name=title).click()
+
+
+def test_curves_survive_a_visit_to_another_tab(system: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(system), "plot//level/data")
+    legend = tab.locator(".tab-plot .legend")
+    expect(legend).to_contain_text("/level/data: 2.5")
+    go_to(tab, "Console")
+    expect(tab.locator(".tab-plot")).to_be_hidden()
+    go_to(tab, "Plot")
+    assert tab.url.endswith("#plot//level/data")
+    expect(legend).to_contain_text("/level/data: 2.5")
+
+
+def test_a_filter_survives_a_visit_to_another_tab(system: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(system), "topics")
+    tab.get_by_label("Filter topics").fill("lev")
+    expect(tab.locator(".tab-topics tbody tr")).to_have_count(1)
+    go_to(tab, "Nodes")
+    go_to(tab, "Topics")
+    expect(tab.get_by_label("Filter topics")).to_have_value("lev")
+    expect(tab.locator(".tab-topics tbody tr")).to_have_count(1)
+
+
+def test_publishing_continues_in_another_tab(system: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(system, "--control"), "publish")
+    tab.get_by_label("Topic", exact=True).fill("/by_hand")
+    tab.get_by_label("Type", exact=True).fill("std_msgs/String")
+    tab.get_by_label("Type", exact=True).press("Tab")
+    expect(tab.get_by_label("Message in YAML")).to_have_value(re.compile("data"))
+    tab.get_by_label("Rate in hertz").fill("20")
+    tab.get_by_role("button", name="Publish").click()
+    go_to(tab, "Topics")
+    echo = system.pipros.start("rostopic", "echo", "-n", "3", "/by_hand")
+    assert echo.wait() == 0
+
+
+def test_selecting_a_node_keeps_the_zoom(system: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(system), "graph")
+    canvas = tab.locator("svg.canvas")
+    node = tab.locator('[data-key="node:/talker"]')
+    expect(node).to_be_visible()
+    tab.get_by_role("button", name="Zoom in").click(click_count=3)
+    scale = "element => element.viewBox.baseVal.width / element.clientWidth"
+    before = canvas.evaluate(scale)
+    node.press("Enter")
+    expect(tab.locator("aside h2")).to_have_text("/talker")
+    wait_until(lambda: canvas.evaluate(scale) == pytest.approx(before, rel=0.01), 10, "the same scale")
+
+
+def test_a_selected_text_survives_updates(system: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(system), "topics")
+    cell = tab.locator("tr[data-name='/level'] td").first
+    expect(cell).to_have_text("/level")
+    cell.evaluate("element => getSelection().selectAllChildren(element)")
+    rate = tab.locator("tr[data-name='/level'] td").last
+    first = rate.inner_text()
+    wait_until(lambda: rate.inner_text() != first, 30, "an update of the table")
+    assert tab.evaluate("getSelection().toString()") == "/level"
+
+
+def test_back_returns_to_the_earlier_selection(system: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(system), "graph")
+    tab.locator('[data-key="node:/talker"]').press("Enter")
+    tab.locator('[data-key="node:/listener"]').press("Enter")
+    expect(tab.locator("aside h2")).to_have_text("/listener")
+    tab.go_back()
+    expect(tab.locator("aside h2")).to_have_text("/talker")
+    assert tab.url.endswith("#graph/node:/talker")
+
+
+def test_a_malformed_address_opens_the_tab(system: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(system), "topics/%zz")
+    expect(tab.locator("tr[data-name='/level']")).to_be_visible()
+
+
+def test_a_search_tells_of_hidden_topics(system: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(system), "graph")
+    expect(tab.locator('[data-key="topic:/level"]')).to_be_visible()
+    system.pipros.start("rostopic", "pub", "/unheard", "std_msgs/String", "x", "__name:=lonely")
+    expect(tab.locator('[data-key="node:/lonely"]')).to_be_visible()
+    tab.get_by_label("Search nodes and topics").fill("unheard")
+    expect(tab.locator(".bar [role=status]")).to_have_text("0 found, 1 hidden")

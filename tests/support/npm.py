@@ -1,0 +1,24 @@
+"""Development tools and clients from npm: which, where they are, and how to get them. They need Node.js.
+
+`python -m tests.support.npm` prints the command that installs them, or nothing if all are there.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+MODULES = Path(sys.prefix) / "node_modules"
+PACKAGES = ("pyright", "eslint@10", "@eslint/js@10", "globals@16", "typescript@5")
+"""All in one command, because npm removes packages that it does not know of."""
+INSTALL = f"npm install --no-save --no-package-lock --prefix .venv {' '.join(PACKAGES)}"
+
+
+def missing() -> list[str]:
+    """Return the names of the packages that are not in the virtual environment."""
+    names = [package if "@" not in package[1:] else package[: package.rindex("@")] for package in PACKAGES]
+    return [name for name in names if not (MODULES / name).is_dir()]
+
+
+if __name__ == "__main__":
+    print(INSTALL if missing() else "")

@@ -1,0 +1,59 @@
+"""Checks of the page's JavaScript by eslint and the TypeScript compiler."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from tests.support.environments import REPOSITORY
+from tests.support.npm import INSTALL, MODULES
+
+SETTINGS = Path("tests", "page")
+PAGE = Path("src", "pipros", "web", "page")
+VENDORED = f"{PAGE / 'vendor'}{os.sep}"
+
+
+def missing() -> list[Path]:
+    """Return the programs that are not installed."""
+    programs = [MODULES / ".bin" / name for name in ("eslint", "tsc")]
+    return [program for program in programs if not program.exists()]
+
+
+def findings() -> list[str]:
+    """Return the lines that the two programs print, without those on vendored files."""
+    lint = ["eslint", "--format", "stylish", "--config", str(SETTINGS / "eslint.config.cjs"), str(PAGE)]
+    types = ["tsc", "--pretty", "false", "--project", str(SETTINGS)]
+    found = []
+    for program, *words in (lint, types):
+        done = subprocess.run(
+            [MODULES / ".bin" / program, *words],
+            cwd=REPOSITORY,
+            env={**os.environ, "NODE_PATH": str(MODULES)},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if done.stderr.strip() and done.returncode:
+            found += done.stderr.splitlines()
+        found += [
+            line
+            for line in done.stdout.splitlines()
+            if (line.strip() and not line.startswith((VENDORED, "  ")))
+            or (program == "eslint" and line.startswith("  "))
+        ]
+    return found
+
+
+def main() -> int:
+    if missing():
+        print(f"script/check page needs eslint and TypeScript: {INSTALL}", file=sys.stderr)
+        return 1
+    lines = findings()
+    print("\n".join(lines))
+    return 1 if lines else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,65 @@
+"""Browsers with the same options share one drawing."""
+
+from __future__ import annotations
+
+import asyncio
+
+from pipros.graph.drawing.node_graph import GraphOptions, NodeGraph
+from pipros.graph.drawing.scene import Scene
+from pipros.graph.observer import NodeState, Observation
+from pipros.graph.system_state import SystemState, TopicConnection
+from pipros.web.graph_drawings import GraphDrawings
+
+
+def observation(*topics: str) -> Observation:
+    state = SystemState({name: ["/a"] for name in topics}, {name: ["/b"] for name in topics}, {})
+    connections = {TopicConnection("/a", name, "/b"): None for name in topics}
+    return Observation(state, {}, {"/a": NodeState(), "/b": NodeState()}, connections)
+
+
+def test_a_graph_is_laid_out_once_for_all_browsers() -> None:
+    drawn: list[NodeGraph] = []
+
+    async def draw(graph: NodeGraph) -> Scene:
+        drawn.append(graph)
+        await asyncio.sleep(0)
+        return Scene(width=float(len(graph.vertices)))
+
+    async def look() -> None:
+        drawings = GraphDrawings(draw)
+        options = GraphOptions()
+        first = drawings.graph(observation("/level"), options)
+        scenes = await asyncio.gather(*(drawings.scene(first, options) for _ in range(3)))
+        assert [scene.width for scene in scenes] == [3.0] * 3
+        assert drawings.graph(observation("/level"), options) is first
+        assert drawn == [first]
+        second = drawings.graph(observation("/level", "/scan"), options)
+        assert (await drawings.scene(second, options)).width == 4.0
+        assert drawn == [first, second]
+        assert (
+            drawings.graph(observation("/level"), GraphOptions("nodes")).vertices.keys()
+            < first.vertices.keys()
+        )
+
+    asyncio.run(look())
+
+
+def test_a_failed_drawing_is_tried_again() -> None:
+    answers: list[Exception | Scene] = [RuntimeError("no thread"), Scene(width=1.0)]
+
+    async def draw(graph: NodeGraph) -> Scene:
+        answer = answers.pop(0)
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+    async def look() -> None:
+        drawings = GraphDrawings(draw)
+        graph = drawings.graph(observation("/level"), GraphOptions())
+        try:
+            await drawings.scene(graph, GraphOptions())
+        except RuntimeError as error:
+            assert str(error) == "no thread"
+        assert (await drawings.scene(graph, GraphOptions())).width == 1.0
+
+    asyncio.run(look())
