@@ -37,7 +37,8 @@ COLUMNS = """([red, green, blue]) => {
   const columns = new Set();
   for (let i = 0; i < width * height; i += 1) {
     const at = i * 4;
-    if (near(data[at], red) && near(data[at + 1], green) && near(data[at + 2], blue) && data[at + 3] > 200) columns.add(i % width);
+    const [r, g, b, a] = data.subarray(at, at + 4);
+    if (near(r, red) && near(g, green) && near(b, blue) && a > 200) columns.add(i % width);
   }
   return columns.size / width;
 }"""
@@ -65,7 +66,7 @@ def test_nan_interrupts_a_curve_beside_a_faster_one(ros: RosSystem, open_tab: Op
     ros.wait_for_publisher("/gaps")
     tab = open_tab(Page(ros), "plot//fast,/gaps")
     tab.get_by_label("Time span").select_option("10 s")
-    expect(tab.locator(".legend")).to_contain_text(re.compile(r"/fast: 1.*/gaps: (5|–)"))
+    expect(tab.locator(".legend")).to_contain_text(re.compile(r"/fast: 1.*/gaps: (5|\u2013)"))
     wait_until(lambda: tab.evaluate(COLUMNS, FIRST) > 0.3, 30, "three seconds of the faster curve")
     assert tab.evaluate(COLUMNS, SECOND) < 0.1
 

@@ -11,34 +11,8 @@ from tests.support.environments import FACADES, source_files
 
 MOST_BRANCHES = 6
 
-PROGRAM = "the main function of a program: one branch per argument"
-MOVING = "its logic is to move into pipros"
 EXCEPTIONS: Mapping[str, str] = {
-    "actionlib.action_client.CommStateMachine.update_status": MOVING,
-    "actionlib.action_server.ActionServer._accept_new": MOVING,
-    "actionlib.action_server.ActionServer._cancelled": MOVING,
-    "actionlib.simple_action_client.SimpleActionClient._handle_transition": MOVING,
-    "actionlib_tools.axclient._run_prompt": MOVING,
-    "actionlib_tools.axclient.main": PROGRAM,
-    "actionlib_tools.axserver.main": PROGRAM,
-    "bondpy.bondpy.Bond._handle": MOVING,
-    "cv_bridge.core.CvBridge.cv2_to_imgmsg": "the errors of cv_bridge for arrays of a wrong type",
-    "dynamic_reconfigure.dynparam.main": PROGRAM,
-    "dynamic_reconfigure.encoding.encode_config": "one branch per type of a parameter",
-    "laser_geometry.laser_geometry.LaserProjection._channels": "one branch per channel",
-    "map_server.map_saver.read_arguments": PROGRAM,
-    "rosbag.bag.Bag.write": MOVING,
-    "rosbag.index_access.IndexAccess._read_message": MOVING,
     "rospy.service.convert_return_to_response": "one branch per kind of value that a handler may return",
-    "rospy.service.wait_for_service": MOVING,
-    "rospy.session.Session._start": MOVING,
-    "rospy.session.Session.start": MOVING,
-    "tf.nodes.tf_monitor.main": PROGRAM,
-    "tf2_ros.buffer.Buffer._wait": MOVING,
-    "tf2_ros.nodes.echo.main": PROGRAM,
-    "topic_tools.nodes.relay.Relay._on_message": MOVING,
-    "topic_tools.nodes.throttle.Throttle._on_message": MOVING,
-    "topic_tools.nodes.throttle.main": PROGRAM,
 }
 """Functions with more branches, each with the reason."""
 

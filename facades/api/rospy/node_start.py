@@ -43,15 +43,8 @@ def start_node(
         raise ValueError("name must not be empty")
     if "/" in name:
         raise ValueError("namespaces are not allowed in node names")
-    with session.lock:
-        if session.init_arguments is not None:
-            if session.init_arguments == arguments:
-                return
-            raise ROSException(
-                "rospy.init_node() has already been called with different arguments: "
-                f"{session.init_arguments}"
-            )
-        session.init_arguments = arguments
+    if not _claim(session, arguments):
+        return
     try:
         _end_previous(session)
         _start(session, arguments, disable_rosout, rpc_port, tcpros_port)
@@ -59,6 +52,23 @@ def start_node(
         if session.node is None:
             session.init_arguments = None
         raise
+
+
+def _claim(session: Session, arguments: tuple[Any, ...]) -> bool:
+    """Return True if the caller is the first to start the node.
+
+    Raises:
+        ROSException: the node has been started with other arguments.
+    """
+    with session.lock:
+        if session.init_arguments is None:
+            session.init_arguments = arguments
+            return True
+        if session.init_arguments == arguments:
+            return False
+        raise ROSException(
+            f"rospy.init_node() has already been called with different arguments: {session.init_arguments}"
+        )
 
 
 def _end_previous(session: Session) -> None:
@@ -114,6 +124,12 @@ def _start(
     except Interrupted:
         raise InitInterrupted("init_node interrupted before it could complete") from None
     set_private_params(node)
+    _open_logs_and_time(session, node, disable_rosout, disable_rostime)
+    session.logger.debug("init_node, name[%s], pid[%s]", node.name, os.getpid())
+    session.run_deferred(node)
+
+
+def _open_logs_and_time(session: Session, node: Node, disable_rosout: bool, disable_rostime: bool) -> None:
     if not disable_rosout:
         session.logs.open_rosout(node)
     if not disable_rostime:
@@ -123,8 +139,6 @@ def _start(
     session.has_time = True
     session.logs.create_internal_loggers()
     serve_loggers(node)
-    session.logger.debug("init_node, name[%s], pid[%s]", node.name, os.getpid())
-    session.run_deferred(node)
 
 
 def _warn_no_master(node: Node) -> None:

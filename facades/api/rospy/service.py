@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -22,10 +21,6 @@ from rospy.msg import args_kwds_to_message
 from rospy.rostime import in_seconds
 from rospy.session import session
 from rospy.topics import DEFAULT_BUFF_SIZE
-
-_LOOK_INTERVAL_S = 0.3
-_LOOK_LIMIT_S = 10.0
-"""How often wait_for_service probes the service, and how long one probe may take."""
 
 logger = logging.getLogger("rospy.service")
 
@@ -283,22 +278,20 @@ def wait_for_service(service: str, timeout: float | msg_time.Duration | None = N
     limit_s = None if timeout is None else in_seconds(timeout)
     if limit_s == 0:
         raise ValueError("timeout must be non-zero")
-    deadline = None if limit_s is None else time.monotonic() + limit_s
-    has_warned = False
-    while not session.is_shutdown:
-        left_s = _LOOK_LIMIT_S if deadline is None else deadline - time.monotonic()
-        if left_s <= 0:
-            raise ROSException(f"timeout exceeded while waiting for service {client.service}")
-        try:
-            client.probe(min(left_s, _LOOK_LIMIT_S))
-        except ServiceFailed as error:
-            if not has_warned and not session.is_shutdown and "unavailable" not in str(error):
-                has_warned = True
-                session.logger.warning("wait_for_service(%s): %s. Will keep trying.", client.service, error)
-        else:
-            return
-        session.wait(min(_LOOK_INTERVAL_S, max(left_s, 0)))
-    raise ROSInterruptException("rospy shutdown")
+
+    def pause(seconds: float) -> None:
+        if not session.is_shutdown:
+            session.wait(seconds)
+        if session.is_shutdown:
+            raise ROSInterruptException("rospy shutdown")
+
+    def report(error: ServiceFailed) -> None:
+        if not session.is_shutdown:
+            session.logger.warning("wait_for_service(%s): %s. Will keep trying.", client.service, error)
+
+    pause(0)
+    if not client.wait_until_available(limit_s, pause=pause, report=report):
+        raise ROSException(f"timeout exceeded while waiting for service {client.service}")
 
 
 class _AnyService:

@@ -36,6 +36,9 @@ _pack_length = struct.Struct("<I").pack
 _HEADER_CHUNK_BYTES = 16 * 1024
 _CHUNK_BYTES = 64 * 1024
 _LARGEST_CHUNK_BYTES = 4 * 1024 * 1024
+PROBE_INTERVAL_S = 0.3
+PROBE_LIMIT_S = 10.0
+"""Interval of the probes of a service that is waited for, and the longest duration of one."""
 
 
 class ServiceFailed(PiprosError):
@@ -175,6 +178,35 @@ class ServiceClient:
             limits=self._limits,
         )
         link.close()
+
+    def wait_until_available(
+        self,
+        timeout_s: float | None,
+        *,
+        pause: Callable[[float], object],
+        report: Callable[[ServiceFailed], object],
+    ) -> bool:
+        """Probe until a server answers. Return False if none did within `timeout_s`; None waits for ever.
+
+        Args:
+            pause: called with the seconds until the next probe; what it raises ends the wait.
+            report: called once, with the first failure of a server that is registered.
+        """
+        deadline = None if timeout_s is None else time.monotonic() + timeout_s
+        has_reported = False
+        while True:
+            left_s = PROBE_LIMIT_S if deadline is None else deadline - time.monotonic()
+            if left_s <= 0:
+                return False
+            try:
+                self.probe(min(left_s, PROBE_LIMIT_S))
+            except ServiceFailed as error:
+                if not has_reported and "unavailable" not in str(error):
+                    has_reported = True
+                    report(error)
+            else:
+                return True
+            pause(min(PROBE_INTERVAL_S, left_s))
 
     @property
     def kept(self) -> ServiceLink | None:

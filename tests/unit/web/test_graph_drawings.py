@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 
+import pytest
+
 from pipros.graph.drawing.node_graph import GraphOptions, NodeGraph
 from pipros.graph.drawing.scene import Scene
 from pipros.graph.observer import NodeState, Observation
@@ -56,10 +58,8 @@ def test_a_failed_drawing_is_tried_again() -> None:
     async def look() -> None:
         drawings = GraphDrawings(draw)
         graph = drawings.graph(observation("/level"), GraphOptions())
-        try:
+        with pytest.raises(RuntimeError, match="no thread"):
             await drawings.scene(graph, GraphOptions())
-        except RuntimeError as error:
-            assert str(error) == "no thread"
         assert (await drawings.scene(graph, GraphOptions())).width == 1.0
 
     asyncio.run(look())

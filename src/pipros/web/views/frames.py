@@ -144,7 +144,7 @@ class FrameViews:
 
 
 def _clock_taker(tree: FrameTree) -> Take:
-    def take(message: Any, raw: RawMessage, wall_s: float) -> None:
+    def take(message: Any, _raw: AnyMsg, _wall_s: float) -> None:
         tree.set_clock(message.clock.to_sec())
 
     return take

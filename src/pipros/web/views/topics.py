@@ -14,7 +14,7 @@ from pipros.basics import names
 from pipros.basics.errors import PiprosError
 from pipros.graph.observer import Observation
 from pipros.msg.time import TVal
-from pipros.node.any_msg import RawMessage
+from pipros.node.any_msg import AnyMsg
 from pipros.web.bounded_list import bounded_list
 from pipros.web.known_topic import LONGEST_NAME
 from pipros.web.message_tree import message_tree
@@ -109,7 +109,7 @@ def _shown(watch: TopicWatch, newest: Newest) -> dict[str, Any]:
     return {**values, "message": message_tree(message), "gauge": percentage(message)}
 
 
-def _text_of(watch: TopicWatch, message: RawMessage, form: str) -> str:
+def _text_of(watch: TopicWatch, message: AnyMsg, form: str) -> str:
     decoded = watch.decode(message)
     return str(decoded) if form == "yaml" else json.dumps(plain_values(decoded), indent=2)
 
