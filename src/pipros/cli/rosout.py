@@ -9,9 +9,9 @@ from dataclasses import replace
 from pipros.basics import names
 from pipros.basics.env import Environment
 from pipros.cli.command import run
-from pipros.cli.command_node import ended_by_signals
 from pipros.cli.streams import command
 from pipros.node.rosout import RosoutAggregator
+from pipros.node.signals import ended_by_signals
 
 
 @command

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import os
 import signal
 import socket
 import ssl
 import sys
 import threading
-import webbrowser
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +20,7 @@ from pipros.graph.client import GraphClient
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.web.access import Access
+from pipros.web.desktop import open_in_browser
 from pipros.web.server import Action, PageServer, Services, View
 from pipros.web.views.calls import CallViews
 from pipros.web.views.console import ConsoleViews
@@ -120,10 +119,8 @@ async def _start(options: PageOptions, system: WatchedSystem, server: PageServer
         print("The page is read-only. With --control it can also change the system.", file=sys.stderr)
     if shown != "localhost":
         _warn_about_network(options, server.access)
-    if options.opens_browser and _has_display():
-        # Other users can read the browser's command line, so it must not contain the token.
-        once = server.access.one_time_url(reachable, options.tab)
-        threading.Thread(target=webbrowser.open, args=(once,), daemon=True).start()
+    if options.opens_browser:
+        open_in_browser(server.access, reachable, options.tab)
 
 
 @contextlib.contextmanager
@@ -220,9 +217,3 @@ def fingerprint_of(certificate: str) -> str:
         return ""
     der = ssl.PEM_cert_to_DER_cert(text[begin : end + len(ssl.PEM_FOOTER)])
     return hashlib.sha256(der).digest().hex(":").upper()
-
-
-def _has_display() -> bool:
-    if sys.platform in ("darwin", "win32"):
-        return True
-    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
