@@ -7,6 +7,7 @@ import math
 
 import pytest
 
+from pipros.msg import load_message_class, load_service_class
 from pipros.simulation.turtlesim.picture import Color
 from pipros.simulation.turtlesim.turtle import (
     COMMAND_S,
@@ -235,3 +236,28 @@ def test_lines_for_pages_are_limited(simulation: Simulation) -> None:
     simulation.tick(2)
     assert simulation.world.lines_drawn == LINES_KEPT + 2
     assert len(simulation.world.lines) == LINES_KEPT
+
+
+@pytest.mark.parametrize(
+    ("kind", "digest"),
+    [
+        ("Pose", "863b248d5016ca62ea2e895ae5265cf9"),
+        ("Color", "353891e354491c51aabe32df673fb446"),
+    ],
+)
+def test_messages_have_the_genuine_digests(kind: str, digest: str) -> None:
+    assert load_message_class(f"turtlesim/{kind}")._md5sum == digest
+
+
+@pytest.mark.parametrize(
+    ("kind", "digest"),
+    [
+        ("Spawn", "0b2d2e872a8e2887d5ed626f2bf2c561"),
+        ("Kill", "c1f3d28f1b044c871e6eff2e9fc3c667"),
+        ("SetPen", "9f452acce566bf0c0954594f69a8e41b"),
+        ("TeleportAbsolute", "a130bc60ee6513855dc62ea83fcc5b20"),
+        ("TeleportRelative", "9d5c2dcd348ac8f76ce2a4307bd63a13"),
+    ],
+)
+def test_services_have_the_genuine_digests(kind: str, digest: str) -> None:
+    assert load_service_class(f"turtlesim/{kind}")._md5sum == digest
