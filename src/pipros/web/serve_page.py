@@ -35,9 +35,16 @@ from pipros.web.views.reconfigure import ReconfigureViews
 from pipros.web.views.topics import TopicViews
 from pipros.web.watched_system import MASTER_DEADLINE_S, WatchedSystem
 
-CHANGING = frozenset(
-    {"call_service", "delete_param", "publishing", "set_logger_level", "set_param", "set_reconfigured"}
-)
+_KINDS = {
+    "call_service": "call services",
+    "delete_param": "delete parameters",
+    "publishing": "publish messages",
+    "set_logger_level": "set logger levels",
+    "set_param": "set parameters",
+    "set_reconfigured": "reconfigure nodes",
+}
+
+CHANGING = frozenset(_KINDS)
 """The views and actions that change the system."""
 
 CLOSING_S = 0.4
@@ -61,7 +68,7 @@ class PageOptions:
         host: address to listen on.
         port: port to listen on; 0 selects a free one.
         certificate, key: PEM files for TLS.
-        has_control: whether the page may change the system.
+        permitted: those of `CHANGING` that the page may do.
         opens_browser: whether to open the page in a browser if there is a display.
     """
 
@@ -71,7 +78,7 @@ class PageOptions:
     port: int = 0
     certificate: str | None = None
     key: str | None = None
-    has_control: bool = False
+    permitted: frozenset[str] = frozenset()
     opens_browser: bool = True
 
 
@@ -91,7 +98,7 @@ def serve_page(options: PageOptions) -> int:
     ):
         loop.start()
         system = WatchedSystem(graph, node)
-        server = PageServer(services(system, has_control=options.has_control))
+        server = PageServer(services(system, options.permitted))
         try:
             loop.run(_start(options, system, server))
             over.wait()
@@ -115,8 +122,8 @@ async def _start(options: PageOptions, system: WatchedSystem, server: PageServer
     await server.start(host, options.port, names=names, tls=_tls(options))
     reachable = "localhost" if host in _EVERYWHERE else shown
     print(f"{options.tool}: {server.access.url(reachable, options.tab)}", flush=True)
-    if not options.has_control:
-        print("The page is read-only. With --control it can also change the system.", file=sys.stderr)
+    if options.permitted != CHANGING:
+        print(_restriction(options.permitted), file=sys.stderr)
     if shown != "localhost":
         _warn_about_network(options, server.access)
     if options.opens_browser:
@@ -147,7 +154,14 @@ def _set_by_signals(over: OnceEvent) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def services(system: WatchedSystem, *, has_control: bool) -> Services:
+def _restriction(permitted: frozenset[str]) -> str:
+    if not permitted:
+        return "The page is read-only. With --control it can also change the system."
+    what = " and ".join(sorted(_KINDS[name] for name in permitted))
+    return f"The page can {what}. With --control it can make other changes, with --read-only none."
+
+
+def services(system: WatchedSystem, permitted: frozenset[str] = frozenset()) -> Services:
     """Return all views and actions of the page."""
     graph, topics, calls = GraphViews(system), TopicViews(system), CallViews(system)
     console, parameters, servers = ConsoleViews(system), ParamViews(system), ReconfigureViews(system)
@@ -170,7 +184,8 @@ def services(system: WatchedSystem, *, has_control: bool) -> Services:
     }
 
     async def about(_: Mapping[str, Any]) -> Any:
-        return {"master": system.graph.environment.master_uri, "control": has_control}
+        uri = system.graph.environment.master_uri
+        return {"master": uri, "control": permitted == CHANGING, "may": sorted(permitted)}
 
     actions: Mapping[str, Action] = {
         "about": about,
@@ -184,7 +199,7 @@ def services(system: WatchedSystem, *, has_control: bool) -> Services:
         "set_param": parameters.set_param,
         "set_reconfigured": servers.set_reconfigured,
     }
-    return Services(views, actions, CHANGING, has_control)
+    return Services(views, actions, CHANGING, permitted)
 
 
 def _tls(options: PageOptions) -> ssl.SSLContext | None:
@@ -199,7 +214,7 @@ def _tls(options: PageOptions) -> ssl.SSLContext | None:
 
 
 def _warn_about_network(options: PageOptions, access: Access) -> None:
-    what = "see and change" if options.has_control else "see"
+    what = "see and change" if options.permitted else "see"
     print(f"Others on this network can {what} the system when they have this address.", file=sys.stderr)
     if options.host.strip("[]") in _EVERYWHERE:
         print(f"From other computers: {access.url(socket.gethostname(), options.tab)}", file=sys.stderr)

@@ -90,14 +90,14 @@ class Services:
     Attributes:
         views, actions: functions by name.
         changing: names of the views and actions that change the system.
-        has_control: whether those are allowed.
+        permitted: those of them that are allowed.
         pages: packages whose folder `page` has the files, the first one first.
     """
 
     views: Mapping[str, View] = field(default_factory=dict)
     actions: Mapping[str, Action] = field(default_factory=dict)
     changing: frozenset[str] = frozenset()
-    has_control: bool = False
+    permitted: frozenset[str] = frozenset()
     pages: Sequence[str] = ("pipros.web",)
 
 
@@ -355,8 +355,9 @@ class _Browser:
         return await action(arguments)
 
     def _check_control(self, name: str) -> None:
-        if name in self._services.changing and not self._services.has_control:
-            raise RequestRefused("this page is read-only; start it with --control to change the system")
+        if name in self._services.changing - self._services.permitted:
+            what = "cannot do this" if self._services.permitted else "is read-only"
+            raise RequestRefused(f"this page {what}; start it with --control to change the system")
 
     async def _send(self, value: Mapping[str, Any]) -> None:
         await self._connection.send(await json_text(value))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 
+from pipros.basics.extras import install_command
 from pipros.basics.input_file import read_file
 from pipros.libraries.maps.errors import BadMapImage, NoMapFile
 from pipros.libraries.maps.pgm import MAX_PIXELS, is_pgm, read_pgm
@@ -50,7 +51,7 @@ def _read_with_pillow(content: bytes, file: str) -> Picture:
     except ImportError:
         raise BadMapImage(
             f"{os.path.basename(file)} is not a PGM file, and other pictures need Pillow: "
-            "pip install 'pipros[pictures]'"
+            f"{install_command('pictures')}"
         ) from None
     from io import BytesIO
 

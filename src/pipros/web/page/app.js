@@ -18,6 +18,10 @@ const TABS = [
   ["publish", "Publish"],
 ];
 
+// The kind of change that the controls of a tab make.
+const CHANGES = { console: "set_logger_level", params: "set_param", publish: "publishing", reconfigure: "set_reconfigured", services: "call_service" };
+const PERMITS = { call_service: "can call services", publishing: "can publish", set_logger_level: "can set logger levels", set_reconfigured: "can reconfigure" };
+
 // Sections of a tab with their own addresses.
 const PARTS = { reconfigure: "params" };
 
@@ -54,7 +58,12 @@ async function show() {
   if (place()[0] !== name || place()[1] !== argument) return;
   view.className = `tab-${name}`;
   view.replaceChildren();
-  close = module.open(view, argument, { control: Boolean(about?.control) }) ?? (() => {});
+  close = module.open(view, argument, { control: Boolean(about?.control || about?.may?.includes(CHANGES[name])) }) ?? (() => {});
+}
+
+function permit() {
+  if (about.control) return "can change the system";
+  return about.may.map((name) => PERMITS[name] ?? name).join(", ") || "read-only";
 }
 
 function showState() {
@@ -63,7 +72,7 @@ function showState() {
   view.hidden = live.isRefused;
   if (live.isRefused) replace(system, "no access");
   else if (!live.isOpen) replace(system, live.trouble || "no connection to the server", ", trying again");
-  else if (about) replace(system, h("span", { class: "master", title: "The master" }, about.master.replace(/^http:\/\/|\/$/g, "")), h("span", { class: about.control ? "permit control" : "permit" }, about.control ? "can change the system" : "read-only"));
+  else if (about) replace(system, h("span", { class: "master", title: "The master" }, about.master.replace(/^http:\/\/|\/$/g, "")), h("span", { class: about.may.length ? "permit control" : "permit" }, permit()));
   else replace(system);
 }
 

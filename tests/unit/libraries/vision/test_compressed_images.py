@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image as Pictures
 
+from pipros.basics.extras import install_command
 from pipros.libraries.vision.compressed_images import CompressionError, Settings, compressed, decompressed
 from pipros.libraries.vision.picture_files import OpenCVCodec, PictureError, PillowCodec, codec
 
@@ -187,4 +188,4 @@ def test_without_either_library_the_error_names_the_extras() -> None:
 
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
 
-    assert "pip install 'pipros[vision]' or pip install 'pipros[numpy,pictures]'" in ended.stderr
+    assert f"{install_command('vision')} or {install_command('numpy', 'pictures')}" in ended.stderr

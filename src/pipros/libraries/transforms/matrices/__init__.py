@@ -4,10 +4,13 @@ Matrices act on column vectors. Unless stated otherwise, matrices are arrays of 
 arrays (x, y, z, w) of shape (4,), vectors arrays of shape (3,) and angles are in radians.
 """
 
+from pipros.basics.errors import MissingExtra
+from pipros.basics.extras import install_command
+
 try:
     import numpy as numpy  # the import error is raised here for all modules of the package
 except ImportError as error:
-    raise ImportError(
-        "tf.transformations needs numpy, which is not installed. Try: pip install 'pipros[numpy]'",
+    raise MissingExtra(
+        f"tf.transformations needs numpy, which is not installed. Try: {install_command('numpy')}",
         name=error.name,
     ) from error
