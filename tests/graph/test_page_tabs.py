@@ -222,7 +222,7 @@ def test_publishing_ends_with_the_browser(robot: RosSystem) -> None:
         (("rqt",), "graph"),
         (("rqt", "-s", "reconfigure"), "reconfigure"),
         (("rqt", "--standalone=rqt_plot/Plot", "/imu/x"), "plot/%2Fimu%2Fx"),
-        (("rosrun", "rqt_gui", "rqt_gui", "-s", "rqt_graph"), "graph"),
+        (("rqt", "-s", "rqt_graph"), "graph"),
         (("rqt_console",), "console"),
         (("rqt_image_view", "camera"), "images/%2Fcamera"),
         (("rqt_logger_level", "/robot"), "console/%2Frobot"),

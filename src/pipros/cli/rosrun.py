@@ -135,7 +135,7 @@ def _print_compiled_hint(
     package: str, program: str, arguments: list[str], programs: Sequence[str] = ()
 ) -> None:
     """Print where to run a well-known C++ package. Uses stderr, so that stdout equals Noetic's."""
-    from pipros.workspace.compiled_packages import why_not_here
+    from pipros.packages.well_known import why_not_here
 
     reason = why_not_here(package, program, arguments, programs)
     if reason:
