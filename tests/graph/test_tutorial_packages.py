@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -88,7 +89,7 @@ def test_a_short_fibonacci_sequence_and_an_average(ros: RosSystem) -> None:
     result = ros.pipros.start("rostopic", "echo", "-n1", "/fibonacci/result/result/sequence")
     ros.wait_for_subscriber("/fibonacci/result")
     ros.pipros.start(*goal, "{goal: {order: 2}}")
-    result.wait_for(r"\(0, 1, 1\)")
+    result.wait_for(r"\[0, 1, 1\]")
     ros.pipros.start("rosrun", "actionlib_tutorials", "averaging_server")
     ros.pipros.start("rosrun", "actionlib_tutorials", "gen_numbers.py").wait_for("Generating random numbers")
     client = ros.pipros.start("rosrun", "actionlib_tutorials", "averaging_client")
@@ -100,7 +101,7 @@ def corners_and_turns(poses: list[Any]) -> list[tuple[float, float]]:
     """Return the length of each edge, and the angle that the turtle turned at its end."""
     edges: list[tuple[float, float]] = []
     start, is_turning = poses[0], False
-    for before, now in zip(poses, poses[1:], strict=False):
+    for before, now in itertools.pairwise(poses):
         if now.linear_velocity > 0 and is_turning:
             turned = math.remainder(before.theta - start.theta, math.tau)
             edges.append((math.hypot(before.x - start.x, before.y - start.y), turned))

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 import pipros.startup  # noqa: F401 # what pipros.pth imports
-from pipros.basics.extras import install_command
 
 QT = ("python_qt_binding.QtWidgets", "qt_gui.plugin", "rqt_gui.main", "rqt_gui_py.plugin", "rqt_py_common")
 
@@ -39,7 +38,7 @@ def test_the_import_of_a_qt_plugin_says_what_there_is_instead(module: str, tmp_p
 
 
 def test_the_import_of_em_says_how_to_get_it(tmp_path: Path) -> None:
-    assert failed_import("em", tmp_path).endswith(install_command("templates"))
+    assert failed_import("em", tmp_path).endswith("pip install 'pipros[templates]'")
 
 
 def test_a_module_that_is_installed_is_imported(tmp_path: Path) -> None:
