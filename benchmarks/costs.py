@@ -6,7 +6,8 @@
 `hook`: processor time of an interpreter start, with and without the import hook. `owner`: finding the
 user of a connection in /proc/net/tcp. `definition`: time and memory of the largest message definitions that
 a peer may send. `numpy`: what it would add to the default install. `turtlesim`: processor time of a node with
-two turtles that move, and with a subscriber for each of their topics. Only pipros is measured: genuine ROS has none of these.
+two turtles that move, and with a subscriber for each of their topics. Only pipros is measured: genuine ROS
+has none of these.
 """
 
 from __future__ import annotations
