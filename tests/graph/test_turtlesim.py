@@ -129,6 +129,9 @@ def test_values_that_turtlesim_cannot_hold_are_refused(ros: RosSystem) -> None:
             (node.client("/turtle1/teleport_absolute", teleport), teleport._request_class(x=float("nan"))),
             (node.client("/spawn", spawn), spawn._request_class(y=float("inf"))),
             (node.client("/spawn", spawn), spawn._request_class(name="no name")),
+            (node.client("/spawn", spawn), spawn._request_class(name="turtle2/")),
+            (node.client("/spawn", spawn), spawn._request_class(name="~mine")),
+            (node.client("/spawn", spawn), spawn._request_class(name="/turtle1")),
         ):
             with pytest.raises(ServiceFailed):
                 client.call(request, 10)

@@ -33,6 +33,16 @@ _PYTHON_NAMES = """
 _PYTHON = frozenset(_PYTHON_NAMES.split())
 """Packages of Noetic and of courses without C++ programs."""
 
+_QT_NAMES = """
+    rqt_action rqt_bag rqt_bag_plugins rqt_common_plugins rqt_controller_manager rqt_dep
+    rqt_joint_trajectory_controller rqt_launch rqt_msg rqt_nav_view rqt_pose_view rqt_py_console
+    rqt_robot_dashboard rqt_robot_plugins rqt_robot_steering rqt_runtime_monitor rqt_rviz rqt_shell rqt_srv
+    rqt_web
+"""
+
+_QT = frozenset(_QT_NAMES.split())
+"""Plugins of rqt that no tab of the page stands for."""
+
 _OF_DEBIAN = {"rviz": "rviz"}
 """Packages that Debian has under a name of its own, in releases without Noetic."""
 
@@ -59,6 +69,11 @@ def why_not_here(
         return (
             f"{package} does not come with pipros, but needs no compiler: its sources on ROS_PACKAGE_PATH "
             "are enough. git clone them into the src folder of a workspace."
+        )
+    if package in _QT and not is_here:
+        return (
+            f"{package} is a plugin for a Qt desktop, and does not come with pipros: its rqt is a page in "
+            "the browser, whose tabs pipros --help lists."
         )
     if package not in COMPILED or is_here:
         return None

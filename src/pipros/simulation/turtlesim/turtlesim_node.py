@@ -181,14 +181,21 @@ class Turtlesim:
 
     def _spawn(self, request: Any) -> Any:
         with self._change, self._failures():
-            if request.name and not names.is_legal(request.name):
-                raise Rejected(f"[{request.name}] is not a name for a turtle")
+            self._check_name(request.name)
             if not all(map(math.isfinite, (request.x, request.y, request.theta))):
                 raise Rejected(f"No turtle can be at {request.x}, {request.y}, {request.theta}")
             with self.lock:
                 turtle = self.world.spawn(request.name, request.x, request.y, request.theta)
             self._endpoints[turtle] = TurtleEndpoints(self._node, turtle, self._log)
             return {"name": turtle.name}
+
+    def _check_name(self, name: str) -> None:
+        """Raise `Rejected` if topics cannot have the name, or those of a turtle have another form of it."""
+        if name and (not names.is_legal(name) or names.is_private(name) or names.canonicalize(name) != name):
+            raise Rejected(f"[{name}] is not a name for a turtle")
+        taken = {self._node.resolve(turtle) for turtle in self.world.turtles if turtle != name}
+        if name and self._node.resolve(name) in taken:
+            raise Rejected(f"[{name}] is the name of another turtle")
 
     def _kill(self, request: Any) -> None:
         with self._change, self._failures():
