@@ -102,7 +102,7 @@ def test_services_of_the_wiki_and_their_failures(ros: RosSystem) -> None:
     turtlesim.wait_for(r"\[ERROR\] \[\d+\.\d{9}\]: A turtled named \[turtle2\] already exists")
     unknown = ros.pipros.run("rosservice", "call", "/kill", "nobody")
     assert unknown.stderr == ["ERROR: service [/kill] responded with an error: b''"]
-    turtlesim.wait_for(r"\[ERROR\] \[\d+\.\d{9}\]: Tried to kill turtle \[nobody\], which does not exist")
+    turtlesim.wait_for(r"\[ERROR\] \[\d+\.\d{9}\]: Tried to kill turtle \[nobody\], ")
     output_of(ros, "rosservice", "call", "/kill", "turtle2")
     assert "/turtle2/pose" not in output_of(ros, "rostopic", "list")
     output_of(ros, "rosservice", "call", "/turtle1/set_pen", "255", "0", "0", "5", "0")
