@@ -100,9 +100,9 @@ def test_services_of_the_wiki_and_their_failures(ros: RosSystem) -> None:
     assert again.returncode == 2  # as genuine rosservice
     assert again.stderr == ["ERROR: service [/spawn] responded with an error: b''"]
     turtlesim.wait_for(r"\[ERROR\] \[\d+\.\d{9}\]: A turtled named \[turtle2\] already exists")
-    unknown = ros.pipros.run("rosservice", "call", "/kill", "nobody")
+    unknown = ros.pipros.run("rosservice", "call", "/kill", "ghost")
     assert unknown.stderr == ["ERROR: service [/kill] responded with an error: b''"]
-    turtlesim.wait_for(r"\[ERROR\] \[\d+\.\d{9}\]: Tried to kill turtle \[nobody\], ")
+    turtlesim.wait_for(r"\[ERROR\] \[\d+\.\d{9}\]: Tried to kill turtle \[ghost\], ")
     output_of(ros, "rosservice", "call", "/kill", "turtle2")
     assert "/turtle2/pose" not in output_of(ros, "rostopic", "list")
     output_of(ros, "rosservice", "call", "/turtle1/set_pen", "255", "0", "0", "5", "0")
