@@ -25,9 +25,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from http import HTTPStatus
 from importlib import resources
-from importlib.abc import Traversable
 from socket import SOCK_STREAM
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.datastructures import Headers
@@ -42,6 +41,9 @@ from pipros.web.browser_share import begin_browser
 from pipros.web.entrance import ACCEPTED_AT_A_TIME, Entrance, Visitor
 from pipros.web.json_text import json_text
 from pipros.web.secret import Denied
+
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
 
 logger = logging.getLogger("pipros.web")
 
