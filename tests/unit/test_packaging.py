@@ -114,6 +114,8 @@ def test_an_installation_has_executable_programs_and_stubs_for_what_ships(tmp_pa
         assert {
             "pipros/etc/ros/python_logging.conf",
             "pipros/share/ros/README",
+            "pipros/share/turtlesim/launch/multisim.launch",
+            "pipros/simulation/turtlesim/page/index.html",
             "sensor_msgs-stubs/point_cloud2.pyi",
         } <= set(archive.namelist())
         programs = {
