@@ -131,9 +131,8 @@ def measure_turtlesim(seconds: float = 5.0) -> None:
         stack.callback(process.terminate)
         node = stack.enter_context(Node("benchmark", environment=local))
         client = node.client("/spawn", spawn)
-        while not node.master.get_system_state()[2]:
+        while "/kill" not in dict(node.master.get_system_state()[2]):  # its last service
             time.sleep(0.05)
-        time.sleep(0.5)
         client.call(spawn._request_class(x=2.0, y=2.0, name="turtle2"), 10)
         for turtle in ("turtle1", "turtle2"):
             for topic in ("Pose pose", "Color color_sensor"):
