@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 """Costs of single operations: the figures in docs/SECURITY.md and docs/architecture.md.
 
-    benchmarks/costs.py [--only hook,owner,definition] [--connections 3000]
+    benchmarks/costs.py [--only hook,owner,definition,numpy,turtlesim] [--connections 3000]
 
 `hook`: processor time of an interpreter start, with and without the import hook. `owner`: finding the
 user of a connection in /proc/net/tcp. `definition`: time and memory of the largest message definitions that
-a peer may send. Only pipros is measured: genuine ROS has none of these.
+a peer may send. `numpy`: what it would add to the default install. `turtlesim`: processor time of a node with
+two turtles that move, and with a subscriber for each of their topics. Only pipros is measured: genuine ROS
+has none of these.
 """
 
 from __future__ import annotations
@@ -19,10 +21,19 @@ import subprocess
 import sys
 import time
 from contextlib import ExitStack
+from pathlib import Path
 
+import numpy
+import psutil
+
+from pipros.basics.env import Environment
 from pipros.basics.limits import Limits
+from pipros.launch.roscore import Core
+from pipros.msg import load_message_class, load_service_class
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.net.this_machine import Caller
+from pipros.node import Node
+from pipros.workspace.index import SHARED_PACKAGES
 
 DEFINITIONS = {
     "strings": lambda count: "\n".join(f"string f{number}" for number in range(count)),
@@ -93,9 +104,61 @@ def compile_definition(kind: str) -> None:
     print(f"{limit - 20:6} fields {took:6.2f} s {mib:6.0f} MiB")
 
 
+def measure_numpy() -> None:
+    code = "import time; start = time.process_time(); import numpy; print(time.process_time() - start)"
+    took = [float(subprocess.check_output([sys.executable, "-c", code])) for _ in range(5)]
+    folder = Path(numpy.__file__).parent
+    folders = [folder, folder.with_name("numpy.libs")]
+    size = sum(file.stat().st_size for place in folders for file in place.rglob("*") if file.is_file())
+    print(f"import numpy                               {statistics.median(took) * 1000:6.1f} ms")
+    print(f"size of numpy                              {size / 1e6:6.1f} MB")
+
+
+def measure_turtlesim(seconds: float = 5.0) -> None:
+    twist = load_message_class("geometry_msgs/Twist")
+    spawn = load_service_class("turtlesim/Spawn")
+    got: list[object] = []
+    with ExitStack() as stack:
+        core = stack.enter_context(Core(port=0))
+        local = Environment(master_uri=core.uri)
+        program = SHARED_PACKAGES / "turtlesim" / "scripts" / "turtlesim_node"
+        process = subprocess.Popen(
+            [sys.executable, program, f"__master:={core.uri}"],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        stack.callback(process.wait)
+        stack.callback(process.terminate)
+        node = stack.enter_context(Node("benchmark", environment=local))
+        client = node.client("/spawn", spawn)
+        while "/kill" not in dict(node.master.get_system_state()[2]):  # its last service
+            time.sleep(0.05)
+        client.call(spawn._request_class(x=2.0, y=2.0, name="turtle2"), 10)
+        for turtle in ("turtle1", "turtle2"):
+            for topic in ("Pose pose", "Color color_sensor"):
+                kind, name = topic.split()
+                node.subscribe(f"/{turtle}/{name}", load_message_class(f"turtlesim/{kind}"), got.append)
+        publishers = [node.advertise(f"/{turtle}/cmd_vel", twist) for turtle in ("turtle1", "turtle2")]
+        command = twist()
+        command.linear.x = command.angular.z = 1.5
+        measured = psutil.Process(process.pid)
+        for is_measuring in (False, True):
+            before, count, start = measured.cpu_times(), len(got), time.monotonic()
+            while time.monotonic() - start < (seconds if is_measuring else 1.0):
+                for publisher in publishers:
+                    publisher.publish(command)
+                time.sleep(0.2)
+            after, passed = measured.cpu_times(), time.monotonic() - start
+        used = (after.user + after.system - before.user - before.system) / passed
+        print(f"turtlesim with two turtles                 {used * 100:6.1f} % of a processor")
+        print(f"poses a turtle sent                        {(len(got) - count) / 4 / passed:6.1f} Hz")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description="Costs of single operations of pipros.")
-    parser.add_argument("--only", default="hook,owner,definition", help="default: %(default)s")
+    parser.add_argument(
+        "--only", default="hook,owner,definition,numpy,turtlesim", help="default: %(default)s"
+    )
     parser.add_argument("--connections", type=int, default=3000, help="for owner; default: %(default)s")
     parser.add_argument("--one-definition", help=argparse.SUPPRESS)
     options = parser.parse_args()
@@ -112,6 +175,10 @@ def main() -> None:
         measure_owner(options.connections)
     if "definition" in chosen:
         measure_definitions()
+    if "numpy" in chosen:
+        measure_numpy()
+    if "turtlesim" in chosen:
+        measure_turtlesim()
 
 
 if __name__ == "__main__":

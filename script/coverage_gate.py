@@ -46,6 +46,9 @@ GATES = {
     "libraries/topic_tools": 97,
     "libraries/transforms": 97,
     "libraries/vision": 91,
+    "simulation/turtlesim/picture.py": 95,
+    "simulation/turtlesim/turtle.py": 96,
+    "simulation/turtlesim/world.py": 98,
 }
 _ROOT = Path("src/pipros")
 

@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.basics.errors import Interrupted, Refused
+from pipros.basics.errors import Interrupted, MissingExtra, Refused
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.errors import SerializationError
@@ -347,6 +347,24 @@ def test_an_exception_in_a_callback_is_logged_and_the_next_is_called(make_node: 
     publisher.publish(String("x"))
     assert inbox.wait() == [("x", 7)]
     assert lines[0].startswith("bad callback:")
+
+
+def test_a_callback_that_lacks_a_library_is_logged_once_in_one_line(make_node: MakeNode) -> None:
+    log, lines = listening_log()
+    talker, listener, inbox = make_node("talker"), make_node("listener", log=log), Inbox()
+
+    def needs_numpy(_: Any) -> None:
+        raise MissingExtra("it needs numpy")
+
+    listener.subscribe("chat", String, needs_numpy)
+    listener.subscribe("chat", String, inbox)
+    publisher = talker.advertise("chat", String)
+    wait_until_connected(publisher)
+    for _ in range(3):
+        publisher.publish(String("x"))
+    inbox.wait(3)
+    assert len(lines) == 1
+    assert lines[0].endswith(": it needs numpy")
 
 
 def test_a_failed_publish_sends_nothing_and_does_not_affect_the_next(make_node: MakeNode) -> None:

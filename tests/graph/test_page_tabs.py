@@ -152,6 +152,58 @@ def test_a_page_with_control_changes_parameters_loggers_and_calls(robot: RosSyst
         )
 
 
+USUAL = {
+    "rqt_logger_level": "set_logger_level",
+    "rqt_publisher": "publishing",
+    "rqt_reconfigure": "set_reconfigured",
+    "rqt_service_caller": "call_service",
+}
+
+
+@pytest.mark.parametrize("command", USUAL)
+def test_four_commands_may_make_their_own_kind_of_change(robot: RosSystem, command: str) -> None:
+    page = Page(robot, command=command)
+    page.process.wait_for(
+        r"The page can [a-z ]+\. With --control it can make other changes, with --read-only"
+    )
+    with page.connect() as browser:
+        about = browser.act("about")
+        assert (about["control"], about["may"]) == (False, [USUAL[command]])
+        for action, arguments in CHANGES.items():
+            error = browser.act(action, **arguments)
+            is_refused = isinstance(error, dict) and "cannot do this" in error.get("error", "")
+            assert is_refused == (action != USUAL[command]), (action, error)
+        view = browser.watch("publishing", name="/x", type="std_msgs/String", message="data: y", rate=0)
+        assert ("error" not in next(view)) == (command == "rqt_publisher")
+
+
+@pytest.mark.parametrize(
+    ("options", "may"),
+    [
+        (["--read-only"], []),
+        (["--bind", "0.0.0.0"], []),  # noqa: S104 - it must not be able to change anything there
+        (["--bind", "localhost"], ["publishing"]),
+        (["--control"], sorted({*CHANGES, "publishing"})),
+    ],
+)
+def test_options_decide_what_a_page_may_change(robot: RosSystem, options: list[str], may: list[str]) -> None:
+    with Page(robot, *options, command="rqt_publisher").connect() as browser:
+        assert browser.act("about")["may"] == may
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error"),
+    [
+        (["--control", "--read-only"], "--control and --read-only exclude each other"),
+        (["-s", "rqt_bag"], "rqt has no plugin [rqt_bag] in pipros; there are console, graph, image_view, "),
+        (["-s"], "-s needs the name of a plugin"),
+    ],
+)
+def test_wrong_options_of_rqt_are_explained(robot: RosSystem, arguments: list[str], error: str) -> None:
+    ended = robot.pipros.run("rqt", *arguments)
+    assert (ended.returncode, error in ended.output) == (1, True)
+
+
 def test_publishing_stops_when_the_browser_disconnects(robot: RosSystem) -> None:
     page = Page(robot, "--control")
     with page.connect() as browser:
@@ -168,6 +220,9 @@ def test_publishing_stops_when_the_browser_disconnects(robot: RosSystem) -> None
     ("command", "place"),
     [
         (("rqt",), "graph"),
+        (("rqt", "-s", "reconfigure"), "reconfigure"),
+        (("rqt", "--standalone=rqt_plot/Plot", "/imu/x"), "plot/%2Fimu%2Fx"),
+        (("rqt", "-s", "rqt_graph"), "graph"),
         (("rqt_console",), "console"),
         (("rqt_image_view", "camera"), "images/%2Fcamera"),
         (("rqt_logger_level", "/robot"), "console/%2Frobot"),

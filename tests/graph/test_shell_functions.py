@@ -133,3 +133,18 @@ def test_bash_completes_words_folders_and_messages(ros: RosSystem, source: Path)
     assert ended.stdout == [
         *("<robots/>", "<robots/a/><robots/b/><robots/msg/>", "<README>", "<\"side: ''", 'turns: 0">'),
     ]
+
+
+@pytest.mark.parametrize("program", SHELLS)
+def test_an_environment_without_a_workspace_has_the_functions(ros: RosSystem, program: str) -> None:
+    if shutil.which(program) is None:
+        pytest.skip(f"{program} is not installed")
+    load = "pipros env --shell fish | source" if program == "fish" else 'eval "$(pipros env)"'
+    ended = ros.pipros.run(program, "-c", f"{load}; roscd turtlesim; pwd; echo $ROS_DISTRO")
+    assert ended.stdout[-1] == "noetic"
+    assert ended.stdout[-2].endswith("/share/turtlesim")
+
+
+def test_a_plain_sh_evaluates_the_environment_without_the_functions(ros: RosSystem) -> None:
+    ended = ros.pipros.run("sh", "-c", 'eval "$(pipros env)"; echo $ROS_DISTRO')
+    assert ended.output.strip() == "noetic"

@@ -35,8 +35,18 @@ class Page:
         **variables: str,
     ) -> None:
         """Start the command, with the program `prefix` and the environment `variables`."""
-        self.process: Process = ros.pipros.start(*prefix, command, "--no-browser", *options, **variables)
-        self.url = self.process.wait_for(r"http\S+")[0]
+        self._open(ros.pipros.start(*prefix, command, "--no-browser", *options, **variables))
+
+    @classmethod
+    def of(cls, process: Process) -> Page:
+        """Return the page of a running program that prints its address."""
+        page = cls.__new__(cls)
+        page._open(process)
+        return page
+
+    def _open(self, process: Process) -> None:
+        self.process = process
+        self.url = process.wait_for(r"http\S+#token=\S+")[0]
         parts = urlsplit(self.url)
         self.host = parts.netloc
         proof, _, self.place = parts.fragment.partition("/")

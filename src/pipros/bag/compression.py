@@ -9,6 +9,7 @@ import bz2
 from typing import Any
 
 from pipros.bag.errors import BagError, BagFormatError
+from pipros.basics.extras import install_command
 
 NONE, BZ2, LZ4 = "none", "bz2", "lz4"
 COMPRESSIONS = (NONE, BZ2, LZ4)
@@ -34,7 +35,7 @@ def compress(compression: str, data: bytes | memoryview) -> bytes | memoryview:
         raise BagError(f"compression must be one of {', '.join(COMPRESSIONS)}, got [{compression}]")
     library = _lz4()
     if library is None:
-        raise BagError("writing lz4 needs the lz4 library: pip install 'pipros[lz4]'")
+        raise BagError(f"writing lz4 needs the lz4 library: {install_command('lz4')}")
     packed: bytes = library.compress(
         data, block_size=library.BLOCKSIZE_MAX4MB, block_linked=False, content_checksum=True, store_size=False
     )
@@ -99,7 +100,7 @@ def _decompress_zstd(data: bytes, size: int, where: str) -> bytes:
         import zstandard  # comes with the mcap library
     except ImportError:
         raise BagError(
-            f"{where}: reading zstd needs the zstandard library: pip install 'pipros[mcap]'"
+            f"{where}: reading zstd needs the zstandard library: {install_command('mcap')}"
         ) from None
     try:
         claimed = zstandard.get_frame_parameters(data).content_size

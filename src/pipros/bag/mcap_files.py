@@ -25,6 +25,7 @@ from pipros.bag.records import Version, checked_time
 from pipros.bag.scan import Progress
 from pipros.bag.source import Source
 from pipros.basics.errors import PiprosError
+from pipros.basics.extras import install_command
 from pipros.basics.limits import Limits
 from pipros.msg.class_finder import ClassFinder
 from pipros.msg.time import NS_PER_S
@@ -62,7 +63,7 @@ def _library() -> Any:
         import mcap.reader
         import mcap.writer
     except ImportError:
-        raise BagError("MCAP files need the mcap library: pip install 'pipros[mcap]'") from None
+        raise BagError(f"MCAP files need the mcap library: {install_command('mcap')}") from None
     return mcap
 
 

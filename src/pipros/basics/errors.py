@@ -21,6 +21,10 @@ class NeedsPosix(PiprosError):
         super().__init__(f"{feature} needs a POSIX system, this is {sys.platform}")
 
 
+class MissingExtra(ImportError):
+    """A library of an extra is not installed. The text says what needs it, and how to install it."""
+
+
 class InvalidName(PiprosError, ValueError):
     """A graph resource name, package name or type name breaks the rules of ROS names."""
 

@@ -13,8 +13,12 @@ HAS_PTYS = hasattr(os, "openpty")
 
 
 @contextlib.contextmanager
-def single_keys() -> Iterator[bool]:
-    """Make standard input deliver single keys without echo; return False without a foreground terminal."""
+def single_keys(*, of_launcher: bool = False) -> Iterator[bool]:
+    """Make standard input deliver single keys without echo; return False without a foreground terminal.
+
+    If `of_launcher` is true, also use a terminal of another session: that of the roslaunch that started the
+    program.
+    """
     if sys.platform == "win32":
         yield False
         return
@@ -26,7 +30,10 @@ def single_keys() -> Iterator[bool]:
     try:
         descriptor = sys.stdin.fileno()
         before = termios.tcgetattr(descriptor)
-        is_usable = os.tcgetpgrp(descriptor) == os.getpgrp()
+        try:
+            is_usable = os.tcgetpgrp(descriptor) == os.getpgrp()
+        except OSError:
+            is_usable = of_launcher
     except (OSError, ValueError, AttributeError, termios.error):
         is_usable = False
     if not is_usable:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import contextlib
-import threading
 from collections.abc import Iterator, Sequence
 
 from pipros.basics.errors import PiprosError
 from pipros.node import Node
-from pipros.node.signals import Signals
+from pipros.node.signals import ended_by_signals
 from pipros.node.start_params import is_on
 
 
@@ -32,35 +31,3 @@ def command_node(
                 if is_on(node, "/use_sim_time"):
                     node.use_simulated_time()
         yield node
-
-
-@contextlib.contextmanager
-def ended_by_signals(
-    node: Node, life: contextlib.AbstractContextManager[object], *, insist: bool = True
-) -> Iterator[None]:
-    """Run the block within `life`, which starts the node; SIGINT and SIGTERM shut the node down.
-
-    A signal raises nothing in the block unless the block continues after the shutdown, which ends all waits
-    for the node. An exception of a block ended by a signal counts as KeyboardInterrupt. Outside the main
-    thread, signal handlers are left unchanged.
-
-    Args:
-        insist: interrupt a block that continues after any shutdown. Otherwise only a second signal does, so
-            that the block can finish writing.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        with life:
-            yield
-        return
-    signals = Signals(node.shutdown, insist=insist)
-    signals.install()
-    try:
-        with life:
-            signals.listen(node)
-            yield
-    except Exception:
-        if signals.have_come:
-            raise KeyboardInterrupt from None
-        raise
-    finally:
-        signals.uninstall()

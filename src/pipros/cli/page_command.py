@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from ipaddress import ip_address
 from optparse import OptionParser
 from typing import Any
 
@@ -17,6 +18,7 @@ def page_parser(name: str, usage: str) -> OptionParser:
     parser.add_option("--cert", metavar="FILE", help="a certificate: serve the page with TLS")
     parser.add_option("--key", metavar="FILE", help="its private key, if not in the same file")
     add_flag(parser, "--control", help="let the page change the system")
+    add_flag(parser, "--read-only", help="let the page change nothing")
     add_flag(parser, "--no-browser", help="print the address only")
     return parser
 
@@ -26,11 +28,21 @@ def without_remappings(argv: Sequence[str]) -> list[str]:
     return [word for word in argv if not is_legal_remapping(word)]
 
 
-def show(tool: str, tab: str, options: Any) -> int:
-    """Serve the page, opened at a tab, until Ctrl-C."""
-    from pipros.web.serve_page import PageOptions, serve_page
+def show(tool: str, tab: str, options: Any, usual: str = "") -> int:
+    """Serve the page, opened at a tab, until Ctrl-C.
 
+    `usual` is the kind of change that the command is for: the page may make it without options, on loopback.
+    """
+    from pipros.web.serve_page import CHANGING, PageOptions, serve_page
+
+    if options.control and options.read_only:
+        raise CommandError("--control and --read-only exclude each other")
     host, port = _bind_address(options.bind)
+    permitted = frozenset({usual} if usual and _is_loopback(host) else ())
+    if options.control:
+        permitted = CHANGING
+    elif options.read_only:
+        permitted = frozenset()
     return serve_page(
         PageOptions(
             tool,
@@ -39,10 +51,17 @@ def show(tool: str, tab: str, options: Any) -> int:
             port,
             options.cert,
             options.key,
-            has_control=bool(options.control),
+            permitted=permitted,
             opens_browser=not options.no_browser,
         )
     )
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return host == "localhost"
 
 
 def _bind_address(text: str) -> tuple[str, int]:

@@ -16,7 +16,7 @@ pipros {pipros.__version__}: ROS 1 from pip. ROS' own commands have their own na
 Commands:
 \tpipros doctor\tfind out why nodes do not talk to each other, and what to do about it
 \tpipros graph\tshow the running system in a browser (rqt_graph)
-\tpipros env\tprint what the setup files of a workspace would set
+\tpipros env\tprint what to evaluate instead of sourcing a setup file
 \tpipros version\tprint the versions of pipros, Python and ROS
 \tpipros stubs\twrite type stubs for the messages of packages, for editors
 

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 from pipros.basics import names
 from pipros.basics.env import Environment
-from pipros.cli.command_node import ended_by_signals
 from pipros.cli.entry_point import command
 from pipros.cli.runner import run
 from pipros.node.rosout import RosoutAggregator
+from pipros.node.signals import ended_by_signals
 
 
 @command

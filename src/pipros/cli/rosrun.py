@@ -50,8 +50,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     index = PackageIndex.from_environment()
     package = index.get(package_name)
     if package is None:
-        _report_missing_package(index, package_name)
-        _print_compiled_hint(package_name, name, rest)
+        print(f"[rospack] Error: package '{package_name}' not found", file=sys.stderr)
+        if not _print_advice(package_name, name, rest):
+            _suggest(package_name, [package.name for package in index])
+        if index.advice:
+            print(f"[rosrun] {index.advice}", file=sys.stderr)
         return UNKNOWN_PACKAGE
     found = find_executables(package, name)
     if debug:
@@ -62,7 +65,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             return NO_SUCH_COMMAND
         programs = list_executables(package)
         _report_missing_program(package, name, found, programs)
-        _print_compiled_hint(package_name, name, rest, programs)
+        _print_advice(package_name, name, rest, programs)
         return NOT_FOUND
     try:
         command = command_of(program, rest, prefix)
@@ -124,22 +127,17 @@ def _print_search(found: Executables, name: str) -> None:
         print(f"[rosrun] Assuming {found.relay} is a devel-space relay for {found.runnable[1]}")
 
 
-def _report_missing_package(index: PackageIndex, name: str) -> None:
-    print(f"[rospack] Error: package '{name}' not found", file=sys.stderr)
-    _suggest(name, [package.name for package in index])
-    if index.advice:
-        print(f"[rosrun] {index.advice}", file=sys.stderr)
+def _print_advice(package: str, program: str, arguments: list[str], programs: Sequence[str] = ()) -> bool:
+    """Print how to have a well-known package; return False if there is no advice.
 
-
-def _print_compiled_hint(
-    package: str, program: str, arguments: list[str], programs: Sequence[str] = ()
-) -> None:
-    """Print where to run a well-known C++ package. Uses stderr, so that stdout equals Noetic's."""
-    from pipros.workspace.compiled_packages import why_not_here
+    Uses stderr, so that stdout equals Noetic's.
+    """
+    from pipros.packages.well_known import why_not_here
 
     reason = why_not_here(package, program, arguments, programs)
     if reason:
         print(f"[rosrun] {reason}", file=sys.stderr)
+    return reason is not None
 
 
 def _report_missing_program(package: Package, name: str, found: Executables, programs: list[str]) -> None:

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from urllib.parse import quote
 
 from pipros.cli.entry_point import command
 from pipros.cli.page_command import page_parser, show, without_remappings
-from pipros.cli.runner import run
+from pipros.cli.rqt_graph import main as rqt_graph
+from pipros.cli.runner import CommandError, run
 from pipros.graph.client import GraphClient
 
 Main = Callable[[Sequence[str] | None], int]
 
 
-def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1) -> Main:
-    """Return a command that opens a tab; it takes up to `most` arguments, called `argument` in its usage."""
+def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1, change: str = "") -> Main:
+    """Return a command that opens a tab; it takes up to `most` arguments, called `argument` in its usage.
+
+    `change`: the kind of change that it is for; see `show`.
+    """
     limit = most if argument else 0
 
     def body(argv: Sequence[str]) -> int:
@@ -25,7 +30,7 @@ def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1) -> M
             parser.error(f"unexpected argument: {words[-1]}")
         with GraphClient(name) as graph:
             wanted = ",".join(_resolved(graph, word) for word in words)
-        return show(name, f"{tab}/{quote(wanted, safe='')}" if wanted else tab, options)
+        return show(name, f"{tab}/{quote(wanted, safe='')}" if wanted else tab, options, change)
 
     @command
     def main(argv: Sequence[str] | None = None) -> int:
@@ -41,15 +46,64 @@ def _resolved(graph: GraphClient, word: str) -> str:
     return graph.resolve(word[:end]) + word[end:]
 
 
-rqt = _tool("rqt", "graph")
+_graph = _tool("rqt", "graph")
 rqt_console = _tool("rqt_console", "console")
 rqt_image_view = _tool("rqt_image_view", "images", "[topic]")
-rqt_logger_level = _tool("rqt_logger_level", "console", "[node]")
+rqt_logger_level = _tool("rqt_logger_level", "console", "[node]", change="set_logger_level")
 rqt_plot = _tool("rqt_plot", "plot", "[/topic/field1:field2 ...]", most=None)
-rqt_publisher = _tool("rqt_publisher", "publish", "[topic]")
-rqt_reconfigure = _tool("rqt_reconfigure", "reconfigure", "[server]")
+rqt_publisher = _tool("rqt_publisher", "publish", "[topic]", change="publishing")
+rqt_reconfigure = _tool("rqt_reconfigure", "reconfigure", "[server]", change="set_reconfigured")
 rqt_robot_monitor = _tool("rqt_robot_monitor", "diagnostics")
-rqt_service_caller = _tool("rqt_service_caller", "services", "[service]")
+rqt_service_caller = _tool("rqt_service_caller", "services", "[service]", change="call_service")
 rqt_tf_tree = _tool("rqt_tf_tree", "tf")
 rqt_top = _tool("rqt_top", "nodes")
 rqt_topic = _tool("rqt_topic", "topics", "[topic]")
+
+_PLUGINS: Mapping[str, Main] = {
+    "console": rqt_console,
+    "graph": rqt_graph,
+    "image_view": rqt_image_view,
+    "logger_level": rqt_logger_level,
+    "nodes": rqt_top,
+    "plot": rqt_plot,
+    "publisher": rqt_publisher,
+    "reconfigure": rqt_reconfigure,
+    "robot_monitor": rqt_robot_monitor,
+    "service_caller": rqt_service_caller,
+    "tf_tree": rqt_tf_tree,
+    "top": rqt_top,
+    "topic": rqt_topic,
+}
+"""The commands that stand for plugins of rqt, by their names without `rqt_`."""
+
+
+@command
+def rqt(argv: Sequence[str] | None = None) -> int:
+    """Run `rqt`: with `-s NAME` (`--standalone`) the command of one plugin, else the page at its graph."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    return run(lambda: _run_plugin(arguments))
+
+
+def _run_plugin(arguments: list[str]) -> int:
+    plugin, rest = _standalone(arguments)
+    if plugin is None:
+        return _graph(rest)
+    # Noetic takes any part of a plugin's name: rqt_graph, rqt_graph/RosGraph, rqt_graph.ros_graph.RosGraph.
+    name = re.split(r"[/.]", plugin)[0].lower().removeprefix("rqt_")
+    if name not in _PLUGINS:
+        known = ", ".join(sorted(_PLUGINS))
+        raise CommandError(f"rqt has no plugin [{plugin}] in pipros; there are {known}")
+    return _PLUGINS[name](rest)
+
+
+def _standalone(arguments: list[str]) -> tuple[str | None, list[str]]:
+    """Return the plugin that `-s` names, and the other arguments."""
+    for at, word in enumerate(arguments):
+        option, equals, value = word.partition("=")
+        if option == "--standalone" and equals:
+            return value, arguments[:at] + arguments[at + 1 :]
+        if word in ("-s", "--standalone"):
+            if at + 1 == len(arguments):
+                raise CommandError(f"{word} needs the name of a plugin")
+            return arguments[at + 1], arguments[:at] + arguments[at + 2 :]
+    return None, arguments

@@ -1,4 +1,4 @@
-"""`pipros env`: prints the variables that the setup files of a workspace would set."""
+"""`pipros env`: prints what the setup files of a workspace would set, as code for the shell to evaluate."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = ArgumentParser(
         prog="pipros env",
         description="Print what setup.bash of a workspace would set, as shell commands: "
-        'eval "$(pipros env ~/catkin_ws)" has the effect of sourcing the file. Without a workspace it '
-        "prints the environment of pipros alone.",
+        'eval "$(pipros env ~/catkin_ws)" has the effect of sourcing the file. Without a workspace, '
+        'eval "$(pipros env)" stands in for sourcing /opt/ros/noetic/setup.bash. It also defines roscd, '
+        "rosls, rosed, roscp and completion, in bash, zsh and fish.",
     )
     parser.add_argument(
         "workspace", nargs="?", help="a workspace, or its devel or install folder (default: none)"
@@ -33,13 +34,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     def body() -> int:
         space = None if options.workspace is None else built_space(Path(options.workspace))
         from pipros.workspace.environment import environment_changes, setup_code
+        from pipros.workspace.setup_files import functions_code
 
         if options.json:
             import json
 
             print(json.dumps(environment_changes(space, os.environ, extend=options.extend), indent=2))
         else:
-            print(setup_code(space, os.environ, options.shell, extend=options.extend), end="")
+            code = setup_code(space, os.environ, options.shell, extend=options.extend)
+            print(code + functions_code(options.shell), end="")
         return 0
 
     return run(body)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import re
 import shutil
 import socket
 import sys
@@ -26,6 +27,9 @@ PACKAGES = ("rospy", "roslib", "rosgraph", "roslaunch", "genpy")
 CALLER_ID = "/pipros_doctor"
 
 _SCRIPT_BYTES = 1 << 20  # on Windows, a small launcher program precedes the script
+
+_START_FILES = (".bashrc", ".zshrc", ".profile", ".bash_profile")
+_SOURCED = re.compile(r"(?m)^\s*(?:source|\.)\s+(/opt/ros/[\w./-]+)")
 
 
 def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: float = 3.0) -> MachineReport:
@@ -65,6 +69,7 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
         has_local_master=bool(master_error)
         and not is_default
         and not _error_of_master(DEFAULT_MASTER_URI, timeout_s),
+        missing_setup_files=_missing_setup_files(values),
         workspace=_workspace_around(Path.cwd()),
     )
 
@@ -151,3 +156,18 @@ def _workspace_around(folder: Path) -> Path | None:
         if (above / "devel" / MARKER).is_file() and (above / "src").is_dir():
             return above / "devel"
     return None
+
+
+def _missing_setup_files(variables: Mapping[str, str]) -> dict[str, str]:
+    """Return the start files of shells that source a missing setup file below /opt/ros, with that file."""
+    found = {}
+    for name in _START_FILES:
+        try:
+            with (Path(variables.get("HOME") or Path.home()) / name).open("rb") as file:
+                text = file.read(_SCRIPT_BYTES).decode(errors="replace")
+        except (OSError, RuntimeError):
+            continue
+        for match in _SOURCED.finditer(text):
+            if not Path(match[1]).exists():
+                found[f"~/{name}"] = match[1]
+    return found

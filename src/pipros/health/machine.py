@@ -38,6 +38,8 @@ class MachineReport:
             that replaced its files; empty if unknown.
         master_error: why the master cannot be reached; empty if it answers, None if it was not called.
         has_local_master: whether a master answers at the default address of this machine.
+        missing_setup_files: start file of a shell to a setup file of ROS that it sources, and that does not
+            exist.
         workspace: the devel space of the workspace around the current folder, if there is one.
     """
 
@@ -55,4 +57,5 @@ class MachineReport:
     changed_packages: Mapping[str, str] = field(default_factory=dict)
     master_error: str | None = None
     has_local_master: bool = False
+    missing_setup_files: Mapping[str, str] = field(default_factory=dict)
     workspace: Path | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from collections.abc import Callable, Iterator
 
 from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
@@ -108,6 +109,18 @@ def missing_paths(machine: MachineReport) -> Findings:
                     name,
                     entry,
                 )
+
+
+def missing_setup_files(machine: MachineReport) -> Findings:
+    """Find start files of shells that source a setup file of ROS that does not exist, as courses tell."""
+    for start_file, setup_file in machine.missing_setup_files.items():
+        yield warning(
+            "missing-setup-file",
+            f"{start_file} sources {setup_file}, which does not exist",
+            f'Replace that line by: eval "$({shlex.quote(str(machine.own_programs / "pipros"))} env)", and '
+            "open a new terminal.",
+            start_file,
+        )
 
 
 def workspace_not_set_up(machine: MachineReport) -> Findings:
@@ -275,6 +288,7 @@ CHECKS: tuple[Callable[[MachineReport], Findings], ...] = (
     changed_packages,
     other_ros_set_up,
     missing_paths,
+    missing_setup_files,
     workspace_not_set_up,
     master_uri,
     own_address,

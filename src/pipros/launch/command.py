@@ -11,7 +11,7 @@ from pathlib import Path
 from pipros.basics.env import Environment
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.launch.model import Machine, Node, WorkingFolder
-from pipros.workspace.compiled_packages import why_not_here
+from pipros.packages.well_known import why_not_here
 from pipros.workspace.executables import Executables, find_executables, list_executables
 from pipros.workspace.index import Package, PackageIndex
 from pipros.workspace.program_start import command_of, program_environment

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from pipros.basics.errors import NotFound
 from pipros.launch.model import LaunchError
+from pipros.packages.well_known import why_missing
 from pipros.workspace.index import Package, PackageIndex
 
 STDIN = "-"
@@ -52,7 +53,8 @@ def find_in_package(package_name: str, name: str, index: PackageIndex) -> str:
     try:
         package = index.find(package_name)
     except NotFound:
-        raise LaunchError("\n".join(filter(None, [nothing, index.advice]))) from None
+        hints = [nothing, why_missing(package_name), index.advice]
+        raise LaunchError("\n".join(filter(None, hints))) from None
     matches = _matches(package, name)
     if not matches:
         raise LaunchError(nothing)

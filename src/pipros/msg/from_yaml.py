@@ -70,7 +70,7 @@ class _Filler:
 
     def _set(self, message: Any, name: str, value: Any, prefix: str) -> None:
         if name not in message.__slots__:
-            raise MessageException(f"No field name [{prefix}{name}]")
+            raise MessageException(f"No field name [{prefix}{name}]{_yaml_hint(name)}")
         present = getattr(message, name)
         if isinstance(present, Message | TVal):
             if type(value) is str:
@@ -126,3 +126,8 @@ def _new_element(base: str, field: str) -> Message | TVal:
         raise MessageException(
             f"Cannot instantiate messages for field [{field}] : cannot load class {base}"
         ) from None
+
+
+def _yaml_hint(name: object) -> str:
+    """Return an explanation of a key like `off`, which YAML reads as a boolean; else nothing."""
+    return " (YAML reads on, off, yes and no as booleans: write 'off')" if isinstance(name, bool) else ""

@@ -109,11 +109,18 @@ class ConsoleHandler(logging.Handler):
         line_format: str | None,
         *,
         is_coloured: bool = True,
+        is_roscpp: bool = False,
         stdout: TextIO | None = None,
         stderr: TextIO | None = None,
     ) -> None:
-        """Write to `stdout` and `stderr`, if given, instead of the process's own streams."""
+        """Create a handler.
+
+        Args:
+            is_roscpp: write severities and times as roscpp does: `[ INFO] [1700000000.123456789]`.
+            stdout, stderr: write to these instead of the process's own streams.
+        """
         super().__init__()
+        self._severity_width, self._digits = (5, 9) if is_roscpp else (0, 6)
         self._streams = stdout, stderr
         self._is_coloured = is_coloured
         self.node_name = node_name
@@ -145,9 +152,9 @@ class ConsoleHandler(logging.Handler):
             if key == "time":
                 return self._time(record.created, time_format)
             if key == "walltime":
-                return wall_time(record.created, time_format)
+                return wall_time(record.created, time_format, self._digits)
             values = {
-                "severity": severity.name,
+                "severity": severity.name.rjust(self._severity_width),
                 "message": message,
                 "logger": record.name,
                 "thread": str(record.thread),
@@ -161,10 +168,10 @@ class ConsoleHandler(logging.Handler):
         return _PLACEHOLDER.sub(value, self._line_format)
 
     def _time(self, created: float, time_format: str | None) -> str:
-        text, clock = wall_time(created, time_format), self.clock()
+        text, clock = wall_time(created, time_format, self._digits), self.clock()
         if clock is None or not clock.is_simulated:
             return text
-        return f"{text}, {wall_time(clock.now_ns() / NS_PER_S, time_format)}"
+        return f"{text}, {wall_time(clock.now_ns() / NS_PER_S, time_format, self._digits)}"
 
 
 class RosoutHandler(logging.Handler):
@@ -305,9 +312,9 @@ def full_text(record: logging.LogRecord) -> str:
     return text
 
 
-def wall_time(seconds: float, time_format: str | None) -> str:
+def wall_time(seconds: float, time_format: str | None, digits: int = 6) -> str:
     if time_format is None:
-        return f"{seconds:f}"
+        return f"{seconds:.{digits}f}"
     return time.strftime(time_format, time.localtime(seconds))
 
 

@@ -32,11 +32,13 @@ _LOGGING_LEVELS = {
 """The levels of Python's logging for those of ROS."""
 
 
-def open_console_and_file(node: Node, logger: logging.Logger, level: int | None) -> list[logging.Handler]:
+def open_console_and_file(
+    node: Node, logger: logging.Logger, level: int | None, *, is_roscpp: bool = False
+) -> list[logging.Handler]:
     """Log `logger` to the console, and all loggers of the process to a file, as Noetic's configuration does.
 
     If a configuration of Python's logging exists (`find_log_config`), it is used instead. `level` is a ROS
-    level number; None keeps the configured one.
+    level number; None keeps the configured one. For `is_roscpp`, see `ConsoleHandler`.
 
     Returns:
         The handlers that were added to the logger and to the root logger; none with a configuration.
@@ -51,7 +53,9 @@ def open_console_and_file(node: Node, logger: logging.Logger, level: int | None)
         for handler in logger.handlers[:]:
             if isinstance(handler, ConsoleHandler):  # of a configuration of the program before its node
                 logger.removeHandler(handler)
-        console = ConsoleHandler(node.name, lambda: node.clock, node.environment.console_format)
+        console = ConsoleHandler(
+            node.name, lambda: node.clock, node.environment.console_format, is_roscpp=is_roscpp
+        )
         logger.addHandler(console)
         handlers = [console, *_log_to_file(path)]
     if level is not None:

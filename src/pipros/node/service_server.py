@@ -40,6 +40,10 @@ class HandlerError(Exception):
     """Raised by a handler's adapter: the text is sent to the client without being logged here."""
 
 
+class CallFailed(Exception):
+    """Raised by a handler: the client gets a failure without a text, like that of a roscpp handler."""
+
+
 class ServiceServer:
     """Answers the calls of one service. Calls on different connections run concurrently, in threads.
 
@@ -145,6 +149,8 @@ class ServiceServer:
             response = self._handler(request)
             number(response, next(self._numbers))
             return True, self._encode(response)
+        except CallFailed:
+            return False, (b"",)
         except HandlerError as error:
             return False, (_text_of("service cannot process request", error),)
         except Exception as error:

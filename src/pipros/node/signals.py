@@ -8,7 +8,7 @@ import signal
 import socket
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any
 
@@ -194,3 +194,35 @@ class Signals:
     def _uninstall_in_child(self) -> None:
         if not self._is_uninstalled.is_set():
             self._restore()
+
+
+@contextlib.contextmanager
+def ended_by_signals(
+    node: Node, life: contextlib.AbstractContextManager[object], *, insist: bool = True
+) -> Iterator[None]:
+    """Run the block within `life`, which starts the node; SIGINT and SIGTERM shut the node down.
+
+    A signal raises nothing in the block unless the block continues after the shutdown, which ends all waits
+    for the node. An exception of a block ended by a signal counts as KeyboardInterrupt. Outside the main
+    thread, signal handlers are left unchanged.
+
+    Args:
+        insist: interrupt a block that continues after any shutdown. Otherwise only a second signal does, so
+            that the block can finish writing.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        with life:
+            yield
+        return
+    signals = Signals(node.shutdown, insist=insist)
+    signals.install()
+    try:
+        with life:
+            signals.listen(node)
+            yield
+    except Exception:
+        if signals.have_come:
+            raise KeyboardInterrupt from None
+        raise
+    finally:
+        signals.uninstall()

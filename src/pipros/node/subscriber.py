@@ -9,7 +9,7 @@ from collections.abc import AsyncIterator, Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Generic
 
-from pipros.basics.errors import LimitExceeded, PiprosError, ProtocolError, Unreachable
+from pipros.basics.errors import LimitExceeded, MissingExtra, PiprosError, ProtocolError, Unreachable
 from pipros.basics.printable import printable
 from pipros.net import tcpros
 from pipros.net.incoming import DeliveryLock, IncomingLink, ReceiveStatistics
@@ -80,6 +80,7 @@ class Subscription:
         self._taken = ReceiveStatistics()  # totals of links that have ended
         self.handles = 0
         self.observe: MessageObserver | None = None
+        self._missing: set[str] = set()  # texts of MissingExtra that were logged
         self._context = context
         self._decode = decoder(message_class)
         self._delivery_lock = DeliveryLock()
@@ -276,6 +277,11 @@ class Subscription:
             self._log_bad_callback(listener, error)
 
     def _log_bad_callback(self, listener: SubscriberCallback, error: Exception) -> None:
+        if isinstance(error, MissingExtra):  # it fails for every message until the user installs something
+            if str(error) not in self._missing:
+                self._missing.add(str(error))
+                self._context.log.error("bad callback: %s: %s", listener.callback, error)
+            return
         self._context.log.error("bad callback: %s", listener.callback, exc_info=error)
 
     def _remove_link(self, link: IncomingLink) -> None:

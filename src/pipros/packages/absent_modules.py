@@ -7,14 +7,14 @@ from importlib.abc import Loader
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 
-EM = "em is not installed. Noetic's scripts and templates need empy 3: pip install 'pipros[templates]'"
+_EM = "{} is not installed. Noetic's scripts and templates need empy 3: "
 _QT = (
     "{} is not installed: pipros shows no Qt plugins. Its rqt is a page in the browser: "
     "rqt_graph, rqt_plot, rqt_console, rqt_image_view, rqt_reconfigure, rqt_tf_tree and others"
 )
 
 _REASONS: Mapping[str, str] = {
-    "em": EM,
+    "em": _EM,
     **dict.fromkeys(("python_qt_binding", "qt_gui", "rqt_gui", "rqt_gui_py", "rqt_py_common"), _QT),
 }
 
@@ -23,7 +23,12 @@ class _Loader(Loader):
     """Fails to load a module."""
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:
-        raise ModuleNotFoundError(_REASONS[spec.name].format(spec.name), name=spec.name)
+        reason = _REASONS[spec.name].format(spec.name)
+        if spec.name == "em":
+            from pipros.basics.extras import install_command
+
+            reason += install_command("templates")
+        raise ModuleNotFoundError(reason, name=spec.name)
 
     def exec_module(self, module: ModuleType) -> None:
         """Is never called."""

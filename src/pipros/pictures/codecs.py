@@ -11,6 +11,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from pipros.basics.errors import MissingExtra
+from pipros.basics.extras import install_command
 from pipros.pictures.errors import PictureError
 
 
@@ -51,9 +53,9 @@ def codec() -> Codec:
     try:
         from PIL import Image
     except ImportError as error:
-        raise ImportError(
+        raise MissingExtra(
             "compressed images need OpenCV or Pillow, and neither is installed. "
-            "Try: pip install 'pipros[vision]' or pip install 'pipros[numpy,pictures]'",
+            f"Try: {install_command('vision')} or {install_command('numpy', 'pictures')}",
             name=error.name,
         ) from error
     return PillowCodec(Image)
@@ -116,7 +118,7 @@ class PillowCodec:
         is_deep = image.dtype == np.uint16
         if image.dtype not in (np.uint8, np.uint16) or (is_deep and (image.ndim == 3 or kind == "jpeg")):
             raise PictureError(
-                f"Pillow cannot write {_describe(image)} as {kind}. Try OpenCV: pip install 'pipros[vision]'"
+                f"Pillow cannot write {_describe(image)} as {kind}. Try OpenCV: {install_command('vision')}"
             )
         if image.ndim == 3:
             image = _swap_red_and_blue(image[:, :, :3] if kind == "jpeg" else image)

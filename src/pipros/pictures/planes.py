@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 
+from pipros.basics.extras import install_command
 from pipros.pictures.errors import PictureError
 from pipros.pictures.pgm import MAX_PIXELS, is_pgm, read_pgm
 
@@ -42,7 +43,7 @@ def _read_with_pillow(content: bytes, file: str) -> Picture:
     except ImportError:
         raise PictureError(
             f"{os.path.basename(file)} is not a PGM file, and other pictures need Pillow: "
-            "pip install 'pipros[pictures]'"
+            + install_command("pictures")
         ) from None
     from io import BytesIO
 

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import os
 import signal
 import socket
 import ssl
 import sys
 import threading
-import webbrowser
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +20,7 @@ from pipros.graph.client import GraphClient
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.web.access import Access
+from pipros.web.desktop import open_in_browser
 from pipros.web.server import Action, PageServer, Services, View
 from pipros.web.views.calls import CallViews
 from pipros.web.views.console import ConsoleViews
@@ -36,9 +35,16 @@ from pipros.web.views.reconfigure import ReconfigureViews
 from pipros.web.views.topics import TopicViews
 from pipros.web.watched_system import MASTER_DEADLINE_S, WatchedSystem
 
-CHANGING = frozenset(
-    {"call_service", "delete_param", "publishing", "set_logger_level", "set_param", "set_reconfigured"}
-)
+_KINDS = {
+    "call_service": "call services",
+    "delete_param": "delete parameters",
+    "publishing": "publish messages",
+    "set_logger_level": "set logger levels",
+    "set_param": "set parameters",
+    "set_reconfigured": "reconfigure nodes",
+}
+
+CHANGING = frozenset(_KINDS)
 """The views and actions that change the system."""
 
 CLOSING_S = 0.4
@@ -62,7 +68,7 @@ class PageOptions:
         host: address to listen on.
         port: port to listen on; 0 selects a free one.
         certificate, key: PEM files for TLS.
-        has_control: whether the page may change the system.
+        permitted: those of `CHANGING` that the page may do.
         opens_browser: whether to open the page in a browser if there is a display.
     """
 
@@ -72,7 +78,7 @@ class PageOptions:
     port: int = 0
     certificate: str | None = None
     key: str | None = None
-    has_control: bool = False
+    permitted: frozenset[str] = frozenset()
     opens_browser: bool = True
 
 
@@ -92,7 +98,7 @@ def serve_page(options: PageOptions) -> int:
     ):
         loop.start()
         system = WatchedSystem(graph, node)
-        server = PageServer(services(system, has_control=options.has_control))
+        server = PageServer(services(system, options.permitted))
         try:
             loop.run(_start(options, system, server))
             over.wait()
@@ -116,14 +122,12 @@ async def _start(options: PageOptions, system: WatchedSystem, server: PageServer
     await server.start(host, options.port, names=names, tls=_tls(options))
     reachable = "localhost" if host in _EVERYWHERE else shown
     print(f"{options.tool}: {server.access.url(reachable, options.tab)}", flush=True)
-    if not options.has_control:
-        print("The page is read-only. With --control it can also change the system.", file=sys.stderr)
+    if options.permitted != CHANGING:
+        print(_restriction(options.permitted), file=sys.stderr)
     if shown != "localhost":
         _warn_about_network(options, server.access)
-    if options.opens_browser and _has_display():
-        # Other users can read the browser's command line, so it must not contain the token.
-        once = server.access.one_time_url(reachable, options.tab)
-        threading.Thread(target=webbrowser.open, args=(once,), daemon=True).start()
+    if options.opens_browser:
+        open_in_browser(server.access, reachable, options.tab)
 
 
 @contextlib.contextmanager
@@ -150,7 +154,14 @@ def _set_by_signals(over: OnceEvent) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def services(system: WatchedSystem, *, has_control: bool) -> Services:
+def _restriction(permitted: frozenset[str]) -> str:
+    if not permitted:
+        return "The page is read-only. With --control it can also change the system."
+    what = " and ".join(sorted(_KINDS[name] for name in permitted))
+    return f"The page can {what}. With --control it can make other changes, with --read-only none."
+
+
+def services(system: WatchedSystem, permitted: frozenset[str] = frozenset()) -> Services:
     """Return all views and actions of the page."""
     graph, topics, calls = GraphViews(system), TopicViews(system), CallViews(system)
     console, parameters, servers = ConsoleViews(system), ParamViews(system), ReconfigureViews(system)
@@ -174,7 +185,8 @@ def services(system: WatchedSystem, *, has_control: bool) -> Services:
     }
 
     async def about(_: Mapping[str, Any]) -> Any:
-        return {"master": system.graph.environment.master_uri, "control": has_control}
+        uri = system.graph.environment.master_uri
+        return {"master": uri, "control": permitted == CHANGING, "may": sorted(permitted)}
 
     actions: Mapping[str, Action] = {
         "about": about,
@@ -189,7 +201,7 @@ def services(system: WatchedSystem, *, has_control: bool) -> Services:
         "set_param": parameters.set_param,
         "set_reconfigured": servers.set_reconfigured,
     }
-    return Services(views, actions, CHANGING, has_control)
+    return Services(views, actions, CHANGING, permitted)
 
 
 def _tls(options: PageOptions) -> ssl.SSLContext | None:
@@ -204,7 +216,7 @@ def _tls(options: PageOptions) -> ssl.SSLContext | None:
 
 
 def _warn_about_network(options: PageOptions, access: Access) -> None:
-    what = "see and change" if options.has_control else "see"
+    what = "see and change" if options.permitted else "see"
     print(f"Others on this network can {what} the system when they have this address.", file=sys.stderr)
     if options.host.strip("[]") in _EVERYWHERE:
         print(f"From other computers: {access.url(socket.gethostname(), options.tab)}", file=sys.stderr)
@@ -222,9 +234,3 @@ def fingerprint_of(certificate: str) -> str:
         return ""
     der = ssl.PEM_cert_to_DER_cert(text[begin : end + len(ssl.PEM_FOOTER)])
     return hashlib.sha256(der).digest().hex(":").upper()
-
-
-def _has_display() -> bool:
-    if sys.platform in ("darwin", "win32"):
-        return True
-    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

@@ -20,13 +20,13 @@ import logging
 import math
 import mimetypes
 import ssl
-from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable, Collection, Mapping
+from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from http import HTTPStatus
 from importlib import resources
 from socket import SOCK_STREAM
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.datastructures import Headers
@@ -41,6 +41,9 @@ from pipros.web.browser_share import begin_browser
 from pipros.web.entrance import ACCEPTED_AT_A_TIME, Entrance, Visitor
 from pipros.web.json_text import json_text
 from pipros.web.secret import Denied
+
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
 
 logger = logging.getLogger("pipros.web")
 
@@ -89,13 +92,15 @@ class Services:
     Attributes:
         views, actions: functions by name.
         changing: names of the views and actions that change the system.
-        has_control: whether those are allowed.
+        permitted: those of them that are allowed.
+        pages: packages whose folder `page` has the files, the first one first.
     """
 
     views: Mapping[str, View] = field(default_factory=dict)
     actions: Mapping[str, Action] = field(default_factory=dict)
     changing: frozenset[str] = frozenset()
-    has_control: bool = False
+    permitted: frozenset[str] = frozenset()
+    pages: Sequence[str] = ("pipros.web",)
 
 
 class PageServer:
@@ -181,7 +186,7 @@ class PageServer:
                 return None
         except Denied as error:
             return _response(HTTPStatus.FORBIDDEN, str(error).encode(), "text/plain; charset=utf-8")
-        return _file_response(path)
+        return _file_response(path, self._services.pages)
 
     async def _attend(self, connection: ServerConnection) -> None:
         """Serve one browser until it disconnects."""
@@ -352,8 +357,9 @@ class _Browser:
         return await action(arguments)
 
     def _check_control(self, name: str) -> None:
-        if name in self._services.changing and not self._services.has_control:
-            raise RequestRefused("this page is read-only; start it with --control to change the system")
+        if name in self._services.changing - self._services.permitted:
+            what = "cannot do this" if self._services.permitted else "is read-only"
+            raise RequestRefused(f"this page {what}; start it with --control to change the system")
 
     async def _send(self, value: Mapping[str, Any]) -> None:
         await self._connection.send(await json_text(value))
@@ -365,23 +371,30 @@ def _only(headers: Headers, name: str) -> str | None:
     return values[0] if len(values) == 1 else None
 
 
-def _file_response(path: str) -> Response:
-    """Return a file of the page. Only names of files in its folder are found, so paths cannot leave it."""
+def _file_response(path: str, packages: Sequence[str]) -> Response:
+    """Return a file of the page. Only names of files in its folders are found, so paths cannot leave them."""
     name = "index.html" if path == "/" else path[1:]
-    file = resources.files("pipros.web") / "page"
-    for part in name.split("/"):
-        file = (
-            next((child for child in file.iterdir() if child.name == part), file) if file.is_dir() else file
-        )
-        if file.name != part:
-            return _response(HTTPStatus.NOT_FOUND, b"This file does not exist.", "text/plain; charset=utf-8")
-    if not file.is_file():
+    files = (_find(resources.files(package) / "page", name) for package in packages)
+    file = next((file for file in files if file is not None), None)
+    if file is None:
         return _response(HTTPStatus.NOT_FOUND, b"This file does not exist.", "text/plain; charset=utf-8")
     kind = mimetypes.guess_type(name)[0] or "application/octet-stream"
     if name.endswith(".js"):
         kind = "text/javascript"
     charset = "; charset=utf-8" if kind.startswith(("text/", "image/svg")) else ""
     return _response(HTTPStatus.OK, file.read_bytes(), kind + charset)
+
+
+def _find(folder: Traversable, name: str) -> Traversable | None:
+    file = folder
+    for part in name.split("/"):
+        if not file.is_dir():
+            return None
+        found = next((child for child in file.iterdir() if child.name == part), None)
+        if found is None:
+            return None
+        file = found
+    return file if file.is_file() else None
 
 
 def _response(status: HTTPStatus, body: bytes, kind: str) -> Response:

@@ -9,7 +9,12 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipros.workspace.environment import UNDERLAYS_FILE, quoted_for_powershell
+from pipros.workspace.environment import (
+    UNDERLAYS_FILE,
+    quoted_for_fish,
+    quoted_for_posix,
+    quoted_for_powershell,
+)
 from pipros.workspace.overlays import MARKER
 
 SHELL_FOLDER = Path(__file__).resolve().parent / "shell"
@@ -102,6 +107,22 @@ _pipros_setup() {{ . "$_PIPROS_COMMAND_DIR/setup.sh"; }}
 _pipros_setup
 exec "$@"
 """
+
+
+def functions_code(shell: str) -> str:
+    """Return shell code that defines `roscd`, completion and the like, for a shell of `pipros env --shell`.
+
+    Code for `sh` defines them in bash and zsh, which evaluate it, too.
+    """
+    if shell == "fish":
+        return f"source {quoted_for_fish(str(SHELL_FOLDER / 'ros.fish'))}\n"
+    if shell != "sh":
+        return ""
+    bash, zsh = (quoted_for_posix(str(SHELL_FOLDER / f"ros.{name}")) for name in ("bash", "zsh"))
+    return (
+        f'if [ -n "${{BASH_VERSION:-}}" ] && [ -z "${{POSIXLY_CORRECT+set}}" ]; then . {bash}; '
+        f'elif [ -n "${{ZSH_VERSION:-}}" ]; then . {zsh}; fi\n'
+    )
 
 
 def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence[Path]) -> None:

@@ -15,6 +15,7 @@ from pipros.bag.mcap_files import McapWriter, recover
 from pipros.bag.opening import open_bag
 from pipros.bag.record_files import FileOptions, RecordFiles
 from pipros.bag.rewrite import copy_chosen
+from pipros.basics.extras import install_command
 from pipros.basics.limits import process_limits
 from pipros.cli.rosbag import main
 from pipros.msg.errors import DeserializationError
@@ -124,7 +125,7 @@ def test_without_the_library_it_says_what_to_install(
     monkeypatch.setitem(__import__("sys").modules, "mcap.reader", None)
 
     assert main(["convert", "run.bag", "run.mcap"]) == 1
-    assert "pip install 'pipros[mcap]'" in capsys.readouterr().err
+    assert install_command("mcap") in capsys.readouterr().err
     assert os.listdir() == ["run.bag"]
 
 

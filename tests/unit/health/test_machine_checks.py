@@ -40,6 +40,7 @@ FAULTS: dict[str, MachineReport] = {
     "ros-2-environment": machine({"ROS_VERSION": "2", "AMENT_PREFIX_PATH": "/opt/ros/humble"}),
     "mixed-paths": machine({"CMAKE_PREFIX_PATH": "/ws/devel:/opt/ros/noetic"}),
     "missing-path": machine({"ROS_PACKAGE_PATH": "/gone/src"}, paths={"/gone/src": PathKind.MISSING}),
+    "missing-setup-file": machine(missing_setup_files={"~/.bashrc": "/opt/ros/noetic/setup.bash"}),
     "workspace-not-set-up": machine(workspace=Path("/home/me/ws/devel")),
     "master-uri": machine({"ROS_MASTER_URI": "robot:11311"}),
     "master-host-unknown": machine(resolved={"robot": (), "desk": ("10.0.0.2",)}),

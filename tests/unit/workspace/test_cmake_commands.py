@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from pipros.basics.extras import install_command
 from pipros.cmake import cmake_command
 from pipros.workspace.catkin import templates
 from pipros.workspace.hooks import find_hooks
@@ -459,5 +460,5 @@ def test_without_empy_3_one_error_says_how_to_get_it(
     files = {"env-hooks__25_dot_p_dot_sh_dot_em": HOOK, "c_dot_in": ""}
     workspace.add("p", line, "tools", **files)
     (error,) = workspace.build().errors
-    assert "pip install 'pipros[templates]'" in error
+    assert install_command("templates") in error
     assert "p/CMakeLists.txt:" in error

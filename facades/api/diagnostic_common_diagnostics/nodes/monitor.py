@@ -10,6 +10,7 @@ from typing import Any
 
 import rospy
 from diagnostic_updater import Updater
+from pipros.basics.extras import install_command
 from pipros.libraries.diagnostics.machine import Report
 from pipros.msg import load_message_class
 
@@ -36,7 +37,7 @@ def psutil() -> Any:
     try:
         return importlib.import_module("psutil")
     except ImportError:
-        raise SystemExit("this monitor needs psutil; try: pip install 'pipros[monitor]'") from None
+        raise SystemExit(f"this monitor needs psutil; try: {install_command('monitor')}") from None
 
 
 def number(name: str, default: float) -> float:

@@ -12,6 +12,7 @@ from pipros.bag.errors import BagError
 from pipros.bag.images import image_file
 from pipros.bag.opening import open_bag
 from pipros.bag.reader import BagReader
+from pipros.basics.extras import install_command
 from pipros.basics.names import canonicalize, is_legal_topic
 from pipros.basics.printable import listed
 from pipros.cli.runner import CommandError, option_parser
@@ -126,7 +127,7 @@ def _arrays(bag: BagReader, topic: str, path: Path) -> int:
     try:
         import numpy
     except ImportError:
-        raise CommandError("npz files need NumPy: pip install 'pipros[numpy]'") from None
+        raise CommandError(f"npz files need NumPy: {install_command('numpy')}") from None
     columns: dict[str, list[Any]] = {"time": []}
     for _, message, time, _ in bag.messages(topic):
         columns["time"].append(time.to_nsec())

@@ -12,6 +12,7 @@ from optparse import OptionParser, Values
 from pipros.bag.compression import BZ2, LZ4, NONE, has_lz4
 from pipros.bag.record_files import FileOptions
 from pipros.bag.recorder import Recorder, RecordOptions
+from pipros.basics.extras import install_command
 from pipros.basics.names import parse_arguments
 from pipros.cli.command_node import command_node
 from pipros.cli.runner import CommandError, add_flag, option_parser
@@ -26,7 +27,7 @@ def record(argv: Sequence[str]) -> int:
     topics += options.topics
     _check(parser, options, topics)
     if options.compression == LZ4 and not has_lz4():
-        raise CommandError("lz4 cannot be written without its library: pip install 'pipros[lz4]'")
+        raise CommandError(f"lz4 cannot be written without its library: {install_command('lz4')}")
     chosen = RecordOptions(
         topics=topics,
         all=options.all,

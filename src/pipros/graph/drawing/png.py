@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.extras import install_command
 from pipros.graph.drawing.scene import FONT_SIZE, Scene
 from pipros.graph.drawing.svg import middle_of
 
@@ -38,7 +39,7 @@ def to_png(scene: Scene) -> bytes:
         from PIL import Image, ImageDraw, ImageFont
     except ImportError:
         raise PictureFailed(
-            "PNG pictures need Pillow: pip install 'pipros[pictures]', or use --svg"
+            f"PNG pictures need Pillow: {install_command('pictures')}, or use --svg"
         ) from None
     scale = _SCALE * _SMOOTHING
     width, height = round(scene.width * scale), round(scene.height * scale)

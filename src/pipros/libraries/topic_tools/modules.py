@@ -14,6 +14,7 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 from pipros.basics.errors import NotFound, PiprosError
+from pipros.basics.extras import install_command
 from pipros.msg import load_message_class
 from pipros.msg.time import Duration, Time
 
@@ -119,7 +120,7 @@ def _numpy() -> Names:
     try:
         numpy = importlib.import_module("numpy")
     except ImportError:
-        raise NotFound("numpy is not installed; try: pip install 'pipros[numpy]'") from None
+        raise NotFound(f"numpy is not installed; try: {install_command('numpy')}") from None
     linalg = Names("numpy.linalg", _listed(numpy.linalg, LINALG))
     return Names("numpy", {**_listed(numpy, NUMPY - {"linalg"}), "linalg": linalg})
 

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+from pipros.basics.errors import MissingExtra
+from pipros.basics.extras import install_command
+
 try:
     import numpy as numpy
 except ImportError as error:
-    raise ImportError(
-        "images and cameras need numpy, which is not installed. Try: pip install 'pipros[numpy]'",
+    raise MissingExtra(
+        f"images and cameras need numpy, which is not installed. Try: {install_command('numpy')}",
         name=error.name,
     ) from error
 
@@ -22,8 +25,8 @@ def opencv(purpose: str) -> Any:
     try:
         import cv2
     except ImportError as error:
-        raise ImportError(
-            f"{purpose} needs OpenCV, which is not installed. Try: pip install 'pipros[vision]'",
+        raise MissingExtra(
+            f"{purpose} needs OpenCV, which is not installed. Try: {install_command('vision')}",
             name=error.name,
         ) from error
     return cv2

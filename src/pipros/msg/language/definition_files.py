@@ -78,8 +78,15 @@ class DefinitionFiles:
     def _folder(self, package: str) -> str:
         folder = self._find_package(package)
         if folder is None:
-            raise NotFound(f"there is no package {package}: {_where_packages_are()}")
+            raise NotFound(f"there is no package {package}: {_advice(package)}")
         return os.fspath(folder)
+
+
+def _advice(package: str) -> str:
+    """Return what to do about a missing package: where packages were looked for, or how to have this one."""
+    from pipros.packages.well_known import why_missing
+
+    return why_missing(package) or _where_packages_are()
 
 
 def _where_packages_are() -> str:

@@ -19,6 +19,10 @@ const TABS = [
   ["publish", "Publish"],
 ];
 
+// The kind of change that the controls of a tab make.
+const CHANGES = { console: "set_logger_level", params: "set_param", publish: "publishing", reconfigure: "set_reconfigured", services: "call_service" };
+const PERMITS = { call_service: "can call services", publishing: "can publish", set_logger_level: "can set logger levels", set_reconfigured: "can reconfigure" };
+
 // Sections of a tab with their own addresses.
 const PARTS = { reconfigure: "params" };
 
@@ -71,7 +75,7 @@ async function show() {
 function open(name, argument, module) {
   const element = h("div", { class: `tab tab-${name}` });
   const entry = { element, argument };
-  entry.context = new TabContext(name, Boolean(about?.control), (next) => {
+  entry.context = new TabContext(name, Boolean(about?.control || about?.may?.includes(CHANGES[name])), (next) => {
     entry.argument = next;
     links.find((link) => link.dataset.tab === (PARTS[name] ?? name)).href = placeOf(name, next);
   });
@@ -87,6 +91,11 @@ function masterState() {
   return h("span", { class: "master lost", role: "alert", title: masterError }, `the master at ${address} does not answer`);
 }
 
+function permit() {
+  if (about.control) return "can change the system";
+  return about.may.map((name) => PERMITS[name] ?? name).join(", ") || "read-only";
+}
+
 function showState() {
   system.className = live.isOpen ? "" : "lost";
   locked.hidden = !live.isRefused;
@@ -96,7 +105,7 @@ function showState() {
     h("p", { class: "pale" }, "Each start of the command makes a new token, so an address from before does not work. A tab that you open yourself needs the whole address, too; a reload does not."));
   if (live.isRefused) replace(system, "no access");
   else if (!live.isOpen) replace(system, live.trouble || "no connection to the server", ", trying again");
-  else if (about) replace(system, masterState(), h("span", { class: about.control ? "permit control" : "permit" }, about.control ? "can change the system" : "read-only"));
+  else if (about) replace(system, masterState(), h("span", { class: about.may.length ? "permit control" : "permit" }, permit()));
   else replace(system);
 }
 

@@ -37,7 +37,7 @@ class ProcessViews:
         async for observation in self._system.observations():
             yield {
                 "nodes": bounded_list(await self._system.questions.run(table.rows, observation)),
-                "error": "" if psutil else "processor and memory need psutil: pip install 'pipros[monitor]'",
+                "error": "" if psutil else "processor and memory need psutil: {install_command('monitor')}",
             }
             await asyncio.sleep(LOOK_INTERVAL_S)
 

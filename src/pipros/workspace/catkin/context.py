@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
+from pipros.basics.extras import install_command
 from pipros.basics.input_file import read_text
 from pipros.cmake.configure import configured
 from pipros.cmake.interpreter import Interpreter
@@ -107,7 +108,7 @@ class ReadContext:
         for file in package.extras:
             if file.endswith(".em"):
                 self.has_foreign_packages = True
-                self.empy_hint = f" in {file}; pipros reads it with empy 3 (pip install 'pipros[templates]')"
+                self.empy_hint = f" in {file}; pipros reads it with empy 3 ({install_command('templates')})"
             elif file.endswith(".in"):
                 text = configured(read_text(file, errors="replace"), self.scope, at_only=True)
                 self._interpreter.run_text(text, file)

@@ -15,7 +15,7 @@ from pipros.cmake.words import sections
 from pipros.workspace.catkin.context import FoundPackage, Handler, ReadContext
 from pipros.workspace.catkin.names import CATKIN_VERSION, CORE_PACKAGES
 from pipros.workspace.catkin.project import EnvironmentHook
-from pipros.workspace.catkin.templates import NEEDS_EMPY, can_expand, expanded, write
+from pipros.workspace.catkin.templates import can_expand, expanded, needs_empy, write
 
 _HARMLESS_PACKAGES = frozenset(
     ("Boost", "Threads", "PythonInterp", "PythonLibs", "Python", "Python2", "Python3", "Eigen3", "OpenCV")
@@ -194,7 +194,7 @@ def _hook(context: ReadContext, command: Command, base: str) -> EnvironmentHook:
 def _hook_of_template(context: ReadContext, command: Command, base: str, template: str) -> EnvironmentHook:
     name = os.path.basename(base)
     if not can_expand():
-        context.need_native_build(command, f"has the environment hook {template}, which {NEEDS_EMPY}")
+        context.need_native_build(command, f"has the environment hook {template}, which {needs_empy()}")
         return EnvironmentHook(name, template, "")
     text = expanded(template, context)
     if os.path.isfile(f"{base}.installspace.em"):

@@ -14,6 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from pipros.basics.env import DISTRIBUTION
+from pipros.basics.extras import install_command
 from pipros.cmake.configure import configure_file
 from pipros.cmake.language import Command
 from pipros.workspace.catkin.context import Handler, ReadContext
@@ -21,7 +22,10 @@ from pipros.workspace.catkin.context import Handler, ReadContext
 _TIME_LIMIT_S = 60.0
 _PREFIXES = ("CATKIN_", "CMAKE_", "PROJECT_", "PYTHON_")
 
-NEEDS_EMPY = "needs empy 3 (pip install 'pipros[templates]')"
+
+def needs_empy() -> str:
+    """Return the part of a message that says how to install empy."""
+    return f"needs empy 3 ({install_command('templates')})"
 
 
 def can_expand() -> bool:
@@ -89,7 +93,7 @@ def _em_expand(context: ReadContext, command: Command, words: list[str]) -> None
         if not os.path.isfile(file):
             raise ValueError(f"em_expand() was given a file that does not exist: {file}")
     if not can_expand():
-        context.need_native_build(command, f"expands the template {template}, which {NEEDS_EMPY}")
+        context.need_native_build(command, f"expands the template {template}, which {needs_empy()}")
         return
     configure_file([words[0], words[1], "@ONLY"], scope)
     write(target, _run(template, definitions, scope.environment))

@@ -9,6 +9,7 @@ import sys
 import numpy as np
 import pytest
 
+from pipros.basics.extras import install_command
 from tf import transformations as tf
 
 DRAW = np.random.default_rng(5)
@@ -128,4 +129,4 @@ def test_without_numpy_the_error_names_the_extra() -> None:
 
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
 
-    assert "pip install 'pipros[numpy]'" in ended.stdout
+    assert install_command("numpy") in ended.stdout

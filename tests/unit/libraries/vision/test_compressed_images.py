@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image as Pictures
 
+from pipros.basics.extras import install_command
 from pipros.libraries.vision.compressed_images import CompressionError, Settings, compressed, decompressed
 from pipros.pictures.codecs import OpenCVCodec, PillowCodec, codec
 from pipros.pictures.errors import PictureError
@@ -120,7 +121,7 @@ def test_undecodable_images_are_refused(kind: str, data: bytes, text: str) -> No
 def test_unsupported_images_cannot_be_compressed() -> None:
     with pytest.raises(CompressionError, match=r"jpeg must have values of 8 or 16 bits, got \[32FC1\]"):
         compressed(np.zeros((2, 2), np.float32), "32FC1", Settings(), PILLOW)
-    with pytest.raises(CompressionError, match=r"Pillow cannot write an array of uint16.*pipros\[vision\]"):
+    with pytest.raises(CompressionError, match=r"Pillow cannot write an array of uint16.*\[vision\]"):
         compressed(np.zeros((2, 2, 3), np.uint16), "rgb16", PNG, PILLOW)
     with pytest.raises(CompressionError, match="Unrecognized image encoding"):
         compressed(RAMP, "xyz", PNG, PILLOW)
@@ -188,4 +189,4 @@ def test_without_either_library_the_error_names_the_extras() -> None:
 
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
 
-    assert "pip install 'pipros[vision]' or pip install 'pipros[numpy,pictures]'" in ended.stderr
+    assert f"{install_command('vision')} or {install_command('numpy', 'pictures')}" in ended.stderr

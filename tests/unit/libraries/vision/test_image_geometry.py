@@ -125,5 +125,5 @@ def test_matrices_are_filled_and_cut() -> None:
 def test_images_are_rectified_by_opencv(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "cv2", None)
 
-    with pytest.raises(ImportError, match=r"rectifying an image needs OpenCV.*pipros\[vision\]"):
+    with pytest.raises(ImportError, match=r"rectifying an image needs OpenCV.*\[vision\]"):
         model().rectifyImage(np.zeros((480, 640)), np.zeros((480, 640)))

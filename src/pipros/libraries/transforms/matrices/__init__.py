@@ -7,10 +7,13 @@ The buffer uses `transforms.pose` instead, which does without numpy and rounds a
 `tests/unit/libraries/transforms/test_pose_and_matrices.py` compares the two.
 """
 
+from pipros.basics.errors import MissingExtra
+from pipros.basics.extras import install_command
+
 try:
     import numpy as numpy  # the import error is raised here for all modules of the package
 except ImportError as error:
-    raise ImportError(
-        "tf.transformations needs numpy, which is not installed. Try: pip install 'pipros[numpy]'",
+    raise MissingExtra(
+        f"tf.transformations needs numpy, which is not installed. Try: {install_command('numpy')}",
         name=error.name,
     ) from error

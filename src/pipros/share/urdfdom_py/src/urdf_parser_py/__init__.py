@@ -1,5 +1,7 @@
 """Found only where the real urdf_parser_py is not installed."""
 
+from pipros.basics.extras import install_command
+
 raise ModuleNotFoundError(
-    "urdf_parser_py is not installed. It comes from PyPI: pip install 'pipros[urdf]'", name="urdf_parser_py"
+    f"urdf_parser_py is not installed. It comes from PyPI: {install_command('urdf')}", name="urdf_parser_py"
 )

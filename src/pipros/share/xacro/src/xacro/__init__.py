@@ -1,5 +1,7 @@
 """Found only where the real xacro is not installed."""
 
+from pipros.basics.extras import install_command
+
 raise ModuleNotFoundError(
-    "xacro is not installed. It comes from PyPI: pip install 'pipros[urdf]'", name="xacro"
+    f"xacro is not installed. It comes from PyPI: {install_command('urdf')}", name="xacro"
 )

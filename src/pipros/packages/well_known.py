@@ -1,4 +1,7 @@
-"""Well-known packages with C++ programs, and the error text for programs that pipros lacks."""
+"""Well-known packages that do not come with pipros, and the text that says how to have them.
+
+`rosrun`, `roslaunch`, `rosmsg` and imports of messages give the same advice.
+"""
 
 from __future__ import annotations
 
@@ -14,14 +17,41 @@ _NAMES = """
     openni2_launch pcl_ros pointcloud_to_laserscan realsense2_camera robot_localization
     robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros rviz slam_gmapping
     slam_karto spatio_temporal_voxel_layer stage_ros stereo_image_proc teb_local_planner
-    teleop_twist_joy turtlesim urg_node usb_cam uvc_camera velodyne_driver velodyne_pointcloud
-    web_video_server
+    teleop_twist_joy turtlebot3_fake turtlebot3_gazebo urg_node usb_cam uvc_camera velodyne_driver
+    velodyne_pointcloud web_video_server
 """
 
 COMPILED = frozenset(_NAMES.split())
 """Packages of Noetic whose programs are mostly C++."""
 
+_PYTHON_NAMES = """
+    executive_smach ros_numpy rosserial_python smach smach_msgs smach_ros sound_play teleop_twist_keyboard
+    turtlebot3_bringup turtlebot3_description turtlebot3_example turtlebot3_msgs turtlebot3_teleop
+    turtlebot_teleop turtlesim_cleaner urdf_tutorial
+"""
+
+_PYTHON = frozenset(_PYTHON_NAMES.split())
+"""Packages of Noetic and of courses without C++ programs."""
+
+_QT_NAMES = """
+    rqt_action rqt_bag rqt_bag_plugins rqt_common_plugins rqt_controller_manager rqt_dep
+    rqt_joint_trajectory_controller rqt_launch rqt_msg rqt_nav_view rqt_pose_view rqt_py_console
+    rqt_robot_dashboard rqt_robot_plugins rqt_robot_steering rqt_runtime_monitor rqt_rviz rqt_shell rqt_srv
+    rqt_web
+"""
+
+_QT = frozenset(_QT_NAMES.split())
+"""Plugins of rqt that no tab of the page stands for."""
+
+_OF_DEBIAN = {"rviz": "rviz"}
+"""Packages that Debian has under a name of its own, in releases without Noetic."""
+
 _PLUGIN = re.compile(r"(\w+)/(\S+)")
+
+
+def why_missing(package: str) -> str | None:
+    """Return what to do about a package that was not found; None for an unknown one."""
+    return why_not_here(package, "")
 
 
 def why_not_here(
@@ -35,6 +65,16 @@ def why_not_here(
             not the reason.
     """
     is_here = any(not name.endswith(".cfg") for name in programs)  # `.cfg` files are also executable
+    if package in _PYTHON and not is_here:
+        return (
+            f"{package} does not come with pipros, but needs no compiler: its sources on ROS_PACKAGE_PATH "
+            "are enough. git clone them into the src folder of a workspace."
+        )
+    if package in _QT and not is_here:
+        return (
+            f"{package} is a plugin for a Qt desktop, and does not come with pipros: its rqt is a page in "
+            "the browser, whose tabs pipros --help lists."
+        )
     if package not in COMPILED or is_here:
         return None
     wanted = [package]
@@ -46,6 +86,8 @@ def why_not_here(
             wanted.append(plugin[1])
             what = f"The nodelet {plugin[0]} is a C++ plugin, which pipros, Python alone, cannot load."
     names = " ".join(f"ros-noetic-{name.replace('_', '-')}" for name in wanted)
+    if package in _OF_DEBIAN:
+        names += f", on Debian {_OF_DEBIAN[package]}"
     return (
         f"{what} Run it where ROS 1 is installed (apt-get install {names}): "
         "with this machine's ROS_MASTER_URI it joins the same graph."

@@ -4,8 +4,12 @@ from pathlib import Path
 
 import pytest
 
+from pipros.cli.rosmsg import main as rosmsg
 from pipros.cli.rosrun import main
-from pipros.workspace.compiled_packages import why_not_here
+from pipros.launch.find_launch_files import find_in_package
+from pipros.launch.model import LaunchError
+from pipros.packages.well_known import why_missing, why_not_here
+from pipros.workspace.index import PackageIndex
 
 
 def test_a_program_in_c_plus_plus_names_its_package() -> None:
@@ -48,3 +52,33 @@ def test_rosrun_adds_advice_after_noetics_line(
     assert main([package, package, "load", "image_proc/debayer"]) in (2, 3)
 
     assert f"apt-get install ros-noetic-{package.replace('_', '-')}" in capsys.readouterr().err
+
+
+def test_sources_are_enough_for_packages_without_c_plus_plus() -> None:
+    assert why_missing("teleop_twist_keyboard") == (
+        "teleop_twist_keyboard does not come with pipros, but needs no compiler: its sources on "
+        "ROS_PACKAGE_PATH are enough. git clone them into the src folder of a workspace."
+    )
+    assert why_not_here("smach", "viewer", (), ["viewer"]) is None
+    assert why_missing("my_package") is None
+
+
+def test_rviz_is_a_package_of_debian() -> None:
+    assert "(apt-get install ros-noetic-rviz, on Debian rviz)" in str(why_missing("rviz"))
+
+
+@pytest.mark.parametrize("package", ["gazebo_ros", "teleop_twist_keyboard", "rqt_bag"])
+def test_all_tools_give_the_same_advice(
+    package: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    advice = str(why_missing(package))
+    assert main([package, "any_program"]) == 2
+    printed = capsys.readouterr().err
+    assert advice in printed
+    assert "Did you mean" not in printed
+    with pytest.raises(LaunchError) as launch:
+        find_in_package(package, "any.launch", PackageIndex.from_environment())
+    assert advice in str(launch.value)
+    assert rosmsg(["show", f"{package}/Type"]) == 1
+    assert advice in capsys.readouterr().err

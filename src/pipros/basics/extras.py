@@ -1,0 +1,57 @@
+"""How to add an optional dependency to this installation of pipros."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+# Modules that only hints need are imported when there is one: nodes and commands import this module.
+
+
+def install_command(*extras: str) -> str:
+    """Return the command that adds extras of pipros to this environment.
+
+    pipros may come from a folder, a file or a repository: an index may have no pipros, or another one.
+    """
+    return f"{_pip()} install {_requirement(','.join(extras), _origin())}"
+
+
+def _pip() -> str:
+    """Return `pip` if that is the one of this environment, else a command that is."""
+    import shlex
+    import shutil
+
+    own = Path(sys.executable).parent
+    found = shutil.which("pip")
+    return "pip" if found and Path(found).parent == own else f"{shlex.quote(sys.executable)} -m pip"
+
+
+def _origin() -> dict[str, Any]:
+    """Return what pip noted about where pipros came from (PEP 610); empty if from an index, or unknown."""
+    import json
+    from importlib.metadata import PackageNotFoundError, distribution
+
+    try:
+        noted = json.loads(distribution("pipros").read_text("direct_url.json") or "{}")
+    except (PackageNotFoundError, ValueError):
+        return {}
+    return noted if isinstance(noted, dict) and isinstance(noted.get("url"), str) else {}
+
+
+def _requirement(extras: str, origin: dict[str, Any]) -> str:
+    import shlex
+    from urllib.parse import unquote, urlsplit
+
+    name, url = f"pipros[{extras}]", origin.get("url", "")
+    if "vcs_info" in origin:
+        noted = origin["vcs_info"]
+        return shlex.quote(f"{name} @ {noted.get('vcs')}+{url}@{noted.get('commit_id')}")
+    if not url.startswith("file:"):
+        return shlex.quote(f"{name} @ {url}" if url else name)
+    place = unquote(urlsplit(url).path)
+    if not Path(place).exists():
+        return shlex.quote(name)
+    if origin.get("dir_info", {}).get("editable"):
+        return f"--editable {shlex.quote(f'{place}[{extras}]')}"
+    return shlex.quote(f"{name} @ {url}")

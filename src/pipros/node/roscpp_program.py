@@ -1,0 +1,57 @@
+"""Programs that are one node and stand in for a C++ program: console, log levels and end like roscpp's."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import sys
+from collections.abc import Iterator, Sequence
+
+from pipros.basics.errors import Unreachable
+from pipros.node.log import ros_logger
+from pipros.node.log_outputs import open_console_and_file, open_rosout
+from pipros.node.logger_services import serve_loggers
+from pipros.node.node import Node
+from pipros.node.signals import ended_by_signals
+from pipros.node.start_params import is_on, set_private_params
+
+
+@contextlib.contextmanager
+def roscpp_program(
+    name: str, package: str, argv: Sequence[str] | None = None, *, anonymous: bool = False
+) -> Iterator[tuple[Node, logging.Logger]]:
+    """Run a node until the block ends; Ctrl-C and SIGTERM shut it down, which the block must notice.
+
+    Waits for the master. Everything that the process logs is on the console as roscpp prints it, and on
+    `/rosout`.
+
+    Args:
+        name: the name of the node.
+        package: the name of the logger: `turtlesim` for `ros.turtlesim`.
+        argv: the command line; by default that of the process.
+
+    Yields:
+        The node, and the logger.
+    """
+    everything = ros_logger("ros")
+    ros_logger("ros.roscpp.superdebug")
+    node = Node(
+        name,
+        anonymous=anonymous,
+        argv=sys.argv[1:] if argv is None else argv,
+        log=ros_logger("ros.roscpp"),
+    )
+    open_console_and_file(node, everything, None, is_roscpp=True)
+
+    def report(_: Unreachable) -> None:
+        place = node.environment.master_uri.removeprefix("http://").rstrip("/")
+        node.log.error("[registerPublisher] Failed to contact master at [%s].  Retrying...", place)
+
+    with ended_by_signals(node, node):
+        node.wait_for_master(report)
+        set_private_params(node)
+        open_rosout(node, everything)
+        if is_on(node, "/use_sim_time"):
+            node.use_simulated_time()
+        serve_loggers(node)
+        yield node, ros_logger(f"ros.{package}")

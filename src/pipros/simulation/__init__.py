@@ -1,0 +1,1 @@
+"""Simulated robots for courses and exercises: turtlesim."""

@@ -1,0 +1,31 @@
+"""`mimic`: makes a turtle repeat the movements of another one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.msg import load_message_class
+from pipros.node.roscpp_program import roscpp_program
+
+
+@exits_after_ctrl_c()
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run `mimic`: velocities of `input/pose` become commands on `output/cmd_vel`.
+
+    The namespaces `input` and `output` are remapped, not the topics below them.
+    """
+    twist_class: Any = load_message_class("geometry_msgs/Twist")
+    pose_class: Any = load_message_class("turtlesim/Pose")
+    with roscpp_program("turtle_mimic", "turtlesim", argv) as (node, _):
+        commands = node.advertise(f"{node.resolve('output')}/cmd_vel", twist_class, queue_size=1)
+
+        def repeat(pose: Any) -> None:
+            twist = twist_class()
+            twist.linear.x, twist.angular.z = pose.linear_velocity, pose.angular_velocity
+            commands.publish(twist)
+
+        node.subscribe(f"{node.resolve('input')}/pose", pose_class, repeat, queue_size=1)
+        node.wait_for_shutdown()
+    return 0

@@ -1,0 +1,65 @@
+"""`turtle_teleop_key`: arrow keys in a terminal steer a turtle."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+from collections.abc import Iterator, Sequence
+from typing import Any, Final
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.basics.terminals import single_keys
+from pipros.msg import load_message_class
+from pipros.node import Node
+from pipros.node.roscpp_program import roscpp_program
+
+TEXT: Final = f"""\
+Reading from keyboard
+{"-" * 27}
+Use arrow keys to move the turtle. 'q' to quit."""
+
+KEYS: Final = {"A": (1.0, 0.0), "B": (-1.0, 0.0), "C": (0.0, -1.0), "D": (0.0, 1.0)}
+"""The last letter of the escape sequence of an arrow key, with its share of the linear and angular scale."""
+POLL_S: Final = 0.1
+"""How soon the end of the node is noticed while no key is pressed."""
+
+
+@exits_after_ctrl_c()
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run `turtle_teleop_key`, until `q`, the end of the input, or the end of the node."""
+    twist_class: Any = load_message_class("geometry_msgs/Twist")
+    with roscpp_program("teleop_turtle", "turtlesim", argv) as (node, _):
+        linear, angular = _scale(node, "scale_linear"), _scale(node, "scale_angular")
+        commands = node.advertise("turtle1/cmd_vel", twist_class, queue_size=1)
+        print(TEXT, flush=True)
+        with single_keys(of_launcher=True):
+            for key in _keys(node):
+                if key == "q":
+                    break
+                if key in KEYS:
+                    twist = twist_class()
+                    twist.linear.x, twist.angular.z = linear * KEYS[key][0], angular * KEYS[key][1]
+                    commands.publish(twist)
+    return 0
+
+
+def _scale(node: Node, parameter: str) -> float:
+    """Return a parameter of the namespace of the node, which launch files of courses set; 2.0 without it."""
+    try:
+        value = node.params.get(parameter)
+    except (LookupError, PiprosError):
+        return 2.0
+    return float(value) if isinstance(value, int | float) else 2.0
+
+
+def _keys(node: Node) -> Iterator[str]:
+    """Yield the characters of standard input until its end or that of the node."""
+    descriptor = sys.stdin.fileno()
+    while not node.is_ending:
+        if select.select([descriptor], [], [], POLL_S)[0]:
+            read = os.read(descriptor, 1)
+            if not read:
+                return
+            yield read.decode("latin-1")

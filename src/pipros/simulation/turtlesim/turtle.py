@@ -1,0 +1,212 @@
+"""One turtle: its pose, its pen, and what a tick does with them. No clock, no sockets.
+
+Coordinates are metres from the lower left corner of the picture, x to the right and y up; angles are radians,
+0 to the right, counter-clockwise. Positions and velocities are doubles; the side of the world, the
+arguments of services and the published pose are single precision, as in the genuine turtlesim, whose numbers
+depend on it: its first turtle stands at 5.544444561004639.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections import deque
+from dataclasses import dataclass, replace
+from itertools import starmap
+from struct import Struct
+from typing import Final
+
+from pipros.simulation.turtlesim.picture import SIDE, Color, Picture, Point
+
+_SINGLE: Final = Struct("f")
+
+
+def single(value: float) -> float:
+    """Round to single precision."""
+    try:
+        rounded: float = _SINGLE.unpack(_SINGLE.pack(value))[0]
+    except OverflowError:
+        return math.copysign(math.inf, value)
+    return rounded
+
+
+PIXELS_PER_M: Final = 45.0
+SIDE_M: Final = single((SIDE - 1) / PIXELS_PER_M)
+"""Width and height of the world, in metres."""
+TICK_S: Final = 0.016
+"""The time that a tick simulates, whatever time has passed."""
+COMMAND_S: Final = 1.0
+"""How long a velocity command is valid, in wall time."""
+PEN_COLOR: Final = Color(0xB3, 0xB8, 0xFF)
+PEN_WIDTH: Final = 3
+LOOKS: Final = 14
+"""Number of drawings of turtles, of which each turtle gets one at random."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """The pose that a turtle publishes, in single precision; the velocities are those of the last command."""
+
+    x: float
+    y: float
+    theta: float
+    linear_velocity: float
+    angular_velocity: float
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line that a pen drew, in pixels."""
+
+    start: Point
+    end: Point
+    color: Color
+    width: int
+
+
+@dataclass(frozen=True, slots=True)
+class Teleport:
+    """A queued teleport. An absolute one gives the new pose, a relative one a turn and then a distance."""
+
+    is_relative: bool
+    x: float
+    y: float
+    theta: float
+
+
+@dataclass(frozen=True, slots=True)
+class Pen:
+    """A turtle's pen. `width` 0 draws like width 1."""
+
+    color: Color = PEN_COLOR
+    width: int = PEN_WIDTH
+    is_down: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """Velocities: forwards and to the left (m/s), angular (rad/s); and the wall time of their arrival."""
+
+    forwards: float
+    left: float
+    angular: float
+    arrived_s: float
+
+
+_STAND = Command(0.0, 0.0, 0.0, -math.inf)
+
+
+class Turtle:
+    """A turtle of a world.
+
+    `command`, `teleport` and `pen` may be used while another thread ticks; the rest is not thread-safe.
+
+    Attributes:
+        name: as it was spawned.
+        look: the number of its drawing.
+        x, theta: part of its pose; `y` is the rest.
+    """
+
+    def __init__(
+        self, name: str, pose: tuple[float, float, float], look: int, log: logging.Logger, namespace: str
+    ) -> None:
+        """`pose`: x, y and theta; `look`: a number below `LOOKS`; `namespace`: of its topics, for the log."""
+        self.name = name
+        self.look = look
+        self.pen = Pen()
+        self.x, y, self.theta = pose
+        self._down = SIDE_M - y  # like genuine turtlesim, for numbers with the same last digit
+        self._log = log
+        self._namespace = namespace
+        self._command = self._active = _STAND  # the newest one, and the one of the last tick
+        self._teleports: deque[Teleport] = deque()
+
+    @property
+    def teleports_waiting(self) -> int:
+        """The number of teleports since the last tick."""
+        return len(self._teleports)
+
+    def command(self, command: Command) -> None:
+        """Set the velocities, for `COMMAND_S`."""
+        self._command = command
+
+    def lift_pen(self) -> None:
+        """Lift the pen, which keeps its colour and width."""
+        self.pen = replace(self.pen, is_down=False)
+
+    def teleport(self, teleport: Teleport) -> None:
+        """Queue a teleport for the next tick."""
+        self._teleports.append(teleport)
+
+    @property
+    def pixel(self) -> Point:
+        """The position in the picture."""
+        return self.x * PIXELS_PER_M, self._down * PIXELS_PER_M
+
+    @property
+    def y(self) -> float:
+        return SIDE_M - self._down
+
+    @property
+    def pose(self) -> Pose:
+        """The pose to publish. The linear velocity has no sign, as in genuine turtlesim."""
+        speed = math.hypot(self._active.forwards, self._active.left)
+        return Pose(*map(single, (self.x, self.y, self.theta, speed, self._active.angular)))
+
+    def tick(self, now_s: float, picture: Picture) -> tuple[Color, list[Line]]:
+        """Move for one tick, and draw on the picture.
+
+        Returns:
+            The colour under the turtle before it drew the line of its move, and the lines that it drew.
+        """
+        lines = [line for line in starmap(self._drawn, self._do_teleports()) if line is not None]
+        for line in lines:
+            picture.draw_line(line.start, line.end, line.color, line.width)
+        before = self.pixel
+        self._move(now_s)
+        color = picture.color_at(self.pixel)
+        last = self._drawn(before, self.pixel)
+        if last is not None:
+            picture.draw_line(last.start, last.end, last.color, last.width)
+            lines.append(last)
+        return color, lines
+
+    def _do_teleports(self) -> list[tuple[Point, Point]]:
+        moves = []
+        while self._teleports:
+            teleport = self._teleports.popleft()
+            before = self.pixel
+            if teleport.is_relative:
+                self.theta += teleport.theta
+                self.x += math.cos(self.theta) * teleport.x
+                self._down -= math.sin(self.theta) * teleport.x
+            else:
+                self.x, self.theta = teleport.x, teleport.theta
+                self._down = max(0.0, SIDE_M - teleport.y)
+            moves.append((before, self.pixel))
+        return moves
+
+    def _move(self, now_s: float) -> None:
+        command = self._command
+        if now_s - command.arrived_s > COMMAND_S:
+            command = _STAND
+        self._active = command
+        forwards, left = command.forwards, command.left
+        theta = self.theta + command.angular * TICK_S
+        self.theta = theta = theta - math.tau * math.floor((theta + math.pi) / math.tau)
+        cosine, sine = math.cos(theta), math.sin(theta)
+        self.x += cosine * forwards * TICK_S - sine * left * TICK_S
+        self._down -= cosine * left * TICK_S + sine * forwards * TICK_S
+        if not (0 <= self.x <= SIDE_M and 0 <= self._down <= SIDE_M):
+            self._log.warning("Oh no! I hit the wall! (Clamping from [x=%f, y=%f])", self.x, self._down)
+            self.x = min(max(self.x, 0.0), SIDE_M)
+            self._down = min(max(self._down, 0.0), SIDE_M)
+        self._log.debug(
+            "[%s]: pos_x: %f pos_y: %f theta: %f", self._namespace, self.x, self._down, self.theta
+        )
+
+    def _drawn(self, start: Point, end: Point) -> Line | None:
+        """Return the line of a move, if the pen is down."""
+        if not self.pen.is_down or start == end:
+            return None
+        return Line(start, end, self.pen.color, self.pen.width)

@@ -1,0 +1,123 @@
+"""The page of a turtlesim: a canvas, arrow keys for its own turtles, and a button that ends the node.
+
+The server is that of the rqt pages, with the same token and checks, on loopback only. Nothing that the page
+can do leaves the node: its keys move turtles of this node without a topic.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import contextlib
+import itertools
+import logging
+import math
+import sys
+import time
+from collections.abc import AsyncIterator, Iterator, Mapping
+from typing import Any, Final
+
+from pipros.net.loop import BackgroundLoop
+from pipros.node import Node
+from pipros.simulation.turtlesim.picture import SIDE, Point
+from pipros.simulation.turtlesim.turtle import Command, Line
+from pipros.simulation.turtlesim.turtlesim_node import Turtlesim
+from pipros.web.desktop import open_in_browser
+from pipros.web.server import PageServer, RequestRefused, Services
+
+FRAME_S: Final = 1 / 30
+"""Shortest interval of pictures for a browser."""
+_CLOSING_S: Final = 0.3
+
+_Drawn = tuple[int, int]
+"""What a browser has: `World.clears` and `World.lines_drawn`."""
+
+
+class TurtlePage:
+    """Views and actions of the page."""
+
+    def __init__(self, turtlesim: Turtlesim, node: Node) -> None:
+        self._turtlesim = turtlesim
+        self._node = node
+
+    def services(self) -> Services:
+        """Return them for a server."""
+        return Services(
+            views={"world": self.world},
+            actions={"steer": self.steer, "close": self.close},
+            pages=("pipros.simulation.turtlesim", "pipros.web"),
+        )
+
+    async def world(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield turtles and new lines whenever something changed, and the whole picture when it must."""
+        drawn: _Drawn | None = None
+        sent: Any = None
+        while True:
+            turtles, changes, drawn = self._since(drawn)
+            if changes or turtles != sent:
+                yield {"node": self._node.name, "side": SIDE, "turtles": turtles, **changes}
+            sent = turtles
+            await asyncio.sleep(FRAME_S)
+
+    async def steer(self, arguments: Mapping[str, Any]) -> None:
+        """Command a turtle of this node, like a message on its `cmd_vel`."""
+        linear, angular = arguments.get("linear"), arguments.get("angular")
+        if not all(isinstance(value, int | float) and math.isfinite(value) for value in (linear, angular)):
+            raise RequestRefused("linear and angular must be finite numbers")
+        with self._turtlesim.lock:
+            turtle = self._turtlesim.world.turtles.get(str(arguments.get("turtle")))
+        if turtle is None:
+            raise RequestRefused(f"there is no turtle {arguments.get('turtle')!r}")
+        turtle.command(Command(float(linear or 0), 0.0, float(angular or 0), time.monotonic()))
+
+    async def close(self, _: Mapping[str, Any]) -> None:
+        """End the node, as closing the window of genuine turtlesim does."""
+        self._node.shutdown_async("closed on its page")
+
+    def _since(self, drawn: _Drawn | None) -> tuple[list[Any], dict[str, Any], _Drawn]:
+        """Return the turtles, and the changes of the picture since a former state."""
+        with self._turtlesim.lock:
+            world = self._turtlesim.world
+            now = world.clears, world.lines_drawn
+            turtles = [
+                [turtle.name, *_rounded(turtle.pixel), round(turtle.theta, 4), turtle.look]
+                for turtle in world.turtles.values()
+            ]
+            count = now[1] - drawn[1] if drawn is not None and drawn[0] == now[0] else -1
+            if 0 <= count <= len(world.lines):
+                lines = list(itertools.islice(world.lines, len(world.lines) - count, None))
+                return turtles, {"lines": [_numbers(line) for line in lines]} if lines else {}, now
+            picture = world.picture.to_png()
+        return turtles, {"picture": base64.b64encode(picture).decode()}, now
+
+
+def _numbers(line: Line) -> list[Any]:
+    color = line.color
+    return [*_rounded(line.start), *_rounded(line.end), max(line.width, 1), color.r, color.g, color.b]
+
+
+def _rounded(point: Point) -> list[float]:
+    return [round(value, 2) for value in point]
+
+
+@contextlib.contextmanager
+def served_page(turtlesim: Turtlesim, node: Node, log: logging.Logger) -> Iterator[None]:
+    """Serve the page during the block, print its address on stderr, and open it where there is a desktop."""
+    loop = BackgroundLoop(f"page of {node.name}")
+    loop.start()
+    server = PageServer(TurtlePage(turtlesim, node).services())
+    try:
+        try:
+            loop.run(server.start("127.0.0.1", 0))
+        except OSError as error:
+            log.warning("the page cannot be served: %s", error)
+        else:
+            # On stderr, because roslaunch keeps the standard output of nodes in files; not in the log, which
+            # every node can read, because the address contains the token.
+            print(f"{node.name.lstrip('/')}: {server.access.url('localhost')}", file=sys.stderr, flush=True)
+            open_in_browser(server.access, "localhost")
+        yield
+    finally:
+        with contextlib.suppress(TimeoutError):
+            loop.run(server.close(), _CLOSING_S)
+        loop.stop(_CLOSING_S)

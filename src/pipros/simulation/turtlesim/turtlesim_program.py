@@ -1,0 +1,24 @@
+"""`turtlesim_node`: the node with its page."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Sequence
+
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.node.roscpp_program import roscpp_program
+from pipros.node.start_params import is_on
+from pipros.simulation.turtlesim.turtlesim_node import Turtlesim
+
+
+@exits_after_ctrl_c()
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the node until it ends; without a page if the parameter `~headless` is true."""
+    with roscpp_program("turtlesim", "turtlesim", argv) as (node, log), contextlib.ExitStack() as stack:
+        turtlesim = Turtlesim(node, log)
+        if not is_on(node, "~headless"):
+            from pipros.simulation.turtlesim.turtle_page import served_page
+
+            stack.enter_context(served_page(turtlesim, node, log))
+        turtlesim.run()
+    return 0

@@ -1,0 +1,133 @@
+"""The world of a turtlesim: its turtles, and the picture that they draw. No clock, no sockets.
+
+The owner calls `tick` every 16 ms. Not thread-safe.
+"""
+
+from __future__ import annotations
+
+import logging
+import random
+from collections import deque
+from collections.abc import Callable
+from typing import Final
+
+from pipros.basics.errors import PiprosError
+from pipros.simulation.turtlesim.picture import Color, Picture
+from pipros.simulation.turtlesim.turtle import LOOKS, SIDE_M, Line, Turtle
+
+BACKGROUND: Final = Color(0x45, 0x56, 0xFF)
+LINES_KEPT: Final = 2000
+"""Number of lines kept for pages; one that falls behind further gets the whole picture again."""
+
+
+class Rejected(PiprosError):
+    """The world cannot perform a request. The text is for its log."""
+
+
+class World:
+    """Turtles by name, and the picture.
+
+    Attributes:
+        turtles: the turtles, in the order in which they were spawned.
+        picture: background and lines, without turtles.
+        lines: the newest lines, for pages.
+        lines_drawn: the number of lines since the last `clear`.
+        clears: how often the picture was cleared.
+    """
+
+    def __init__(
+        self,
+        log: logging.Logger,
+        *,
+        background: Color = BACKGROUND,
+        namespace: str = "/",
+        limit: int = 1000,
+        look: Callable[[], int] = lambda: random.randrange(LOOKS),  # noqa: S311 - a drawing, no secret
+    ) -> None:
+        """Create a world with one turtle in the middle.
+
+        Args:
+            background: the colour of the picture.
+            namespace: of the node, with a slash at its end; for the log.
+            limit: the maximum number of turtles.
+            look: called for the drawing of each new turtle.
+        """
+        self.turtles: dict[str, Turtle] = {}
+        self.lines: deque[Line] = deque(maxlen=LINES_KEPT)
+        self.lines_drawn = 0
+        self.clears = 0
+        self._namespace = namespace
+        self._limit = limit
+        self._look = look
+        self._log = log
+        self._counter = 0
+        self.picture = Picture(background)
+        self._spawn_first()
+
+    def spawn(self, name: str, x: float, y: float, theta: float) -> Turtle:
+        """Add a turtle; an empty name is replaced by `turtle` and a new number.
+
+        Raises:
+            Rejected: there is a turtle of this name, or there are too many.
+        """
+        if len(self.turtles) >= self._limit:
+            raise Rejected(f"There are {self._limit} turtles already (turtles in PIPROS_LIMITS)")
+        name = name or self._new_name()
+        if name in self.turtles:
+            raise Rejected(f"A turtled named [{name}] already exists")  # the genuine text
+        turtle = Turtle(name, (x, y, theta), self._look(), self._log, self._namespace + name)
+        self.turtles[name] = turtle
+        self._log.info("Spawning turtle [%s] at x=[%f], y=[%f], theta=[%f]", name, x, y, theta)
+        return turtle
+
+    def _new_name(self) -> str:
+        while True:
+            self._counter += 1
+            if (name := f"turtle{self._counter}") not in self.turtles:
+                return name
+
+    def kill(self, name: str) -> Turtle:
+        """Remove a turtle; its lines stay.
+
+        Raises:
+            Rejected: no turtle has this name.
+        """
+        if name not in self.turtles:
+            raise Rejected(f"Tried to kill turtle [{name}], which does not exist")
+        return self.turtles.pop(name)
+
+    def clear(self, background: Color = BACKGROUND) -> None:
+        """Remove all lines; the turtles stay."""
+        self._log.info("Clearing turtlesim.")
+        self._clear(background)
+
+    def reset(self, background: Color = BACKGROUND) -> Turtle:
+        """Remove all turtles and lines, and start again with one turtle in the middle, which is returned."""
+        self._log.info("Resetting turtlesim.")
+        self.turtles.clear()
+        self._counter = 0
+        first = self._spawn_first()
+        self._clear(background)
+        return first
+
+    def tick(self, now_s: float) -> list[tuple[Turtle, Color]]:
+        """Move all turtles. Return them with the colours that their sensors see.
+
+        `now_s` is the wall time, by which commands expire.
+        """
+        seen = []
+        for turtle in self.turtles.values():
+            color, lines = turtle.tick(now_s, self.picture)
+            seen.append((turtle, color))
+            self.lines.extend(lines)
+            self.lines_drawn += len(lines)
+        return seen
+
+    def _spawn_first(self) -> Turtle:
+        return self.spawn("", SIDE_M / 2, SIDE_M / 2, 0.0)
+
+    def _clear(self, background: Color) -> None:
+        self.picture.fill(background)
+        self.lines.clear()
+        self.lines_drawn = 0
+        self.clears += 1

@@ -1,0 +1,57 @@
+"""The command that a hint prints installs an extra of this pipros, wherever it came from."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from pipros.basics.extras import install_command
+
+
+@pytest.fixture
+def come_from(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Sets what pip noted at the installation."""
+
+    def note(noted: object) -> None:
+        text = noted if noted is None or isinstance(noted, str) else json.dumps(noted)
+        monkeypatch.setattr(
+            "importlib.metadata.distribution", lambda _: SimpleNamespace(read_text=lambda _: text)
+        )
+
+    monkeypatch.setattr("shutil.which", lambda name: str(Path(sys.executable).parent / name))
+    return note
+
+
+def test_a_checkout_is_named(come_from: Any, tmp_path: Path) -> None:
+    come_from({"url": tmp_path.as_uri(), "dir_info": {}})
+    assert install_command("numpy") == f"pip install 'pipros[numpy] @ {tmp_path.as_uri()}'"
+
+
+def test_an_editable_checkout_stays_editable(come_from: Any, tmp_path: Path) -> None:
+    come_from({"url": tmp_path.as_uri(), "dir_info": {"editable": True}})
+    assert install_command("lz4", "mcap") == f"pip install --editable '{tmp_path}[lz4,mcap]'"
+
+
+def test_a_repository_is_named_with_its_commit(come_from: Any) -> None:
+    come_from({"url": "https://example.org/p.git", "vcs_info": {"vcs": "git", "commit_id": "abc"}})
+    assert install_command("numpy") == "pip install 'pipros[numpy] @ git+https://example.org/p.git@abc'"
+
+
+@pytest.mark.parametrize("noted", [None, "{", {"url": "file:///gone/away"}, []])
+def test_otherwise_the_index_is_asked(come_from: Any, noted: object) -> None:
+    come_from(noted)
+    assert install_command("numpy") == "pip install 'pipros[numpy]'"
+
+
+def test_pip_of_another_environment_is_not_used(
+    come_from: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    come_from(None)
+    monkeypatch.setattr("shutil.which", lambda _: "/usr/bin/pip")
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "my env" / "python"))
+    assert install_command("numpy") == f"'{tmp_path}/my env/python' -m pip install 'pipros[numpy]'"
