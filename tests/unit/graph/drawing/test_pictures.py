@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import io
+import re
 import sys
 from xml.etree import ElementTree
 
 import pytest
 from PIL import Image
 
+from pipros.basics.extras import install_command
 from pipros.graph.drawing.dot import to_dot
 from pipros.graph.drawing.node_graph import GraphOptions, NodeGraph, node_graph
 from pipros.graph.drawing.png import PictureFailed, to_png
@@ -75,7 +77,7 @@ def test_a_png_that_is_too_large_is_refused() -> None:
 
 def test_without_pillow_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "PIL", None)
-    with pytest.raises(PictureFailed, match=r"pipros\[pictures\]"):
+    with pytest.raises(PictureFailed, match=re.escape(install_command("pictures"))):
         to_png(draw(graph_of()))
 
 

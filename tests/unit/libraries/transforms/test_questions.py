@@ -1,4 +1,4 @@
-"""Queries of the buffer besides look-ups: possible transforms, common times, chains, parents."""
+"""Queries of the buffer besides look-ups: possible transforms, common times, chains."""
 
 from __future__ import annotations
 
@@ -137,16 +137,6 @@ def test_a_chain_names_the_frames_on_the_path(buffer: TransformBuffer) -> None:
         buffer.chain("right", S, "nowhere", S, "map")
     with pytest.raises(ConnectivityException):
         buffer.chain("island", 2 * S, "camera", 2 * S, "map")
-
-
-def test_a_parent_is_known_at_its_time(buffer: TransformBuffer) -> None:
-    assert buffer.parent("camera", 2 * S) == "left"
-    assert buffer.parent("camera", 9 * S) is None
-    assert buffer.parent("map", 0) is None
-    assert buffer.parent("nowhere", 0) is None
-    assert buffer.frame_exists("camera")
-    assert not buffer.frame_exists("nowhere")
-    assert buffer.frame_names()[:3] == ["odom", "map", "base"]
 
 
 def test_a_frame_in_itself_is_at_its_newest_time(buffer: TransformBuffer) -> None:
