@@ -39,7 +39,7 @@ LAYERS: list[list[set[str]]] = [
         },
         {"maps", "robot_model", "topic_tools"},
     ],
-    [{"testing", "web", "health"}],
+    [{"testing", "web", "health"}, {"bridges"}],
     [{"cli"}],
 ]
 LAYER = {package: layer for layer, steps in enumerate(LAYERS) for packages in steps for package in packages}
