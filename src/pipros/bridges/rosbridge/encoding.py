@@ -140,7 +140,7 @@ class Encoder:
         return newest
 
     def forget(self, topic: str) -> None:
-        """Drop the newest message of a topic that no client takes any more."""
+        """Drop the encodings of the newest message of a topic, because a client takes it no more."""
         self._newest.pop(topic, None)
 
     def decode(self, message: TopicMessage) -> Any:
@@ -187,31 +187,33 @@ class EncodedMessage:
         self.message = message
         self._encoder = encoder
         self._decoded: Any = None
-        self._known: dict[tuple[Encoding, int], Sequence[Frame]] = {}
+        self._known: dict[tuple[Encoding, str, int], Sequence[Frame]] = {}
         self._lock = threading.RLock()
 
-    def frames(self, encoding: Encoding, fragment_size: int = 0) -> Sequence[Frame]:
+    def frames(self, encoding: Encoding, topic: str, fragment_size: int = 0) -> Sequence[Frame]:
         """Return the frames for a client: one, or the fragments of a text of more than `fragment_size`.
+
+        `topic` is the name that the client used, which may be relative.
 
         Raises:
             PiprosError: the message cannot be decoded or encoded.
         """
-        key = encoding, fragment_size
+        key = encoding, topic, fragment_size
         with self._lock:
             if key not in self._known:
                 self._known[key] = (
-                    fragment_frames(self.frames(encoding)[0], fragment_size)
+                    fragment_frames(self.frames(encoding, topic)[0], fragment_size)
                     if fragment_size
-                    else (self._whole(encoding),)
+                    else (self._whole(encoding, topic),)
                 )
             return self._known[key]
 
-    def _whole(self, encoding: Encoding) -> Frame:
+    def _whole(self, encoding: Encoding, topic: str) -> Frame:
         message = self.message
         if encoding is Encoding.CBOR_RAW:
             secs, nsecs = divmod(message.received_ns, NS_PER_S)
             body = {"secs": secs, "nsecs": nsecs, "bytes": message.body}
-            return Frame((_cbor().dumps({"op": "publish", "topic": message.topic, "msg": body}),))
+            return Frame((_cbor().dumps({"op": "publish", "topic": topic, "msg": body}),))
         if self._decoded is None:
             self._decoded = self._encoder.decode(message)
-        return self._encoder.encode(encoding, message.topic, self._decoded)
+        return self._encoder.encode(encoding, topic, self._decoded)

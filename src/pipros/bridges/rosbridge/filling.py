@@ -32,7 +32,6 @@ _RANGES = {
     else (-(1 << _BITS[code] - 1), (1 << _BITS[code] - 1) - 1)
     for name, code in INTEGERS.items()
 }
-_FLOAT_TYPES = frozenset((int, float))
 _LARGEST_FLOAT32 = (2 - 2**-24) * 2.0**127
 """Smaller values are rounded to a finite float32."""
 _SHOWN = 60
@@ -173,11 +172,11 @@ class _Filling:
         if base in INTEGERS:
             low, high = _RANGES[base]
             if values and not (set(map(type, values)) == {int} and min(values) >= low and max(values) <= high):
-                _each(values, lambda value: _integer(base, value))
+                values = _each(values, lambda value: _integer(base, value))
             return bytes(values) if base in OCTETS else values
         if base in FLOATS:
             if not (base == "float64" and set(map(type, values)) <= {float}):
-                _each(values, lambda value: _float(base, value))
+                return _each(values, lambda value: _float(base, value))
             return values
         if base == "bool":
             return _each(values, _bool)
@@ -224,16 +223,16 @@ def _value_count(value: Any) -> int:
 
 
 def _integer(base: str, value: Any) -> int:
-    if type(value) is not int:
+    if not isinstance(value, int) or isinstance(value, bool):
         raise WrongValue(base, f"must be an integer ({base}), got {_shown(value)}")
     low, high = _RANGES[base]
     if not low <= value <= high:
         raise WrongValue(base, f"must be from {low} to {high} ({base}), got {_shown(value)}")
-    return value
+    return int(value)  # BSON has its own integers
 
 
 def _float(base: str, value: Any) -> float:
-    if type(value) not in _FLOAT_TYPES:
+    if not isinstance(value, (int, float)) or isinstance(value, bool):
         raise WrongValue(base, f"must be a number ({base}), got {_shown(value)}")
     try:
         number = float(value)
@@ -241,7 +240,7 @@ def _float(base: str, value: Any) -> float:
         number = math.inf
     is_finite = number - number == 0.0
     if (base == "float32" and is_finite and abs(number) >= _LARGEST_FLOAT32) or (
-        type(value) is int and not is_finite
+        isinstance(value, int) and not is_finite
     ):
         raise WrongValue(base, f"is too large for a {base}: {_shown(value)}")
     return number

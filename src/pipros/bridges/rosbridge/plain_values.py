@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from enum import Enum
 from operator import attrgetter
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from pipros.basics.errors import PiprosError
 from pipros.msg.base import Message
@@ -52,7 +53,7 @@ class PlainValues:
         """Convert to `format`; CBOR needs the class for tagged values."""
         self._format = format
         self._cbor_tag = cbor_tag
-        self._converters: dict[type[Message], Convert] = {}
+        self._converters: WeakKeyDictionary[type[Message], Convert] = WeakKeyDictionary()
 
     def of(self, message: Message) -> dict[str, Any]:
         """Return the fields of a message by name.
@@ -67,10 +68,6 @@ class PlainValues:
             convert = self._converters[cls] = self._message(specs[cls._type], specs, {})
         values: dict[str, Any] = convert(message)
         return values
-
-    def forget(self) -> None:
-        """Drop all converters, and with them the classes."""
-        self._converters.clear()
 
     def _message(
         self, spec: MessageSpec, specs: Mapping[str, MessageSpec], known: dict[str, Convert]

@@ -202,7 +202,7 @@ class ClientProtocol:
                 return
             handle = self._operations.get(name) if isinstance(name, str) else None
             if handle is None:
-                hint = ": actions are for ROS 2" if name in _OF_ROS_2 else ""
+                hint = ": actions are for ROS 2" if isinstance(name, str) and name in _OF_ROS_2 else ""
                 raise BadOperation(f"unknown operation {_quoted(name)}{hint}")
             yield from handle(operation)
         except (PiprosError, RecursionError) as error:
@@ -364,10 +364,10 @@ def _key(operation: Mapping[str, Any]) -> str:
 
 def _type(operation: Mapping[str, Any]) -> str:
     kind = operation.get("type")
-    if not isinstance(kind, str) or not kind:
-        raise BadOperation(f"type must be the name of a type, got {_quoted(kind)}")
-    package, _, name = kind.partition("/")
-    return f"{package}/{name.rpartition('/')[2]}"  # `std_msgs/msg/String` as ROS 2 writes it
+    if not isinstance(kind, str) or "/" not in kind:
+        raise BadOperation(f"type must be package/Name, got {_quoted(kind)}")
+    package, *_, name = kind.split("/")
+    return f"{package}/{name}"  # also of `std_msgs/msg/String`, as ROS 2 writes it
 
 
 def _number(operation: Mapping[str, Any], key: str, default: int = 0) -> float:
