@@ -39,13 +39,15 @@ def _single(base: str, rng: random.Random, finite: bool, present: Any) -> Any:
     if base == "bool":
         return rng.random() < 0.5
     if base in NUMBERS:
-        value = rng.choice([0.0, -0.0, 1.5, -2.0**60, *([] if finite else [float("inf"), float("nan")])])
+        value = rng.choice([0.0, -0.0, 1.5, -(2.0**60), *([] if finite else [float("inf"), float("nan")])])
         return value if rng.random() < 0.5 else struct.unpack("<f", struct.pack("<f", rng.gauss(0, 1e3)))[0]
     if base == "string":
         return rng.choice(_STRINGS)
     if base in ("time", "duration"):
         low = 0 if base == "time" else -(2**31)
-        return (Time if base == "time" else Duration)(rng.randint(low, 2**31 - 1), rng.randint(0, 999_999_999))
+        return (Time if base == "time" else Duration)(
+            rng.randint(low, 2**31 - 1), rng.randint(0, 999_999_999)
+        )
     if present is None:
         from pipros.msg import load_message_class
 

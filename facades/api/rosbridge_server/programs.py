@@ -20,6 +20,7 @@ from pipros.bridges.rosbridge.globs import Globs
 from pipros.bridges.rosbridge.protocol import Settings
 from pipros.bridges.rosbridge.server import ServerOptions, WebSocketServer
 from pipros.bridges.rosbridge.session import Timing
+from pipros.bridges.rosbridge.stream_servers import TcpServer, UdpServer
 from rospy.session import session
 
 
@@ -42,9 +43,23 @@ def websocket() -> int:
     return _serve(WebSocketServer, "Rosbridge WebSocket server started on port %d")
 
 
+@exits_after_ctrl_c()
+def tcp() -> int:
+    """Run the TCP server until the node is shut down. Return the exit code."""
+    rospy.init_node("rosbridge_tcp")
+    return _serve(TcpServer, "Rosbridge TCP server started on port %d")
+
+
+@exits_after_ctrl_c()
+def udp() -> int:
+    """Run the UDP server until the node is shut down. Return the exit code."""
+    rospy.init_node("rosbridge_udp")
+    return _serve(UdpServer, "Rosbridge UDP server started on port %d")
+
+
 def _serve(server_class: Any, started: str) -> int:
     try:
-        options = options_from_parameters()
+        options = options_from_parameters(is_websocket=server_class is WebSocketServer)
         server: Server = server_class(session.node, options)
     except PiprosError as error:
         rospy.logfatal("%s", error)
@@ -54,7 +69,13 @@ def _serve(server_class: Any, started: str) -> int:
         try:
             port = server.start()
         except OSError as error:
-            rospy.logwarn("cannot listen at %s:%d: %s. Trying again in %g s.", options.host, options.port, error, delay_s)
+            rospy.logwarn(
+                "cannot listen at %s:%d: %s. Trying again in %g s.",
+                options.host,
+                options.port,
+                error,
+                delay_s,
+            )
             session.wait(max(delay_s, 0.1))
             continue
         rospy.set_param("~actual_port", port)
@@ -65,7 +86,7 @@ def _serve(server_class: Any, started: str) -> int:
     return 0
 
 
-def options_from_parameters() -> ServerOptions:
+def options_from_parameters(*, is_websocket: bool) -> ServerOptions:
     """Return the options that the node's parameters and command line set.
 
     Raises:
@@ -86,13 +107,14 @@ def options_from_parameters() -> ServerOptions:
         certificate=str(certificate) if certificate else None,
         key=str(_parameter("keyfile", None) or certificate) if certificate else None,
         allows_null_origin=bool(_parameter("websocket_null_origin", True)),
-        authenticator=authenticator,
+        authenticator=authenticator if is_websocket else None,
         ping_s=ping_s or None,
         pong_s=_number("websocket_ping_timeout", 30.0) or None,
         message_bytes=int(limit_bytes) or None,
         settings=Settings(
             topics=Globs.parse(_parameter("topics_glob", "")),
             services=Globs.parse(_parameter("services_glob", "")),
+            authenticator=None if is_websocket else authenticator,
             is_bson=is_bson,
             fragment_timeout_s=_number("fragment_timeout", 600.0),
         ),

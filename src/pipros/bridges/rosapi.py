@@ -107,7 +107,9 @@ class RosApi:
         """Return the allowed topics with their types; empty text for an unknown one."""
         known = {topic: kind for topic, kind in self._master.get_topic_types() if kind != "*"}
         return {
-            topic: known.get(topic, "") for topic in self._state().topics() if self._allowed.topics.allow(topic)
+            topic: known.get(topic, "")
+            for topic in self._state().topics()
+            if self._allowed.topics.allow(topic)
         }
 
     # -- services ---------------------------------------------------------------------------

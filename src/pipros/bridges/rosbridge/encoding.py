@@ -112,7 +112,9 @@ def fragment_frames(whole: Frame, size: int) -> Sequence[Frame]:
     identity = f"fragments_{next(_NUMBERS)}"
     total = len(parts)
     return [
-        text_frame(_STRICT.encode({"op": "fragment", "id": identity, "data": part, "num": number, "total": total}))
+        text_frame(
+            _STRICT.encode({"op": "fragment", "id": identity, "data": part, "num": number, "total": total})
+        )
         for number, part in enumerate(parts)
     ]
 

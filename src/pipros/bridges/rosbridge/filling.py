@@ -171,7 +171,9 @@ class _Filling:
     def _elements(self, base: str, values: list[Any]) -> Any:
         if base in INTEGERS:
             low, high = _RANGES[base]
-            if values and not (set(map(type, values)) == {int} and min(values) >= low and max(values) <= high):
+            if values and not (
+                set(map(type, values)) == {int} and min(values) >= low and max(values) <= high
+            ):
                 values = _each(values, lambda value: _integer(base, value))
             return bytes(values) if base in OCTETS else values
         if base in FLOATS:

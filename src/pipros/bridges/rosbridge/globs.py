@@ -16,7 +16,7 @@ class Globs:
 
     @classmethod
     def parse(cls, text: object) -> Globs:
-        """Read the value of a parameter: `[/a/*, '/b']` as text, or a list; anything else is no patterns."""
+        """Read the value of a parameter: `[/a/*, '/b']` as text, or a list."""
         if isinstance(text, str):
             return cls(filter(None, (part.strip(" '\"") for part in text.strip().strip("[]").split(","))))
         return cls(map(str, text) if isinstance(text, list) else ())

@@ -5,7 +5,8 @@ from __future__ import annotations
 import itertools
 import threading
 from collections.abc import Callable, Mapping
-from concurrent.futures import Future, TimeoutError
+from concurrent.futures import Future
+from concurrent.futures import TimeoutError as NotInTime
 from typing import Any, Protocol
 
 from pipros.basics.errors import PiprosError
@@ -50,7 +51,7 @@ class OfferedServices:
             self._offers[service] = offer
 
     def withdraw(self, client: Offerer, service: str) -> None:
-        """End a service of a client; its callers get an error. Does nothing for a service of another client."""
+        """End a service of this client; its callers get an error. Ignore services of other clients."""
         with self._lock:
             found = self._offers.get(service)
             if found is not None and found.client is client:
@@ -106,7 +107,7 @@ class _Offer:
         try:
             self.client.send_call({"op": "call_service", "service": self._name, "id": identity}, request)
             return answer.result(self._answer_s)
-        except TimeoutError:
+        except NotInTime:
             raise HandlerError(f"the client did not answer within {self._answer_s:g} s") from None
         except PiprosError as error:
             raise HandlerError(str(error)) from None

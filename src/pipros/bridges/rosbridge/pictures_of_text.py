@@ -19,9 +19,7 @@ def png_of(text: bytes) -> bytes:
     height = max(-(-pixels // width), 1)
     row_bytes = width * 3
     padded = text.ljust(row_bytes * height, b"\n")
-    rows = b"".join(
-        b"\0" + padded[start : start + row_bytes] for start in range(0, len(padded), row_bytes)
-    )
+    rows = b"".join(b"\0" + padded[start : start + row_bytes] for start in range(0, len(padded), row_bytes))
     header = struct.pack(">II", width, height) + _RGB_8_BITS
     return b"".join(
         (_SIGNATURE, _chunk(b"IHDR", header), _chunk(b"IDAT", zlib.compress(rows, _LEVEL)), _chunk(b"IEND"))

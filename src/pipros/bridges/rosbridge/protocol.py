@@ -102,8 +102,8 @@ class _Topic:
 class ClientProtocol:
     """The state of one client.
 
-    Args:
-        resolve: makes a name global. Raises `InvalidName`.
+    Attributes:
+        is_authenticated: whether the client may use operations other than `auth`.
     """
 
     def __init__(
@@ -113,12 +113,13 @@ class ClientProtocol:
         limits: Limits | None = None,
         clock_s: Callable[[], float] = time.monotonic,
     ) -> None:
+        """`resolve` makes a name global, and raises `InvalidName`."""
         limits = limits or process_limits()
         self._settings = settings
         self._resolve = resolve
         self._clock_s = clock_s
         self._most_names = limits.bridge_subscriptions
-        self._is_authenticated = settings.authenticator is None
+        self.is_authenticated = settings.authenticator is None
         self._level = Level.ERROR
         self._objects = JsonObjects(limits.bridge_message_bytes)
         self._fragments = Fragments(limits.bridge_message_bytes, settings.fragment_timeout_s)
@@ -191,7 +192,7 @@ class ClientProtocol:
 
     def _handle(self, operation: dict[str, Any], *, is_joined: bool = False) -> Iterator[Effect]:
         name = operation.get("op")
-        if not self._is_authenticated and name != "auth":
+        if not self.is_authenticated and name != "auth":
             yield Disconnect("the first operation must be auth")
             return
         try:
@@ -322,10 +323,10 @@ class ClientProtocol:
 
     def _auth(self, operation: dict[str, Any]) -> Iterator[Effect]:
         authenticator = self._settings.authenticator
-        if self._is_authenticated or authenticator is None:
+        if self.is_authenticated or authenticator is None:
             return
         if authenticator.accepts(operation):
-            self._is_authenticated = True
+            self.is_authenticated = True
         else:
             yield Disconnect("authentication failed")
 

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import ssl
-import time
 from collections.abc import Callable, Collection, Hashable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Final
 
-from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
 from pipros.bridges.admission import Admission
 from pipros.bridges.client import Client
@@ -150,7 +147,7 @@ class BridgeRuntime:
 
 
 class WebSocketServer:
-    """A rosbridge server for WebSockets on a node. `start` opens it, `close` ends it; both from any thread."""
+    """A rosbridge server for WebSockets on a node. Methods may be called from any thread."""
 
     def __init__(self, node: Node, options: ServerOptions) -> None:
         self._options = options

@@ -156,6 +156,11 @@ class ClientSession:
         self.outbox.close()
 
     @property
+    def is_logged_in(self) -> bool:
+        """Whether the client needs no `auth`, or has sent it."""
+        return self._protocol.is_authenticated
+
+    @property
     def topics(self) -> list[str]:
         """The topics that the client takes, as it names them."""
         return list(self._streams)
@@ -274,9 +279,7 @@ class ClientSession:
 
     def _answer(self, effect: AnswerCall) -> None:
         service = self._node.resolve(effect.service)
-        self._bridge.services.answer(
-            self, service, effect.call, effect.values, is_success=effect.is_success
-        )
+        self._bridge.services.answer(self, service, effect.call, effect.values, is_success=effect.is_success)
 
     def _disconnect(self, effect: Disconnect) -> None:
         self.ended = effect.reason

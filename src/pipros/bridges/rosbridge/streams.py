@@ -64,9 +64,7 @@ class TopicStream:
             is_new, is_first[0] = is_first[0], False
             self._on_message(message, is_new=is_new)
 
-        taken = self._topics.take(
-            self._topic, kind, on_message, lambda error: self._report(str(error))
-        )
+        taken = self._topics.take(self._topic, kind, on_message, lambda error: self._report(str(error)))
         with self._lock:
             self._delivery = delivery
             self._taken.append(taken)
@@ -90,14 +88,11 @@ class TopicStream:
             self._newest = message
             replaced = self._replaced()
             delivery = self._delivery
-            if delivery.throttle_s and not self._may_send(message, delivery):
-                message_now = None
-            else:
-                message_now = message
+            is_due = not delivery.throttle_s or self._may_send(message, delivery)
         for each in replaced:
             each.close()
-        if message_now is not None:
-            self._send(message_now, delivery)
+        if is_due:
+            self._send(message, delivery)
 
     def _replaced(self) -> list[Taken]:
         """Remove and return the subscriptions that a newer one has replaced."""

@@ -15,8 +15,8 @@ from typing import Any
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import limit_text
 
-_TOKEN = re.compile(r'[{}"\\]')
-_TOKEN_IN_STRING = re.compile(r'["\\]')
+_MARK = re.compile(r'[{}"\\]')
+_MARK_IN_STRING = re.compile(r'["\\]')
 _SHOWN = 60
 
 
@@ -94,18 +94,18 @@ class JsonObjects:
             position += 1
             self._is_escaped = False
         while True:
-            found = (_TOKEN_IN_STRING if self._is_in_string else _TOKEN).search(text, position)
+            found = (_MARK_IN_STRING if self._is_in_string else _MARK).search(text, position)
             if found is None:
                 return len(text)
             position = found.end()
-            token = found[0]
-            if token == '"':
+            mark = found[0]
+            if mark == '"':
                 self._is_in_string = not self._is_in_string
-            elif token == "\\":
+            elif mark == "\\":
                 if position == len(text):
                     self._is_escaped = True
                 position = min(position + 1, len(text))
-            elif token == "{":
+            elif mark == "{":
                 self._depth += 1
             else:
                 self._depth -= 1

@@ -7,6 +7,7 @@ import io
 import json
 import random
 import struct
+from contextlib import suppress
 from typing import Any
 
 import bson
@@ -63,12 +64,9 @@ def test_random_messages_of_every_type_survive_each_format(type_name: str) -> No
         assert serialized(filled(type_name, values)) == serialized(message)
         values = plain(cbor2.loads(data_of(message, Encoding.CBOR))["msg"])
         assert serialized(filled(type_name, values)) == serialized(message)
-        try:
+        with suppress(NotRepresentable):  # uint64
             data = data_of(message, Encoding.JSON, encoder=Encoder(is_bson=True))
-        except NotRepresentable as error:
-            assert "2^63 - 1" in str(error)
-            continue
-        assert serialized(filled(type_name, bson.decode(data)["msg"])) == serialized(message)
+            assert serialized(filled(type_name, bson.decode(data)["msg"])) == serialized(message)
 
 
 def test_nan_and_infinity_are_null_in_json_and_png_and_kept_in_cbor_and_bson() -> None:
@@ -168,7 +166,11 @@ def test_a_long_text_is_sent_in_fragments() -> None:
         ("std_msgs/Time", {"data": {"sec": 1}}, "field data.sec does not exist: a time has secs, nsecs"),
         ("geometry_msgs/Pose", {"position": {"x": "a"}}, "field position.x must be a number (float64)"),
         ("geometry_msgs/Pose", {"position": None}, "field position must be an object (geometry_msgs/Point)"),
-        ("geometry_msgs/Polygon", {"points": [{}, {"y": []}]}, "field points[1].y must be a number (float32)"),
+        (
+            "geometry_msgs/Polygon",
+            {"points": [{}, {"y": []}]},
+            "field points[1].y must be a number (float32)",
+        ),
         ("geometry_msgs/Polygon", {"points": 3}, "field points must be an array (geometry_msgs/Point32[])"),
         ("sensor_msgs/Imu", {"orientation_covariance": [0.0]}, "orientation_covariance must have 9 elements"),
         ("sensor_msgs/CompressedImage", {"data": "A"}, "field data must be base64 text or an array"),

@@ -112,7 +112,10 @@ def test_each_operation_has_its_effect() -> None:
             '{"op": "service_response", "service": "/s", "result": true}',
             "'service_response': this client does not offer /s",
         ),
-        ('{"op": "set_level", "level": "loud"}', "'set_level': level must be none, error, warning, info, got 'loud'"),
+        (
+            '{"op": "set_level", "level": "loud"}',
+            "'set_level': level must be none, error, warning, info, got 'loud'",
+        ),
     ],
 )
 def test_a_malformed_operation_has_an_error_and_the_next_one_is_read(text: str, message: str) -> None:
@@ -305,7 +308,7 @@ def test_the_names_of_a_client_are_limited() -> None:
     assert isinstance(ids[2][0], Reply)
 
 
-SECRET = "0123456789abcdef"
+SECRET = "0123456789abcdef"  # noqa: S105 # of these tests
 
 
 def claims(rand: str = "r", t: int = 1000, secret: str = SECRET, **changed: Any) -> dict[str, Any]:
