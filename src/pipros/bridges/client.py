@@ -133,6 +133,8 @@ class Client:
         self._stall_s = limits.bridge_stall_s
         self._loop = asyncio.get_running_loop()
         self._watch: asyncio.TimerHandle | None = None
+        self._turn = asyncio.Lock()
+        self._sent: asyncio.Future[None] | None = None  # set once no answer waits
         self._ending: asyncio.Task[None] | None = None
         connection.on_room = self._flush
         connection.on_full = self._watch_progress
@@ -140,6 +142,17 @@ class Client:
     def send(self, *frames: Frame) -> None:
         """Send an answer, or another message that must not get lost. Thread-safe."""
         self.outbox.answer(*frames)
+
+    async def send_large(self, frame: Frame) -> None:
+        """Send an answer that may be large, after all others have been sent.
+
+        Several wait for their turn, so that they never overrun the outbox.
+        """
+        async with self._turn:
+            while self.outbox.has_answers:
+                self._sent = self._loop.create_future()
+                await self._sent
+            self.outbox.answer(frame)
 
     def end(self, reason: str, code: int = CloseCode.POLICY_VIOLATION) -> None:
         """Disconnect the client, with a reason that it can show. Does not wait."""
@@ -168,6 +181,8 @@ class Client:
             for frame in frames:
                 connection.write(frame)
                 left -= frame.size
+            if self._sent is not None and not self._sent.done() and not self.outbox.has_answers:
+                self._sent.set_result(None)
             if left < 0:
                 self._loop.call_soon(self._flush)
                 return

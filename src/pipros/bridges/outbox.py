@@ -166,6 +166,11 @@ class Outbox:
             self._clear()
 
     @property
+    def has_answers(self) -> bool:
+        """Whether an answer waits."""
+        return bool(self._answers)
+
+    @property
     def waiting_bytes(self) -> int:
         """Size of the queue."""
         return self._bytes

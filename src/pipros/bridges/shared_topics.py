@@ -59,6 +59,17 @@ REPORTED_TYPES: Final = 10
 """Maximum number of wrong types that are reported to one taker."""
 
 
+def legal_topic(node: Node, name: str) -> str:
+    """Return the global name of a topic in a request of a client.
+
+    Raises:
+        InvalidName: it is not a legal name.
+    """
+    if not name or not names.is_legal(name):
+        raise InvalidName(f"[{printable(name)}] is not a legal topic name")
+    return node.resolve(name)
+
+
 class SharedTopics:
     """The topics that clients take. Thread-safe. All methods except `type_of` return at once."""
 
@@ -84,9 +95,7 @@ class SharedTopics:
             InvalidName: `topic` is not a legal name.
             LimitExceeded: `Limits.bridge_topics` topics are taken already.
         """
-        if not topic or not names.is_legal(topic):
-            raise InvalidName(f"[{printable(topic)}] is not a legal topic name")
-        name = self._node.resolve(topic)
+        name = legal_topic(self._node, topic)
         with self._lock:
             if name not in self._takers and len(self._takers) >= self._limit:
                 raise LimitExceeded(

@@ -42,6 +42,9 @@ COMMANDS: dict[str, dict[str, str]] = {
         "rqt": "all of these in one page",
         "pipros graph": "the same as rqt_graph",
     },
+    "Serve a running system to other programs": {
+        "pipros foxglove": "Foxglove and Lichtblick",
+    },
     "Find out what is wrong": {
         "pipros doctor": "check the environment, every node, topic and service, and say what to do",
         "roswtf": "the checks of Noetic, in its words",

@@ -30,7 +30,7 @@ def show(tool: str, tab: str, options: Any) -> int:
     """Serve the page, opened at a tab, until Ctrl-C."""
     from pipros.web.serve_page import PageOptions, serve_page
 
-    host, port = _bind_address(options.bind)
+    host, port = bind_address(options.bind)
     return serve_page(
         PageOptions(
             tool,
@@ -45,7 +45,7 @@ def show(tool: str, tab: str, options: Any) -> int:
     )
 
 
-def _bind_address(text: str) -> tuple[str, int]:
+def bind_address(text: str) -> tuple[str, int]:
     """Parse `HOST`, `HOST:PORT` or `[IPV6]:PORT`."""
     host, colon, port = text.rpartition(":")
     if not colon or (":" in host and not host.startswith("[")) or text.endswith("]"):

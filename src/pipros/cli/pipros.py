@@ -15,6 +15,7 @@ pipros {pipros.__version__}: ROS 1 from pip. ROS' own commands have their own na
 
 Commands:
 \tpipros doctor\tfind out why nodes do not talk to each other, and what to do about it
+\tpipros foxglove\tserve the running system to Foxglove
 \tpipros graph\tshow the running system in a browser (rqt_graph)
 \tpipros env\tprint what the setup files of a workspace would set
 \tpipros version\tprint the versions of pipros, Python and ROS
@@ -26,6 +27,7 @@ Type pipros <command> -h for more detailed usage, pipros --help for a map of all
 SUBCOMMANDS = {
     "doctor": "pipros.cli.doctor:main",
     "env": "pipros.cli.show_env:main",
+    "foxglove": "pipros.cli.foxglove:main",
     "graph": "pipros.cli.rqt_graph:main",
     "stubs": "pipros.cli.stubs:main",
     "version": "pipros.cli.version:main",

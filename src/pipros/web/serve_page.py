@@ -86,7 +86,7 @@ def serve_page(options: PageOptions) -> int:
     # The main thread only waits, so that no view can delay a signal.
     loop = BackgroundLoop(options.tool)
     with (
-        _set_by_signals(over),
+        set_by_signals(over),
         GraphClient(options.tool, timeout_s=MASTER_DEADLINE_S) as graph,
         Node(options.tool, anonymous=True) as node,
     ):
@@ -113,7 +113,7 @@ async def _start(options: PageOptions, system: WatchedSystem, server: PageServer
     host = options.host.strip("[]")
     shown = "localhost" if host in ("127.0.0.1", "::1") else f"[{host}]" if ":" in host else host
     names = () if shown == "localhost" else (shown.lower(), socket.gethostname().lower())
-    await server.start(host, options.port, names=names, tls=_tls(options))
+    await server.start(host, options.port, names=names, tls=tls_context(options.certificate, options.key))
     reachable = "localhost" if host in _EVERYWHERE else shown
     print(f"{options.tool}: {server.access.url(reachable, options.tab)}", flush=True)
     if not options.has_control:
@@ -127,7 +127,7 @@ async def _start(options: PageOptions, system: WatchedSystem, server: PageServer
 
 
 @contextlib.contextmanager
-def _set_by_signals(over: OnceEvent) -> Iterator[None]:
+def set_by_signals(over: OnceEvent) -> Iterator[None]:
     """Set `over` at the first SIGINT or SIGTERM, and end the process at the second.
 
     Does nothing outside the main thread.
@@ -190,14 +190,19 @@ def services(system: WatchedSystem, *, has_control: bool) -> Services:
     return Services(views, actions, CHANGING, has_control)
 
 
-def _tls(options: PageOptions) -> ssl.SSLContext | None:
-    if options.certificate is None:
+def tls_context(certificate: str | None, key: str | None) -> ssl.SSLContext | None:
+    """Return the settings of a TLS server; None without a certificate.
+
+    Raises:
+        ServerFailed: the certificate or its key cannot be read.
+    """
+    if certificate is None:
         return None
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     try:
-        context.load_cert_chain(options.certificate, options.key)
+        context.load_cert_chain(certificate, key)
     except (OSError, ssl.SSLError) as error:
-        raise ServerFailed(f"cannot use the certificate {options.certificate}: {error}") from None
+        raise ServerFailed(f"cannot use the certificate {certificate}: {error}") from None
     return context
 
 
