@@ -81,6 +81,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "tf2_py": {"rospy"},  # gives rospy.Time
     "tf2_ros": {"actionlib", "rosgraph", "rospy", "tf2_py"},
     "tf2_sensor_msgs": {"tf2_geometry_msgs", "tf2_ros"},
+    "tf2_web_republisher": {"actionlib", "rospy", "tf2_ros"},
     "topic_tools": {"rosgraph", "rospy", "rostopic"},
     "roswtf": {"rospy"},  # the node of plugins
     "rostopic": {"rosgraph", "rosparam", "rospy"},  # its classes go by rospy's node; messages of parameters

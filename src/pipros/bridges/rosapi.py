@@ -47,11 +47,11 @@ class RosApi:
         self._master = node.master
         self._allowed = allowed or Allowed()
 
-    def serve(self) -> None:
+    def serve(self, prefix: str = "~") -> None:
         """Offer all services, as `~topics` and so on."""
         for name, kind in SERVICES.items():
             service_class: Any = load_service_class(f"rosapi/{kind}")
-            self._node.serve(f"~{name}", service_class, self._handler(name, service_class))
+            self._node.serve(f"{prefix}{name}", service_class, self._handler(name, service_class))
 
     def _handler(self, name: str, service_class: Any) -> Callable[[Any], Any]:
         answer = getattr(self, name)
@@ -256,6 +256,9 @@ SERVICES: Final[Mapping[str, str]] = {
     "topics_for_type": "TopicsForType",
 }
 """Types of the services by the names of their handlers."""
+
+QUESTIONS: Final = frozenset(SERVICES) - {"set_param", "delete_param"}
+"""The services that change nothing."""
 
 
 def _full_text(kind: str) -> str:

@@ -20,6 +20,7 @@ from typing import Any
 from pipros.basics.errors import InvalidName, PiprosError
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.basics.printable import printable
+from pipros.bridges.rosapi import QUESTIONS
 from pipros.bridges.rosbridge.authentication import Authenticator
 from pipros.bridges.rosbridge.effects import (
     Advertise,
@@ -51,6 +52,10 @@ _OF_ROS_2 = frozenset(
 )
 
 
+_CHANGING = frozenset(("advertise", "publish", "call_service", "advertise_service"))
+_QUESTIONS = frozenset(f"/rosapi/{name}" for name in QUESTIONS)
+
+
 class Level(IntEnum):
     """Levels of `status` operations."""
 
@@ -71,6 +76,8 @@ class Settings:
     Attributes:
         topics, services: names that clients may use. rosapi applies those of parameters.
         authenticator: checks `auth`, which must be the first operation; None without authentication.
+        has_control: whether clients may publish, call services and offer them. Without it they may only call
+            services of `rosapi` that change nothing.
         is_bson: whether binary frames are BSON.
         fragment_timeout_s: the time that an incomplete fragmented text is kept.
     """
@@ -78,6 +85,7 @@ class Settings:
     topics: Globs = field(default_factory=Globs)
     services: Globs = field(default_factory=Globs)
     authenticator: Authenticator | None = None
+    has_control: bool = True
     is_bson: bool = False
     fragment_timeout_s: float = 600.0
 
@@ -205,6 +213,8 @@ class ClientProtocol:
             if handle is None:
                 hint = ": actions are for ROS 2" if isinstance(name, str) and name in _OF_ROS_2 else ""
                 raise BadOperation(f"unknown operation {_quoted(name)}{hint}")
+            if not self._settings.has_control:
+                _check_changes_nothing(operation)
             yield from handle(operation)
         except (PiprosError, RecursionError) as error:
             if name == "call_service":
@@ -349,6 +359,13 @@ class ClientProtocol:
         if len(known) >= self._most_names:
             limit = limit_text("bridge_subscriptions", self._most_names)
             raise BadOperation(f"too many {what}; {limit}")
+
+
+def _check_changes_nothing(operation: Mapping[str, Any]) -> None:
+    """Raise `BadOperation` for an operation that changes the system."""
+    is_question = operation["op"] == "call_service" and operation.get("service") in _QUESTIONS
+    if operation["op"] in _CHANGING and not is_question:
+        raise BadOperation("this server is read-only; its option --control allows changes")
 
 
 def response_to(operation: Mapping[str, Any], values: Any, *, is_success: bool) -> dict[str, Any]:

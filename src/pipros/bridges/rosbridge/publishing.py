@@ -178,7 +178,7 @@ class _SharedPublisher:
             self._publisher.publish(message)
 
     def close(self) -> None:
-        """Publish what waits, and unregister the topic."""
+        """Publish the waiting messages, and unregister the topic."""
         with self._lock:
             self._flush()
             self._publisher.unregister()

@@ -308,6 +308,22 @@ def test_the_names_of_a_client_are_limited() -> None:
     assert isinstance(ids[2][0], Reply)
 
 
+def test_a_read_only_server_answers_questions_only() -> None:
+    peer = Peer(Settings(has_control=False))
+    assert [type(each) for each in peer.sends('{"op": "subscribe", "topic": "/a"}')] == [TakeTopic]
+    assert [type(each) for each in peer.sends('{"op": "call_service", "service": "/rosapi/topics"}')] == [
+        CallService
+    ]
+    for text in (
+        '{"op": "publish", "topic": "/a"}',
+        '{"op": "advertise", "topic": "/a", "type": "a/B"}',
+        '{"op": "advertise_service", "service": "/a", "type": "a/B"}',
+        '{"op": "call_service", "service": "/rosapi/set_param"}',
+        '{"op": "call_service", "service": "/a"}',
+    ):
+        assert "this server is read-only" in peer.gets(text)
+
+
 SECRET = "0123456789abcdef"  # noqa: S105 # of these tests
 
 
