@@ -65,7 +65,9 @@ FACADES_BELOW: dict[str, set[str]] = {
     "robot_state_publisher": {"rospy", "tf2_ros"},
     "roslaunch": {"rosgraph"},  # its server is a rosgraph.xmlrpc.XmlRpcNode
     "roslib": {"genmsg", "genpy", "rosgraph"},  # the former home of their names, messages and network
+    "rosapi": {"rospy"},
     "rosbag": {"rospy"},  # timestamps are rospy.Time
+    "rosbridge_server": {"rospy"},
     "rosdiagnostic": {"rospy"},
     "rosmaster": {"rosgraph"},  # ROSMasterHandler is a handler of rosgraph.xmlrpc; its log is rosgraph's
     "rosmsg": {"genpy"},  # generate_dynamic is a name of both
