@@ -41,9 +41,7 @@ COMMANDS: dict[str, dict[str, str]] = {
         "rqt_publisher": "messages by hand",
         "rqt": "all of these in one page",
         "pipros graph": "the same as rqt_graph",
-    },
-    "Serve a running system to other programs": {
-        "pipros foxglove": "Foxglove and Lichtblick",
+        "pipros foxglove": "serve the system to Foxglove and Lichtblick",
     },
     "Find out what is wrong": {
         "pipros doctor": "check the environment, every node, topic and service, and say what to do",

@@ -1,4 +1,4 @@
-"""Channels and services that Foxglove clients see, with their ids: changed as the ROS graph changes. Pure."""
+"""Channels and services that Foxglove clients see, with their ids: which follow the ROS graph. No sockets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a client that shows the connection graph must be sent after the graph changed. Pure."""
+"""What a client that shows the connection graph must be sent after the graph changed. No sockets."""
 
 from __future__ import annotations
 

@@ -105,7 +105,7 @@ class FoxgloveHandler:
         self._calls.interrupt()
 
     def open(self, client: Client) -> ClientSession:
-        """Begin to serve a client: tell it what there is."""
+        """Begin to serve a client: send it all channels and services."""
         session = ClientSession(client, self)
         capabilities = [each for each in CAPABILITIES if self.offers(each)]
         if isinstance(self.node.clock, SimulatedClock):

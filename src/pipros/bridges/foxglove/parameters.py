@@ -1,4 +1,4 @@
-"""Parameters of ROS as Foxglove clients see them: one name for each value that is no namespace. Pure."""
+"""Parameters as Foxglove clients see them: a flat list of names and values. No sockets."""
 
 from __future__ import annotations
 
