@@ -36,6 +36,5 @@ class Capability:
                 continue
             allowed = kinds[0] if isinstance(kinds[0], tuple) else (kinds[0],)
             if not isinstance(msg[name], allowed):
-                raise InvalidArgumentException(
-                    f"{name} must be of type {' or '.join(kind.__name__ for kind in allowed)}, got {msg[name]!r}"
-                )
+                names = " or ".join(kind.__name__ for kind in allowed)
+                raise InvalidArgumentException(f"{name} must be of type {names}, got {msg[name]!r}")
