@@ -28,6 +28,7 @@ settings.load_profile("pipros")
 _INTEROP = Path(__file__).parent / "interop"
 _BROWSER = Path(__file__).parent / "browser"
 _ROSBRIDGE_CLIENTS = Path(__file__).parent / "clients" / "test_rosbridge_clients.py"
+_FOXGLOVE_CLIENT = Path(__file__).parent / "clients" / "test_foxglove_client.py"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -54,6 +55,9 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
         collection_path == _ROSBRIDGE_CLIENTS
         and not is_required()
         and (bridge_clients.missing() or browser.missing() or missing_packages())
+    )
+    is_left_out = is_left_out or (
+        collection_path == _FOXGLOVE_CLIENT and not is_required() and bridge_clients.missing_foxglove()
     )
     return True if is_left_out else None
 
@@ -95,9 +99,9 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
             f"tests/browser: the page is not tried in a browser, for this machine lacks: {' '.join(lacking)}",
             f"to have it on Debian 12, as root: {browser.INSTALL}",
         ]
-    if lacking := bridge_clients.missing():
+    if lacking := [*bridge_clients.missing(), *bridge_clients.missing_foxglove()]:
         lines += [
-            f"tests/clients: roslib and roslibpy are not tried, for this machine lacks: {', '.join(lacking)}",
+            f"tests/clients: some clients of bridges are not tried; this machine lacks: {', '.join(lacking)}",
             f"to have them where Node.js is: {bridge_clients.INSTALL}",
         ]
     if missing := missing_packages():

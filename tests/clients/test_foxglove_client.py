@@ -12,15 +12,13 @@ from typing import Any
 import pytest
 
 from pipros.bridges.foxglove.handler import SUBPROTOCOLS
-from tests.support.foxglove_clients import INSTALL, MODULES, missing
+from tests.support.bridge_clients import MODULES
 from tests.support.genuine import missing_packages
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
 PROGRAM = Path(__file__).parent / "programs" / "foxglove_client.cjs"
 SIDES = ["pipros", *([] if missing_packages() else ["genuine"])]
-
-pytestmark = pytest.mark.skipif(bool(missing()), reason=INSTALL)
 
 
 class NodeClient:

@@ -1,4 +1,4 @@
-"""Real clients of rosbridge: roslib for Node.js and browsers, and two versions of roslibpy.
+"""Real clients of bridges: roslib for Node.js and browsers, two versions of roslibpy, Foxglove's for Node.js.
 
 python -m tests.support.bridge_clients installs them, into .venv.
 """
@@ -15,12 +15,20 @@ ROSLIBPY = {"2": "roslibpy>=2,<3", "1.8": "roslibpy==1.8.*"}
 """Versions of roslibpy that are tested: the newest, and the last one that is built on Twisted."""
 
 _CLIENTS = Path(sys.prefix) / "clients"
-_NODE_PACKAGES = ("roslib@2",)
+MODULES = _CLIENTS / "node_modules"
+_ROSLIB = "roslib@2"
+_FOXGLOVE = {
+    "@foxglove/ws-protocol": "0.8",
+    "@foxglove/rosmsg": "5",
+    "@foxglove/rosmsg-serialization": "2",
+    "ws": "8",
+}
+"""Foxglove's client of its protocol, and its decoder of ROS 1 messages."""
 
 
 def roslib() -> Path:
     """The file of roslib that Node.js and browsers import."""
-    return _CLIENTS / "node_modules" / "roslib" / "dist" / "RosLib.js"
+    return MODULES / "roslib" / "dist" / "RosLib.js"
 
 
 def roslibpy_python(version: str) -> Path:
@@ -35,6 +43,12 @@ def missing() -> list[str]:
     return lacking + [f"roslibpy {each}" for each in ROSLIBPY if not _has_roslibpy(each)]
 
 
+def missing_foxglove() -> list[str]:
+    """What this machine lacks for Foxglove's client."""
+    lacking = [] if shutil.which("node") else ["node"]
+    return lacking + [name for name in _FOXGLOVE if not (MODULES / name).is_dir()]
+
+
 def _has_roslibpy(version: str) -> bool:
     folder = roslibpy_python(version).parent.parent
     return any(folder.glob("lib/python*/site-packages/roslibpy"))
@@ -42,9 +56,10 @@ def _has_roslibpy(version: str) -> bool:
 
 def install() -> None:
     """Install what is missing."""
-    if not roslib().exists():
+    if not roslib().exists() or missing_foxglove():
         options = ("--no-save", "--no-package-lock", "--prefix", str(_CLIENTS))
-        subprocess.run(["npm", "install", *options, *_NODE_PACKAGES], check=True)
+        packages = [_ROSLIB, *(f"{name}@{version}" for name, version in _FOXGLOVE.items())]
+        subprocess.run(["npm", "install", *options, *packages], check=True)
     for version, requirement in ROSLIBPY.items():
         if not _has_roslibpy(version):
             python = roslibpy_python(version)

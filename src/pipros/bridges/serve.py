@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import ipaddress
+import socket
+import ssl
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +19,8 @@ from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.start_params import is_on
 from pipros.web.secret import Secret
-from pipros.web.serve_page import ServerFailed, fingerprint_of, set_by_signals, tls_context
+from pipros.web.serve_page import EVERYWHERE, ServerFailed, fingerprint_of, set_by_signals, tls_context
+from pipros.web.server import PageServer
 from pipros.web.token_file import read_tokens
 
 CLOSING_S: Final = 0.4
@@ -59,16 +62,28 @@ class DoorOptions:
         except ValueError:
             return False
 
+    @property
+    def shown_host(self) -> str:
+        """The host in addresses that are printed."""
+        host = self.host.strip("[]")
+        return "localhost" if self.is_local else f"[{host}]" if ":" in host else host
+
 
 class Protocols(Protocol):
     """The protocols of a program."""
 
+    @property
+    def page(self) -> PageServer | None:
+        """The page on the same port, if any."""
+
     def handlers(self) -> Mapping[str, Handler]:
         """Return a handler for each subprotocol. Called once, before `start`."""
 
-    def start(self) -> None: ...
+    def start(self) -> None:
+        """Start threads. Called in the event loop, once the port is open."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """End them, in any thread."""
 
 
 def serve(node: Node, options: DoorOptions, make: Callable[[Node, BackgroundLoop], Protocols]) -> int:
@@ -78,8 +93,7 @@ def serve(node: Node, options: DoorOptions, make: Callable[[Node, BackgroundLoop
         ServerFailed: the port is in use, or the certificate cannot be read.
         BadTokenFile: the tokens cannot be read.
     """
-    secret = Secret(tokens=read_tokens(options.token_file)) if options.token_file is not None else None
-    admission = Admission(secret, options.origins, options.allows_null_origin)
+    admission = Admission(secret_of(options), options.origins, options.allows_null_origin)
     tls = tls_context(options.certificate, options.key)
     over = OnceEvent()
     loop = BackgroundLoop(options.tool)
@@ -90,11 +104,10 @@ def serve(node: Node, options: DoorOptions, make: Callable[[Node, BackgroundLoop
                 node.use_simulated_time()
         loop.start()
         protocols = make(node, loop)
-        door = Door(protocols.handlers(), admission, limits=node.limits)
+        door = Door(protocols.handlers(), admission, protocols.page, limits=node.limits)
         try:
-            loop.run(door.open(options.host.strip("[]"), options.port, tls=tls))
-            protocols.start()
-            _announce(options, door.port)
+            loop.run(_open(door, options, protocols, tls))
+            _announce(options, door.port, protocols.page)
             over.wait()
         except OSError as error:
             reason = error.strerror or error
@@ -107,10 +120,27 @@ def serve(node: Node, options: DoorOptions, make: Callable[[Node, BackgroundLoop
     return 0
 
 
-def _announce(options: DoorOptions, port: int) -> None:
-    host = options.host.strip("[]")
-    shown = "localhost" if options.is_local else f"[{host}]" if ":" in host else host
+def secret_of(options: DoorOptions) -> Secret | None:
+    """Return the secret of the token file; None without one.
+
+    Raises:
+        BadTokenFile: the tokens cannot be read.
+    """
+    return Secret(tokens=read_tokens(options.token_file)) if options.token_file is not None else None
+
+
+async def _open(door: Door, options: DoorOptions, protocols: Protocols, tls: ssl.SSLContext | None) -> None:
+    names = () if options.is_local else (options.shown_host.lower(), socket.gethostname().lower())
+    await door.open(options.host.strip("[]"), options.port, names=names, tls=tls)
+    protocols.start()
+
+
+def _announce(options: DoorOptions, port: int, page: PageServer | None) -> None:
+    shown = options.shown_host
     scheme = "ws" if options.certificate is None else "wss"
+    if page is not None:
+        reachable = "localhost" if options.host in EVERYWHERE else shown
+        print(f"{options.tool}: {page.access.url(reachable)}")
     path = "" if options.token_file is None else "/TOKEN"
     print(f"{options.tool}: {scheme}://{shown}:{port}{path}", flush=True)
     if not options.has_control:

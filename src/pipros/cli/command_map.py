@@ -41,6 +41,7 @@ COMMANDS: dict[str, dict[str, str]] = {
         "rqt_publisher": "messages by hand",
         "rqt": "all of these in one page",
         "pipros graph": "the same as rqt_graph",
+        "pipros serve": "the page, and servers for rosbridge and Foxglove, on one port",
         "pipros foxglove": "serve the system to Foxglove and Lichtblick",
     },
     "Find out what is wrong": {

@@ -17,6 +17,7 @@ def page_parser(name: str, usage: str) -> OptionParser:
     parser.add_option("--cert", metavar="FILE", help="a certificate: serve the page with TLS")
     parser.add_option("--key", metavar="FILE", help="its private key, if not in the same file")
     add_flag(parser, "--control", help="let the page change the system")
+    parser.add_option("--token-file", metavar="FILE", help="tokens, one per line, instead of a new one")
     add_flag(parser, "--no-browser", help="print the address only")
     return parser
 
@@ -39,6 +40,7 @@ def show(tool: str, tab: str, options: Any) -> int:
             port,
             options.cert,
             options.key,
+            options.token_file,
             has_control=bool(options.control),
             opens_browser=not options.no_browser,
         )

@@ -17,6 +17,7 @@ Commands:
 \tpipros doctor\tfind out why nodes do not talk to each other, and what to do about it
 \tpipros foxglove\tserve the running system to Foxglove
 \tpipros graph\tshow the running system in a browser (rqt_graph)
+\tpipros serve\tserve the page, rosbridge and Foxglove on one port
 \tpipros env\tprint what the setup files of a workspace would set
 \tpipros version\tprint the versions of pipros, Python and ROS
 \tpipros stubs\twrite type stubs for the messages of packages, for editors
@@ -29,6 +30,7 @@ SUBCOMMANDS = {
     "env": "pipros.cli.show_env:main",
     "foxglove": "pipros.cli.foxglove:main",
     "graph": "pipros.cli.rqt_graph:main",
+    "serve": "pipros.cli.serve:main",
     "stubs": "pipros.cli.stubs:main",
     "version": "pipros.cli.version:main",
 }

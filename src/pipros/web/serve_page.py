@@ -22,7 +22,9 @@ from pipros.graph.client import GraphClient
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.web.access import Access
+from pipros.web.secret import Secret
 from pipros.web.server import Action, PageServer, Services, View
+from pipros.web.token_file import read_tokens
 from pipros.web.views.calls import CallViews
 from pipros.web.views.console import ConsoleViews
 from pipros.web.views.diagnostics import DiagnosticViews
@@ -45,7 +47,7 @@ CLOSING_S = 0.4
 ENDING_S = 0.1
 """How long connections, and then the remaining tasks, can delay the end of the process."""
 
-_EVERYWHERE = ("0.0.0.0", "::")  # noqa: S104 - only if --bind requests it
+EVERYWHERE = ("0.0.0.0", "::")  # noqa: S104 - only if --bind requests it
 
 
 class ServerFailed(PiprosError):
@@ -62,6 +64,7 @@ class PageOptions:
         host: address to listen on.
         port: port to listen on; 0 selects a free one.
         certificate, key: PEM files for TLS.
+        token_file: file of tokens, of which browsers must present one; None makes a new token.
         has_control: whether the page may change the system.
         opens_browser: whether to open the page in a browser if there is a display.
     """
@@ -72,6 +75,7 @@ class PageOptions:
     port: int = 0
     certificate: str | None = None
     key: str | None = None
+    token_file: str | None = None
     has_control: bool = False
     opens_browser: bool = True
 
@@ -81,7 +85,9 @@ def serve_page(options: PageOptions) -> int:
 
     Raises:
         ServerFailed: the port is in use, or the certificate cannot be read.
+        BadTokenFile: the tokens cannot be read.
     """
+    secret = Secret(tokens=read_tokens(options.token_file) if options.token_file is not None else ())
     over = OnceEvent()
     # The main thread only waits, so that no view can delay a signal.
     loop = BackgroundLoop(options.tool)
@@ -92,7 +98,7 @@ def serve_page(options: PageOptions) -> int:
     ):
         loop.start()
         system = WatchedSystem(graph, node)
-        server = PageServer(services(system, has_control=options.has_control))
+        server = PageServer(services(system, has_control=options.has_control), secret)
         try:
             loop.run(_start(options, system, server))
             over.wait()
@@ -114,7 +120,7 @@ async def _start(options: PageOptions, system: WatchedSystem, server: PageServer
     shown = "localhost" if host in ("127.0.0.1", "::1") else f"[{host}]" if ":" in host else host
     names = () if shown == "localhost" else (shown.lower(), socket.gethostname().lower())
     await server.start(host, options.port, names=names, tls=tls_context(options.certificate, options.key))
-    reachable = "localhost" if host in _EVERYWHERE else shown
+    reachable = "localhost" if host in EVERYWHERE else shown
     print(f"{options.tool}: {server.access.url(reachable, options.tab)}", flush=True)
     if not options.has_control:
         print("The page is read-only. With --control it can also change the system.", file=sys.stderr)
@@ -209,7 +215,7 @@ def tls_context(certificate: str | None, key: str | None) -> ssl.SSLContext | No
 def _warn_about_network(options: PageOptions, access: Access) -> None:
     what = "see and change" if options.has_control else "see"
     print(f"Others on this network can {what} the system when they have this address.", file=sys.stderr)
-    if options.host.strip("[]") in _EVERYWHERE:
+    if options.host.strip("[]") in EVERYWHERE:
         print(f"From other computers: {access.url(socket.gethostname(), options.tab)}", file=sys.stderr)
     if options.certificate is None:
         print("The connection is not encrypted; --cert and --key encrypt it.", file=sys.stderr)

@@ -37,7 +37,7 @@ from pipros.web.access import LOOPBACK_HOSTS, Access
 from pipros.web.browser_share import begin_browser
 from pipros.web.entrance import Entrance
 from pipros.web.json_text import json_text
-from pipros.web.secret import Denied
+from pipros.web.secret import Denied, Secret
 from pipros.web.server_port import PortConnection, ServerPort
 
 logger = logging.getLogger("pipros.web")
@@ -94,14 +94,16 @@ class Services:
 class PageServer:
     """Serves the page until it is closed. For use in one event loop."""
 
-    def __init__(self, services: Services) -> None:
+    def __init__(self, services: Services, secret: Secret | None = None) -> None:
+        """Create a server. `secret` defaults to a new one."""
         self._services = services
+        self._secret = secret or Secret()
         self._limits = process_limits()
         entrance = Entrance(self._limits, most=BROWSERS + self._limits.handshakes, log=logger)
         self._port = ServerPort(entrance, self._limits)
         self._browsers = 0
         self._logged: set[tuple[str, type[BaseException]]] = set()
-        self.access = Access(0)
+        self.access = Access(0, secret=self._secret)
 
     async def start(
         self, host: str, port: int, *, names: Collection[str] = (), tls: ssl.SSLContext | None = None
@@ -124,6 +126,7 @@ class PageServer:
             frozenset({*LOOPBACK_HOSTS, *names}),
             is_secure=tls is not None,
             takes_addresses=bool(names),
+            secret=self._secret,
         )
 
     async def close(self) -> None:

@@ -20,6 +20,8 @@ class BadPattern(PiprosError):
 class FoxgloveProtocol:
     """Both subprotocols of Foxglove, for `pipros.bridges.serve.serve`."""
 
+    page = None
+
     def __init__(self, handler: FoxgloveHandler) -> None:
         self._handler = handler
 
