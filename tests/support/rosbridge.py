@@ -33,7 +33,7 @@ class RosbridgeClient:
 
     def __init__(self, url: str, **options: Any) -> None:
         self._open = ExitStack()
-        self.socket = self._open.enter_context(connect(url, max_size=None, **options))
+        self.socket = self._open.enter_context(connect(url, max_size=None, **{"close_timeout": 1, **options}))
 
     def __enter__(self) -> RosbridgeClient:
         return self
