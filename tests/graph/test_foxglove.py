@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import struct
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -232,9 +233,7 @@ def test_services_are_offered_and_called(make_node: MakeNode) -> None:
         assert "there is no service" in client.next("serviceCallFailure", callId=9)["message"]
 
 
-def test_a_call_that_hangs_ends_with_its_client(make_node: MakeNode) -> None:
-    import threading
-
+def test_calls_that_hang_delay_nothing_and_end_with_their_client(make_node: MakeNode) -> None:
     is_called, is_over = threading.Event(), threading.Event()
 
     def hang(_: Any) -> Any:
