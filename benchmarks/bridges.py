@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
 """How quick the servers for browsers and Foxglove are.
 
-    benchmarks/bridges.py [--only images,clients] [--rounds 3] [--seconds 5] [--clients 100] [--quick]
+    benchmarks/bridges.py [--only images,clients,encodings,rosbridge] [--rounds 3] [--seconds 5] [--quick]
 
 images: a node publishes images of 1 MB as fast as it can, and one Foxglove client reads them: through
 `pipros foxglove`, and in the same run through a node of pipros with the server of foxglove-sdk, if that is
 installed. The ratio says how many times better pipros is.
-clients: many clients receive an Imu 100 times a second, without and with one more client that never reads.
+clients: many clients (--clients 100) receive an Imu 100 times a second, without and with one more client that
+never reads.
+rosbridge: the same with JSON by rosbridge.
+encodings: the time to encode a message for rosbridge, which happens once however many clients take it.
 The table has the messages that each client got, the age of the messages, and what the server used of one
 processor. Nothing else should run meanwhile.
 """
@@ -16,6 +19,8 @@ import contextlib
 import importlib.util
 import json
 import os
+import random
+import re
 import selectors
 import socket
 import statistics
@@ -137,6 +142,9 @@ def wait_for_port(port):
 class Client:
     """A Foxglove client that only counts messages, so that it is quicker than each server."""
 
+    HEADER = f"Sec-WebSocket-Protocol: {SUBPROTOCOL}\r\n"
+    OPCODE = 2
+
     def __init__(self, port, topic):
         self.messages = self.bytes = 0
         self.ages = []
@@ -144,7 +152,7 @@ class Client:
         self.sock.sendall(
             f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
             f"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n"
-            f"Sec-WebSocket-Protocol: {SUBPROTOCOL}\r\n\r\n".encode()
+            f"{self.HEADER}\r\n".encode()
         )
         self._buffer = bytearray()
         self._left = 0  # bytes of a large message that have not arrived
@@ -186,11 +194,14 @@ class Client:
         for opcode, payload in self._frames(partial=True):
             if opcode == 9:
                 self.sock.sendall(struct.pack("!BB4x", 0x8A, 0x80 | len(payload)) + payload)
-            elif opcode == 2:
+            elif opcode == self.OPCODE:
                 self.messages += 1
                 if len(payload) > 25:
-                    seconds, nanoseconds = struct.unpack_from("<II", payload, 17)
+                    seconds, nanoseconds = self._stamp(payload)
                     self.ages.append(time.time() - seconds - nanoseconds / 1e9)
+
+    def _stamp(self, payload):
+        return struct.unpack_from("<II", payload, 17)
 
     def _frames(self, partial=False):
         """Take complete frames from the buffer; with `partial` the rest of a large one is only counted."""
@@ -209,6 +220,19 @@ class Client:
             opcode, payload = buffer[0] & 15, bytes(buffer[head : head + size])
             del buffer[: head + size]
             yield opcode, payload
+
+
+class RosbridgeClient(Client):
+    """A client of rosbridge that takes JSON."""
+
+    HEADER = ""
+    OPCODE = 1
+
+    def _subscribe(self, topic):
+        self._send(json.dumps({"op": "subscribe", "topic": topic}).encode())
+
+    def _stamp(self, payload):
+        return map(int, re.search(rb'"secs":(\d+),"nsecs":(\d+)', payload).groups())
 
 
 def images_a_second(port, seconds):
@@ -246,13 +270,13 @@ def images(options):
     return [Row(row.label, {"pipros": values["pipros"]}, more_is_better=True)]
 
 
-def many_clients(count, seconds, *, is_one_stuck):
+def many_clients(count, seconds, *, is_one_stuck, serve=System.serve, client_class=Client):
     """Messages/s of the slowest of `count` clients, ages of messages in ms, and processor time in percent."""
     with System() as system, selectors.DefaultSelector() as selector:
         system.run(IMU)
-        process, port = system.serve()
-        clients = [Client(port, "/imu") for _ in range(count)]
-        stuck = [Client(port, "/imu")] if is_one_stuck else []
+        process, port = serve(system)
+        clients = [client_class(port, "/imu") for _ in range(count)]
+        stuck = [client_class(port, "/imu")] if is_one_stuck else []
         for client in clients:
             selector.register(client.sock, selectors.EVENT_READ, client)
 
@@ -276,22 +300,86 @@ def many_clients(count, seconds, *, is_one_stuck):
         return min(rates), statistics.median(ages), ages[int(0.99 * len(ages))], cpu
 
 
-def clients(options):
+def clients(options, name="Foxglove", **server):
     """The costs of many clients on one topic."""
     heads = ["workload", "least messages/s of a client", "median age, ms", "99 %, ms", "processor, %"]
     print(line(heads))
     print(line(["---", *["---:"] * 4]))
     rows = []
     for is_one_stuck in (False, True):
-        label = f"Foxglove: {options.clients} clients of a 100 Hz Imu" + ", one more stuck" * is_one_stuck
-        found = many_clients(options.clients, options.seconds, is_one_stuck=is_one_stuck)
+        label = f"{name}: {options.clients} clients of a 100 Hz Imu" + ", one more stuck" * is_one_stuck
+        found = many_clients(options.clients, options.seconds, is_one_stuck=is_one_stuck, **server)
         print(line([label, *map(as_text, found)]), flush=True)
         rows.append(Row(label + ", processor %", {"pipros": [found[-1]]}))
     print()
     return rows
 
 
-BENCHMARKS = {"images": images, "clients": clients}
+def serve_rosbridge(system):
+    """Start a rosbridge server; return its process and port."""
+    port = free_port()
+    program = os.path.join(SCRIPTS, "rosrun")
+    process = system.start(program, "rosbridge_server", "rosbridge_websocket", f"_port:={port}")
+    wait_for_port(port)
+    return process, port
+
+
+def rosbridge(options):
+    """The costs of many clients of rosbridge on one topic."""
+    return clients(options, "rosbridge JSON", serve=serve_rosbridge, client_class=RosbridgeClient)
+
+
+def sample_messages():
+    """An Imu, a LaserScan, a TFMessage and an image of 1 MB, with random values."""
+    from pipros.msg import load_message_class
+
+    generator = random.Random(1)  # noqa: S311 # the same in each run
+    imu = load_message_class("sensor_msgs/Imu")()
+    for vector in (imu.orientation, imu.angular_velocity, imu.linear_acceleration):
+        for name in vector.__slots__:
+            setattr(vector, name, generator.gauss(0, 1))
+    scan = load_message_class("sensor_msgs/LaserScan")()
+    scan.ranges = [round(generator.uniform(0, 30), 3) for _ in range(720)]
+    transform = load_message_class("geometry_msgs/TransformStamped")
+    transforms = [transform(child_frame_id=f"link_{number}") for number in range(20)]
+    for each in transforms:
+        each.transform.translation.x = generator.gauss(0, 1)
+    image = load_message_class("sensor_msgs/Image")(height=333, width=1000, step=3000, encoding="rgb8")
+    image.data = generator.randbytes(999_000)
+    frames = load_message_class("tf2_msgs/TFMessage")(transforms)
+    return {"an Imu": imu, "a LaserScan (720)": scan, "a TFMessage (20)": frames, "an image of 1 MB": image}
+
+
+def encodings(options):
+    """The time that each encoding takes, in us."""
+    from pipros.bridges.rosbridge.encoding import Encoder, Encoding
+    from pipros.bridges.shared_topics import TopicMessage
+
+    encoders = {each.name.lower().replace("_", "-"): (Encoder(), each) for each in Encoding}
+    encoders["bson"] = (Encoder(is_bson=True), Encoding.JSON)
+    print(line(["rosbridge: encode, us", *encoders]))
+    print(line(["---", *["---:"] * len(encoders)]))
+    rows = []
+    for label, message in sample_messages().items():
+        header = {"type": message._type, "md5sum": message._md5sum, "message_definition": message._full_text}
+        body = b"".join(message._to_buffers())
+        times = {}
+        for name, (encoder, encoding) in encoders.items():
+            rounds = []
+            for _ in range(options.rounds):
+                count, begin = 0, time.perf_counter()
+                while (passed := time.perf_counter() - begin) < options.seconds / 20:
+                    encoder.encoded(TopicMessage("/topic", body, header, 0)).frames(encoding, "/topic")
+                    count += 1
+                rounds.append(1e6 * passed / count)
+            times[name] = rounds
+            rows.append(Row(f"rosbridge: {label} as {name}, us", {"pipros": rounds}))
+        print(line([label, *(as_text(statistics.median(rounds)) for rounds in times.values())]), flush=True)
+    print()
+    return rows
+
+
+BENCHMARKS = {"images": images, "clients": clients, "encodings": encodings, "rosbridge": rosbridge}
 
 
 def main():

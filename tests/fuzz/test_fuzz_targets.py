@@ -26,6 +26,7 @@ from tests.fuzz import (
     messages,
     page_messages,
     replies,
+    rosbridge,
     strange_messages,
     yaml_texts,
 )
@@ -58,6 +59,7 @@ SUBJECTS = {
     "edit_methods": Subject(lambda: edit_methods.target, edit_methods.WORDS, 500),
     "bus_answers": Subject(lambda: bus_answers.target, bus_answers.WORDS, 300),
     "page_messages": Subject(lambda: page_messages.target, page_messages.WORDS, 200),
+    "rosbridge": Subject(lambda: rosbridge.target, rosbridge.WORDS, 500),
     "replies": Subject(replies.Replies, replies.WORDS, 500),
     "listings": Subject(listings.Listings, listings.WORDS, 40),
 }

@@ -67,6 +67,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "roslib": {"genmsg", "genpy", "rosgraph"},  # the former home of their names, messages and network
     "rosapi": {"rospy"},
     "rosbag": {"rospy"},  # timestamps are rospy.Time
+    "rosbridge_library": {"rospy"},  # the time, logs and node of rospy
     "rosbridge_server": {"rospy"},
     "rosdiagnostic": {"rospy"},
     "rosmaster": {"rosgraph"},  # ROSMasterHandler is a handler of rosgraph.xmlrpc; its log is rosgraph's

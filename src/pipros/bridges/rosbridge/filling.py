@@ -11,6 +11,7 @@ import base64
 import binascii
 import math
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import Any
 
 from pipros.basics.errors import PiprosError
@@ -71,7 +72,7 @@ class UnknownField(WrongValue):
 
 
 class Filler:
-    """Fills messages of any class. The present time is read once per message."""
+    """Fills messages of any class. The present time is read at most once per message."""
 
     def __init__(self, now_ns: Callable[[], int], limits: Limits | None = None) -> None:
         self._now_ns = now_ns
@@ -88,16 +89,20 @@ class Filler:
         if isinstance(values, list):
             values = dict(zip(message.__slots__, values, strict=False))
         if isinstance(values, dict):
-            _Filling(self._now_ns(), self._most_values).fill(message, values)
+            _Filling(self._now_ns, self._most_values).fill(message, values)
 
 
 class _Filling:
     """The filling of one message."""
 
-    def __init__(self, now_ns: int, most_values: int) -> None:
-        self._now = divmod(now_ns, NS_PER_S)
+    def __init__(self, now_ns: Callable[[], int], most_values: int) -> None:
+        self._now_ns = now_ns
         self._most_values = self._values_left = most_values
         self._sizes: dict[type[Message], int] = {}
+
+    @cached_property
+    def _now(self) -> tuple[int, int]:
+        return divmod(self._now_ns(), NS_PER_S)
 
     def fill(self, message: Any, values: Mapping[str, Any]) -> None:
         slots = message.__slots__
