@@ -244,7 +244,9 @@ def test_calls_that_hang_delay_nothing_and_end_with_their_client(make_node: Make
     make_node("server").serve("/hang", SetBool, hang)
     bridge = make_node("bridge")
     with serving(bridge) as address, connected(address) as client:
-        client.call("/hang", 1, b"\1")
+        for number in range(OPEN_REQUESTS + 1):
+            client.call("/hang", number, b"\1")
+        assert "are open" in client.next("status", level=2)["message"]
         wait_until(is_called.is_set)
         client.send("getParameters", parameterNames=["/none"], id="later")
         assert client.next("parameterValues", id="later")["parameters"] == []
