@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import struct
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -232,9 +233,7 @@ def test_services_are_offered_and_called(make_node: MakeNode) -> None:
         assert "there is no service" in client.next("serviceCallFailure", callId=9)["message"]
 
 
-def test_a_call_that_hangs_ends_with_its_client(make_node: MakeNode) -> None:
-    import threading
-
+def test_calls_that_hang_delay_nothing_and_end_with_their_client(make_node: MakeNode) -> None:
     is_called, is_over = threading.Event(), threading.Event()
 
     def hang(_: Any) -> Any:
@@ -245,7 +244,9 @@ def test_a_call_that_hangs_ends_with_its_client(make_node: MakeNode) -> None:
     make_node("server").serve("/hang", SetBool, hang)
     bridge = make_node("bridge")
     with serving(bridge) as address, connected(address) as client:
-        client.call("/hang", 1, b"\1")
+        for number in range(OPEN_REQUESTS + 1):
+            client.call("/hang", number, b"\1")
+        assert "are open" in client.next("status", level=2)["message"]
         wait_until(is_called.is_set)
         client.send("getParameters", parameterNames=["/none"], id="later")
         assert client.next("parameterValues", id="later")["parameters"] == []

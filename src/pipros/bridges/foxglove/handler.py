@@ -33,8 +33,8 @@ from pipros.web.daemon_pool import DaemonPool
 from pipros.workspace.index import PackageIndex
 
 SUBPROTOCOLS: Final = ("foxglove.sdk.v1", "foxglove.websocket.v1")
-THREADS: Final = 64
-"""Maximum number of blocking calls of all clients at a time. Further ones wait."""
+CALLS_AT_ONCE: Final = 256
+"""Maximum number of service calls of all clients at a time. Further ones wait."""
 _CLOCK = struct.Struct("<II")
 
 READING = ("parameters", "parametersSubscribe", "connectionGraph", "assets")
@@ -75,7 +75,8 @@ class FoxgloveHandler:
         self.catalog = Catalog()
         self.state: SystemState = EMPTY
         self.has_control = rules.has_control
-        self.threads = DaemonPool("foxglove", THREADS)
+        self.threads = DaemonPool("foxglove client", node.limits.bridge_clients)
+        self.call_threads = DaemonPool("foxglove call", CALLS_AT_ONCE)
         self._loop = loop
         self._sessions: dict[ClientSession, Client] = {}
         self._calls = OpenCalls()
@@ -127,6 +128,7 @@ class FoxgloveHandler:
     def leave(self, session: ClientSession) -> None:
         """Forget a client that has disconnected."""
         self._sessions.pop(session, None)
+        self.watch_parameters()
         if not self._sessions:
             self._graph_watch.set_needed(False)
 
@@ -148,7 +150,8 @@ class FoxgloveHandler:
             self._graph_watch.set_needed(True)
 
     def watch_parameters(self) -> None:
-        self._parameter_watch.start()
+        """Begin or stop to watch the parameters, as sessions need it."""
+        self._parameter_watch.set_needed(any(session.takes_parameters for session in self._sessions))
 
     def parameters(self) -> Mapping[str, Any]:
         """Return all parameters that clients may see. Blocks."""

@@ -68,7 +68,8 @@ class Bridge(Protocol):
 
     Attributes:
         has_control: whether clients may publish, call services and set parameters.
-        threads: threads for calls that may block.
+        threads: threads for work that may block for a moment, enough for every client.
+        call_threads: threads for service calls, which may block for long.
     """
 
     node: Node
@@ -77,6 +78,7 @@ class Bridge(Protocol):
     state: SystemState
     has_control: bool
     threads: DaemonPool
+    call_threads: DaemonPool
 
     def offers(self, capability: str) -> bool: ...
     def allows_topic(self, name: str) -> bool: ...
@@ -137,6 +139,11 @@ class ClientSession:
         self._taken.clear()
         self._publications.clear()
 
+    @property
+    def takes_parameters(self) -> bool:
+        """Whether the client subscribes to parameters."""
+        return self._takes_all_parameters or bool(self._parameters)
+
     # -- what the bridge reports ------------------------------------------------------
 
     def remove_channels(self, ids: Sequence[int]) -> None:
@@ -195,6 +202,7 @@ class ClientSession:
             case UnsubscribeParameters():
                 self._takes_all_parameters &= bool(request.names)
                 self._parameters.difference_update(map(self._bridge.node.resolve, request.names))
+                self._bridge.watch_parameters()
             case SubscribeGraph():
                 self._graph = EMPTY if request.is_wanted else None
                 self.show_graph(self._bridge.state)
@@ -266,16 +274,14 @@ class ClientSession:
             self._check_offered("services")
             if service is None:
                 raise PiprosError(f"there is no service {request.service}")
-            body = await self._run(
-                functools.partial(
-                    call_service,
-                    self._bridge.node,
-                    service,
-                    request.encoding,
-                    request.body,
-                    self._calls,
-                    CALL_S,
-                )
+            body = await self._bridge.call_threads.run(
+                call_service,
+                self._bridge.node,
+                service,
+                request.encoding,
+                request.body,
+                self._calls,
+                CALL_S,
             )
         except (PiprosError, ValueError) as error:
             self._client.send(frames.service_failure(request.service, request.call, str(error)))
