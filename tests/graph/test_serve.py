@@ -143,8 +143,17 @@ def test_one_port_has_the_page_rosbridge_and_foxglove(ros: RosSystem) -> None:
         connection.request("GET", "/clients", headers={"Authorization": f"Bearer {token}"})
         rows = json.loads(connection.getresponse().read())
         assert "/chatter" in rows[0]["topics"]
+        listed = ros.pipros.run("pipros", "clients", host, "--token", token)
+        assert listed.stdout[0] == "1 client"
+        assert "1: foxglove.sdk.v1 from 127.0.0.1" in listed.stdout[2]
+        assert "receives /chatter" in listed.stdout[3]
+    refused = ros.pipros.run("pipros", "clients", host)
+    assert refused.returncode == 1
+    assert "Authorization: Bearer" in refused.stderr[-1]
     server.press_ctrl_c()
     assert server.wait() == 0
+    gone = ros.pipros.run("pipros", "clients", host)
+    assert gone.stderr[-1].startswith(f"ERROR: no bridge answers at {host}")
 
 
 @pytest.mark.parametrize("is_second", [False, True])
