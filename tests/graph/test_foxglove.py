@@ -13,6 +13,7 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.bridges.foxglove.handler import SUBPROTOCOLS, Rules
+from pipros.bridges.foxglove.session import OPEN_REQUESTS
 from pipros.libraries.topic_tools.raw import class_like
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
