@@ -19,6 +19,7 @@ from websockets.typing import Subprotocol
 from pipros.bridges.foxglove.handler import SUBPROTOCOLS
 from tests.support.foxglove import Client, connected
 from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
 
 CERTIFICATES = Path(__file__).parents[1] / "support" / "certificates"
 FOXGLOVE = Subprotocol(SUBPROTOCOLS[0])
@@ -146,8 +147,15 @@ def test_one_port_has_the_page_rosbridge_and_foxglove(ros: RosSystem) -> None:
     assert server.wait() == 0
 
 
-def test_rosapi_answers_through_the_one_port(ros: RosSystem) -> None:
+@pytest.mark.parametrize("is_second", [False, True])
+def test_rosapi_answers_through_the_one_port(ros: RosSystem, is_second: bool) -> None:
     ros.serve_master()
+    if is_second:  # the first one leaves its registrations
+        first = ros.pipros.start("pipros", "serve", "--port", "0")
+        first.wait_for(r"http://(\S+)/#")
+        wait_until(lambda: "/rosapi/topics" in ros.pipros.run("rosservice", "list").stdout)
+        first.kill()
+        first.wait()
     server = ros.pipros.start("pipros", "serve", "--port", "0")
     host = server.wait_for(r"http://(\S+)/#")[1]
     with connect_sync(f"ws://{host}", proxy=None) as rosbridge:

@@ -8,7 +8,7 @@ import http.client
 import json
 import logging
 import socket
-from collections.abc import AsyncIterator, Coroutine, Hashable, Mapping
+from collections.abc import AsyncIterator, Coroutine, Hashable, Mapping, Sequence
 from typing import Any
 
 import pytest
@@ -53,6 +53,9 @@ class Echo:
 
     def takes(self) -> Mapping[Hashable, str]:
         return {"topic": "/chatter"}
+
+    def sends(self) -> Sequence[str]:
+        return ["/command"]
 
     def close(self) -> None:
         self.is_closed = True
@@ -297,7 +300,8 @@ def test_the_list_of_clients_has_what_each_takes_and_lost() -> None:
         handler = Echo()
         agent = "robot app"
         async with opened(handler=handler) as door, connected(door, user_agent_header=agent) as client:
-            await condition(lambda: handler.sessions)
+            await client.send("hello")
+            await client.recv()
             handler.sessions[0].client.outbox.put("topic", Frame((b"12345",)))
             await client.recv()
             status, text = await asyncio.to_thread(get, door, "/clients", {})
@@ -305,6 +309,8 @@ def test_the_list_of_clients_has_what_each_takes_and_lost() -> None:
             [row] = json.loads(text)
             assert row["agent"] == agent
             assert row["protocol"] == PROTOCOL
+            assert row["publishes"] == ["/command"]
+            assert row["received"] == {"messages": 1, "bytes": 5, "lost": 0}
             assert row["topics"] == {"/chatter": {"messages": 1, "bytes": 5, "lost": 0}}
             status, _ = await asyncio.to_thread(get, door, "/clients", {"Host": "evil.example"})
             assert status == 403

@@ -20,7 +20,7 @@ from websockets.frames import CloseCode
 from websockets.protocol import State
 
 from pipros.basics.limits import Limits
-from pipros.bridges.outbox import Frame, Outbox
+from pipros.bridges.outbox import Frame, Outbox, Traffic
 from pipros.web.server_port import PortConnection
 
 JOINED_BYTES: Final = 16 * 1024
@@ -117,7 +117,8 @@ class Client:
         protocol: its subprotocol, or the name of the protocol that it speaks.
         address: IP address and port.
         agent: its `User-Agent`, or an empty string.
-        outbox: what it is sent; thread-safe.
+        outbox: data for the client; thread-safe.
+        received: what the client has sent.
     """
 
     def __init__(
@@ -129,6 +130,7 @@ class Client:
         self.address = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
         self.agent = connection.request.headers.get("User-Agent", "") if connection.request else ""
         self.outbox = Outbox(limits.bridge_queue_bytes, lambda: wakeups.wake(self._flush))
+        self.received = Traffic()
         self._connection = connection
         self._stall_s = limits.bridge_stall_s
         self._loop = asyncio.get_running_loop()

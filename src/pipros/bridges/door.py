@@ -54,6 +54,9 @@ class Session(Protocol):
     def takes(self) -> Mapping[Hashable, str]:
         """Return what the client receives: the keys of its outbox, and what a list of clients shows."""
 
+    def sends(self) -> Sequence[str]:
+        """Return the topics that the client publishes."""
+
     def close(self) -> None:
         """End all that the client uses: its connection has ended."""
 
@@ -76,6 +79,8 @@ class ClientRow:
         since: when it connected, in seconds since 1970.
         sent: traffic of all its subscriptions, present and past.
         topics: traffic of its present subscriptions, by topic or another name.
+        publishes: topics that it publishes.
+        received: messages from the client, of all kinds, and their bytes.
         waiting_bytes: size of what it has not read yet.
     """
 
@@ -86,6 +91,8 @@ class ClientRow:
     since: float
     sent: Traffic
     topics: Mapping[str, Traffic]
+    publishes: Sequence[str]
+    received: Traffic
     waiting_bytes: int
 
 
@@ -187,6 +194,8 @@ class Door:
                 since,
                 client.outbox.total,
                 _by_name(session.takes(), client.outbox.traffic()),
+                session.sends(),
+                client.received,
                 client.outbox.waiting_bytes,
             )
             for client, (session, since) in self._clients.items()
@@ -253,6 +262,8 @@ class Door:
         self._clients[client] = session, time.time()
         try:
             async for data in connection:
+                client.received.messages += 1
+                client.received.bytes += len(data)
                 await session.receive(data)
         except ConnectionClosed:
             pass

@@ -7,6 +7,8 @@ import ipaddress
 import socket
 import ssl
 import sys
+import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
@@ -25,7 +27,7 @@ from pipros.web.token_file import read_tokens
 
 CLOSING_S: Final = 0.4
 ENDING_S: Final = 0.1
-"""How long connections, and then the remaining tasks, can delay the end of the process."""
+"""How long connections, and then each of threads and tasks, can delay the end of the process."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,9 +115,12 @@ def serve(node: Node, options: DoorOptions, make: Callable[[Node, BackgroundLoop
             reason = error.strerror or error
             raise ServerFailed(f"cannot listen at {options.host}:{options.port}: {reason}") from None
         finally:
+            ending = threading.Thread(target=protocols.close, name="end of the protocols", daemon=True)
+            end_s = time.monotonic() + CLOSING_S
+            ending.start()
             with contextlib.suppress(TimeoutError):
                 loop.run(door.close(), CLOSING_S)
-            protocols.close()
+            ending.join(max(end_s - time.monotonic(), ENDING_S))
             loop.stop(ENDING_S)
     return 0
 

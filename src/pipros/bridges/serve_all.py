@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Callable, Mapping
 
 from pipros.basics.errors import PiprosError
@@ -14,7 +13,7 @@ from pipros.bridges.rosbridge.server import RosbridgeHandler
 from pipros.bridges.rosbridge.session import Bridge
 from pipros.bridges.serve import DoorOptions, secret_of, serve
 from pipros.graph.client import GraphClient
-from pipros.graph.services import uri_of
+from pipros.graph.services import type_of
 from pipros.net.loop import BackgroundLoop
 from pipros.net.workers import Workers
 from pipros.node import Node
@@ -57,11 +56,14 @@ class AllProtocols:
 
     def _serve_rosapi(self) -> None:
         """Offer the services that clients of rosbridge need, unless another node does. Blocks."""
-        with contextlib.suppress(PiprosError):
-            if uri_of(self._node.master, f"/{ROSAPI}/topics") is None:
-                self._rosapi = Node(ROSAPI, environment=self._node.environment)
-                self._rosapi.start()
-                RosApi(self._rosapi).serve()
+        try:
+            if type_of(self._node.master, f"/{ROSAPI}/topics") is not None:
+                return
+        except PiprosError:  # it does not answer any more, or the master is away
+            pass
+        self._rosapi = Node(ROSAPI, environment=self._node.environment)
+        self._rosapi.start()
+        RosApi(self._rosapi).serve()
 
     def _call_later(self, delay_s: float, function: Callable[[], object]) -> None:
         self._loop.call(self._schedule, delay_s, function)

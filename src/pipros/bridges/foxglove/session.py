@@ -126,6 +126,10 @@ class ClientSession:
         """Return the topics of the client's subscriptions."""
         return {number: channel.topic for number, (channel, _) in self._taken.items()}
 
+    def sends(self) -> Sequence[str]:
+        """Return the topics that the client publishes."""
+        return [publication.channel.topic for publication in self._publications.values()]
+
     def close(self) -> None:
         """End the subscriptions, publications, calls and tasks of the client."""
         self._bridge.leave(self)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import ssl
-from collections.abc import Callable, Collection, Hashable, Mapping
+from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -84,6 +84,10 @@ class DoorSession:
     def takes(self) -> Mapping[Hashable, str]:
         """Return the topics that the client takes."""
         return {topic: topic for topic in self._session.topics}
+
+    def sends(self) -> Sequence[str]:
+        """Return the topics that the client publishes."""
+        return self._session.published
 
     def close(self) -> None:
         """End the session, in a thread."""

@@ -165,6 +165,11 @@ class ClientSession:
         """The topics that the client takes, as it names them."""
         return list(self._streams)
 
+    @property
+    def published(self) -> list[str]:
+        """The topics that the client publishes."""
+        return sorted(self._published)
+
     def send_call(self, operation: Mapping[str, Any], request: Any) -> None:
         """Send a call of an offered service, with the values of the request."""
         self._send({**operation, "args": self._bridge.encoder.values_of(request)})
