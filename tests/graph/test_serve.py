@@ -143,8 +143,35 @@ def test_one_port_has_the_page_rosbridge_and_foxglove(ros: RosSystem) -> None:
         connection.request("GET", "/clients", headers={"Authorization": f"Bearer {token}"})
         rows = json.loads(connection.getresponse().read())
         assert "/chatter" in rows[0]["topics"]
+        listed = ros.pipros.run("pipros", "clients", host, "--token", token)
+        assert listed.stdout[0] == "1 client"
+        assert "1: foxglove.sdk.v1 from 127.0.0.1" in listed.stdout[2]
+        assert "receives /chatter" in listed.stdout[3]
+    refused = ros.pipros.run("pipros", "clients", host)
+    assert refused.returncode == 1
+    assert "Authorization: Bearer" in refused.stderr[-1]
     server.press_ctrl_c()
     assert server.wait() == 0
+    gone = ros.pipros.run("pipros", "clients", host)
+    assert gone.stderr[-1].startswith(f"ERROR: no bridge answers at {host}")
+
+
+def test_one_port_on_a_network_needs_the_token_that_it_prints(ros: RosSystem) -> None:
+    ros.serve_master()
+    server = ros.pipros.start("pipros", "serve", "--bind", "0.0.0.0", "--port", "0")  # noqa: S104
+    page = server.wait_for(r"http://localhost:(\d+)/#token=(\S+)")
+    server.wait_for(rf"ws://0.0.0.0:{page[1]}/{page[2]}")
+    address = f"ws://127.0.0.1:{page[1]}"
+    with connected(f"{address}/{page[2]}") as client:
+        client.next("serverInfo")
+    with connected(address) as client:
+        client.send("getParameters")
+        with pytest.raises(ConnectionClosed):
+            client.receive()
+    with connect_sync(address, proxy=None) as rosbridge:
+        rosbridge.send(json.dumps({"op": "subscribe", "topic": "/rosout"}))
+        with pytest.raises(ConnectionClosed):
+            rosbridge.recv(timeout=30)
 
 
 @pytest.mark.parametrize("is_second", [False, True])

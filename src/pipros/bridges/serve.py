@@ -88,14 +88,22 @@ class Protocols(Protocol):
         """End them, in any thread."""
 
 
-def serve(node: Node, options: DoorOptions, make: Callable[[Node, BackgroundLoop], Protocols]) -> int:
+def serve(
+    node: Node,
+    options: DoorOptions,
+    make: Callable[[Node, BackgroundLoop], Protocols],
+    secret: Secret | None,
+) -> int:
     """Run a node and serve clients until Ctrl-C, SIGTERM or the end of the node.
+
+    Args:
+        make: returns the protocols.
+        secret: its token is required of all clients; None lets every client enter.
 
     Raises:
         ServerFailed: the port is in use, or the certificate cannot be read.
-        BadTokenFile: the tokens cannot be read.
     """
-    admission = Admission(secret_of(options), options.origins, options.allows_null_origin)
+    admission = Admission(secret, options.origins, options.allows_null_origin)
     tls = tls_context(options.certificate, options.key)
     over = OnceEvent()
     loop = BackgroundLoop(options.tool)
@@ -109,7 +117,7 @@ def serve(node: Node, options: DoorOptions, make: Callable[[Node, BackgroundLoop
         door = Door(protocols.handlers(), admission, protocols.page, limits=node.limits)
         try:
             loop.run(_open(door, options, protocols, tls))
-            _announce(options, door.port, protocols.page)
+            _announce(options, door.port, protocols.page, secret)
             over.wait()
         except OSError as error:
             reason = error.strerror or error
@@ -140,19 +148,19 @@ async def _open(door: Door, options: DoorOptions, protocols: Protocols, tls: ssl
     protocols.start()
 
 
-def _announce(options: DoorOptions, port: int, page: PageServer | None) -> None:
+def _announce(options: DoorOptions, port: int, page: PageServer | None, secret: Secret | None) -> None:
     shown = options.shown_host
     scheme = "ws" if options.certificate is None else "wss"
     if page is not None:
         reachable = "localhost" if options.host in EVERYWHERE else shown
         print(f"{options.tool}: {page.access.url(reachable)}")
-    path = "" if options.token_file is None else "/TOKEN"
+    path = "" if secret is None else "/TOKEN" if options.token_file is not None else f"/{secret.token}"
     print(f"{options.tool}: {scheme}://{shown}:{port}{path}", flush=True)
     if not options.has_control:
         print("Clients can only read. With --control they can also change the system.", file=sys.stderr)
     if options.is_local:
         return
-    if options.token_file is None:
+    if secret is None:
         what = "see and change" if options.has_control else "see"
         print(f"Everyone on this network can {what} the system; --token-file restricts it.", file=sys.stderr)
     if options.certificate is None:

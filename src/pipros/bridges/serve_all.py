@@ -17,6 +17,7 @@ from pipros.graph.services import type_of
 from pipros.net.loop import BackgroundLoop
 from pipros.net.workers import Workers
 from pipros.node import Node
+from pipros.web.secret import Secret
 from pipros.web.serve_page import services
 from pipros.web.server import PageServer
 from pipros.web.watched_system import MASTER_DEADLINE_S, WatchedSystem
@@ -27,14 +28,22 @@ ROSAPI = "rosapi"
 class AllProtocols:
     """What `pipros serve` offers, for `pipros.bridges.serve.serve`."""
 
-    def __init__(self, node: Node, loop: BackgroundLoop, graph: GraphClient, options: DoorOptions) -> None:
+    def __init__(
+        self,
+        node: Node,
+        loop: BackgroundLoop,
+        graph: GraphClient,
+        secret: Secret | None,
+        *,
+        has_control: bool,
+    ) -> None:
+        """`secret` is that of the page; None makes one for it."""
         self._node = node
         self._loop = loop
         self._system = WatchedSystem(graph, node)
         self._workers = Workers("timers of a bridge")
         self._rosapi: Node | None = None
-        has_control = options.has_control
-        self.page = PageServer(services(self._system, has_control=has_control), secret_of(options))
+        self.page = PageServer(services(self._system, has_control=has_control), secret)
         self._foxglove = FoxgloveHandler(node, loop, Rules(has_control=has_control))
         self._bridge = Bridge(node, self._call_later, Settings(has_control=has_control))
 
@@ -73,6 +82,16 @@ class AllProtocols:
 
 
 def serve_all(node: Node, options: DoorOptions) -> int:
-    """Serve the page, rosbridge and Foxglove until Ctrl-C; see `pipros.bridges.serve.serve`."""
+    """Serve the page, rosbridge and Foxglove until Ctrl-C; see `pipros.bridges.serve.serve`.
+
+    On a network all clients need a token: one of the file, or else that of the page.
+    """
+    secret = secret_of(options)
+    if secret is None and not options.is_local:
+        secret = Secret()
     with GraphClient(options.tool.replace(" ", "_"), timeout_s=MASTER_DEADLINE_S) as graph:
-        return serve(node, options, lambda node, loop: AllProtocols(node, loop, graph, options))
+
+        def make(node: Node, loop: BackgroundLoop) -> AllProtocols:
+            return AllProtocols(node, loop, graph, secret, has_control=options.has_control)
+
+        return serve(node, options, make, secret)

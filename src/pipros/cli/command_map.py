@@ -42,6 +42,7 @@ COMMANDS: dict[str, dict[str, str]] = {
         "rqt": "all of these in one page",
         "pipros graph": "the same as rqt_graph",
         "pipros serve": "the page, and servers for rosbridge and Foxglove, on one port",
+        "pipros clients": "the clients of these servers",
         "pipros foxglove": "serve the system to Foxglove and Lichtblick",
     },
     "Find out what is wrong": {

@@ -18,6 +18,7 @@ Commands:
 \tpipros foxglove\tserve the running system to Foxglove
 \tpipros graph\tshow the running system in a browser (rqt_graph)
 \tpipros serve\tserve the page, rosbridge and Foxglove on one port
+\tpipros clients\tlist the clients of pipros serve or pipros foxglove
 \tpipros env\tprint what the setup files of a workspace would set
 \tpipros version\tprint the versions of pipros, Python and ROS
 \tpipros stubs\twrite type stubs for the messages of packages, for editors
@@ -26,6 +27,7 @@ Type pipros <command> -h for more detailed usage, pipros --help for a map of all
 """
 
 SUBCOMMANDS = {
+    "clients": "pipros.cli.clients:main",
     "doctor": "pipros.cli.doctor:main",
     "env": "pipros.cli.show_env:main",
     "foxglove": "pipros.cli.foxglove:main",

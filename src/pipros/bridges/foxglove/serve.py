@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pipros.basics.errors import PiprosError
 from pipros.bridges.door import Handler
 from pipros.bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
-from pipros.bridges.serve import DoorOptions, serve
+from pipros.bridges.serve import DoorOptions, secret_of, serve
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 
@@ -41,7 +41,7 @@ def serve_foxglove(node: Node, options: DoorOptions, rules: Rules) -> int:
     def make(node: Node, loop: BackgroundLoop) -> FoxgloveProtocol:
         return FoxgloveProtocol(FoxgloveHandler(node, loop, rules))
 
-    return serve(node, options, make)
+    return serve(node, options, make, secret_of(options))
 
 
 def compiled(patterns: Iterable[str]) -> Sequence[re.Pattern[str]]:
