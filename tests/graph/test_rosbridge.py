@@ -9,7 +9,7 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from websockets.exceptions import ConnectionClosed
 from pipros.basics.limits import Limits
 from pipros.bridges.rosbridge.authentication import Authenticator
 from pipros.bridges.rosbridge.protocol import Settings
-from pipros.bridges.rosbridge.server import ServerOptions
+from pipros.bridges.rosbridge.server import ServerOptions, WebSocketServer
 from pipros.bridges.rosbridge.session import Timing
 from pipros.bridges.rosbridge.stream_servers import NotLoopback, TcpServer, UdpServer
 from pipros.bridges.rosbridge.text_input import JsonObjects
@@ -115,27 +115,34 @@ def test_a_throttled_topic_with_a_queue_sends_the_newest_message_later(url: str,
 
 def test_a_throttled_topic_without_a_queue_drops_messages_that_come_too_early(url: str, robot: Node) -> None:
     publisher = robot.advertise("/fast", STRING)
-    with RosbridgeClient(url) as client:
+    with RosbridgeClient(url) as client, RosbridgeClient(url) as witness:
         client.send("subscribe", topic="/fast", throttle_rate=100_000)
         wait_until_connected(publisher)
-        for number in range(5):
-            publisher.publish(STRING(str(number)))
+        witness.send("subscribe", topic="/fast")  # gets each message after the first client
+        with publishing(publisher, "early"):
+            witness.wait_for("publish")
+        publisher.publish(STRING("last"))
+        while witness.wait_for("publish")["msg"] != {"data": "last"}:
+            pass
         client.send("subscribe", topic="/fast", id="b")  # the lower rate counts
-        received: list[str] = []
-        end = threading.Event()
+        with publishing(publisher, "later"):
+            assert [client.receive()["msg"]["data"] for _ in range(2)] == ["early", "later"]
 
-        def publish() -> None:
-            while not end.wait(0.02):
-                publisher.publish(STRING("later"))
 
-        thread = threading.Thread(target=publish, daemon=True)
-        thread.start()
-        while "later" not in received:
-            received.append(client.receive()["msg"]["data"])
-        end.set()
-        thread.join()
-    assert received[0] == "0"
-    assert not {"1", "2", "3"} & set(received)
+@contextmanager
+def publishing(publisher: Any, text: str) -> Iterator[None]:
+    """Publish a text again and again within the block."""
+    end = threading.Event()
+
+    def publish() -> None:
+        while not end.wait(0.02):
+            publisher.publish(STRING(text))
+
+    thread = threading.Thread(target=publish, daemon=True)
+    thread.start()
+    yield
+    end.set()
+    thread.join()
 
 
 def test_a_long_message_comes_in_fragments_for_that_subscription_only(url: str, robot: Node) -> None:
@@ -548,3 +555,42 @@ def test_udp_clients_are_served_on_loopback_only(node: Node, robot: Node) -> Non
             assert json.loads(client.recv(10_000))["msg"] == {"data": "x"}
     finally:
         server.close()
+
+
+@pytest.mark.parametrize("server_class", [WebSocketServer, TcpServer])
+def test_a_server_can_be_started_again_when_its_port_is_free(server_class: Any, node: Node) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as occupant:
+        port = occupant.getsockname()[1]
+        server = server_class(node, ServerOptions(port=port))
+        with pytest.raises(OSError, match=r"[Ii]n use"):
+            server.start()
+    assert server.start() == port
+    socket.create_connection(("127.0.0.1", port), 20).close()
+    server.close()
+
+
+@pytest.mark.parametrize(
+    ("argument", "error"),
+    [
+        ("_unregister_timeout:=-1", "~unregister_timeout must be a number >= 0, got -1"),
+        ("_max_message_size:=big", "~max_message_size must be a number >= 0, got big"),
+        ("_address:=10.0.0.1", "UDP serves this machine only"),
+    ],
+)
+def test_wrong_parameters_of_a_server_are_errors(ros: Any, argument: str, error: str) -> None:
+    ros.serve_master()
+    ended = ros.pipros.run("rosrun", "rosbridge_server", "rosbridge_udp", argument)
+    assert ended.returncode == 1
+    assert error in ended.output
+
+
+def test_the_command_line_sets_port_and_address(ros: Any) -> None:
+    ros.serve_master()
+    command = ("rosrun", "rosbridge_server", "rosbridge_websocket.py")
+    assert "--port needs a value" in ros.pipros.run(*command, "--port").output
+    server = ros.pipros.start(*command, "--port", "0", "--address", "localhost")
+    port = int(server.wait_for(r"started on port (\d+)")[1])
+    with RosbridgeClient(f"ws://localhost:{port}") as client:
+        assert client.call("/none")["result"] is False
+    server.press_ctrl_c()
+    assert server.wait() == 0

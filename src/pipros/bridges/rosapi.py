@@ -20,9 +20,13 @@ from pipros.msg import load_message_class, load_service_class
 from pipros.msg.language.full_text import specs_from_text
 from pipros.msg.language.spec import NUMBERS, FieldType, MessageSpec
 from pipros.msg.time import NS_PER_S
+from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros.node.service_client import split_service_uri
 from pipros.node.service_server import HandlerError
+
+MASTER_DEADLINE_S: Final = 10.0
+"""Timeout of each question to the master."""
 
 _ACTION_TOPICS: Final = ("goal", "cancel", "status", "feedback", "result")
 _NOT_AN_ARRAY: Final = -1
@@ -44,7 +48,7 @@ class RosApi:
 
     def __init__(self, node: Node, allowed: Allowed | None = None) -> None:
         self._node = node
-        self._master = node.master
+        self._master = MasterClient(node.master.uri, node.name, timeout_s=MASTER_DEADLINE_S)
         self._allowed = allowed or Allowed()
 
     def serve(self, prefix: str = "~") -> None:

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as NotInTime
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
@@ -16,7 +16,9 @@ from pipros.msg import load_service_class
 from pipros.node import Node
 from pipros.node.service_server import HandlerError, ServiceServer
 
-_LONGEST_REASON = 2000
+REPLIES_S: Final = 0.5
+"""Time for the callers of a service that ends to receive the error."""
+_LONGEST_REASON: Final = 2000
 
 
 class Offerer(Protocol):
@@ -76,10 +78,12 @@ class OfferedServices:
             self._offers.clear()
 
     def _withdraw(self, offer: _Offer | None) -> None:
-        if offer is not None:
-            offer.fail("the client that offers it has left")
-            if offer.server is not None:
-                self._node.endpoints.stop_serving(offer.server)
+        if offer is None:
+            return
+        if offer.fail("the client that offers it has left"):
+            threading.Event().wait(REPLIES_S)  # the end of a service ends its connections
+        if offer.server is not None:
+            self._node.endpoints.stop_serving(offer.server)
 
 
 class _Offer:
@@ -137,11 +141,12 @@ class _Offer:
             raise
         waiting.set_result(response)
 
-    def fail(self, reason: str) -> None:
-        """Answer all calls with an error, now and later."""
+    def fail(self, reason: str) -> bool:
+        """Answer all calls with an error, now and later. Return whether there were open calls."""
         with self._lock:
             self._failure = reason
             waiting = list(self._open.values())
             self._open.clear()
         for each in waiting:
             each.set_exception(HandlerError(reason))
+        return bool(waiting)

@@ -14,6 +14,7 @@ from typing import Any, Final
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
 from pipros.bridges.outbox import Outbox
+from pipros.bridges.rosapi import MASTER_DEADLINE_S
 from pipros.bridges.rosbridge.effects import (
     Advertise,
     AnswerCall,
@@ -36,6 +37,7 @@ from pipros.bridges.rosbridge.publishing import CallLater, SharedPublishers
 from pipros.bridges.rosbridge.streams import TopicStream
 from pipros.bridges.shared_topics import SharedTopics
 from pipros.graph.services import service_class_of
+from pipros.net.master_client import MasterClient
 from pipros.net.workers import Workers
 from pipros.node import Node
 from pipros.node.service_client import OpenCalls, ServiceClient
@@ -77,24 +79,29 @@ class Bridge:
         self.settings = settings or Settings()
         self.call_later = call_later
         self.call_s = timing.call_s
+        self.master = MasterClient(node.master.uri, node.name, timeout_s=MASTER_DEADLINE_S)
         self.topics = SharedTopics(node)
         self.encoder = Encoder(is_bson=self.settings.is_bson)
         self.filler = Filler(lambda: node.clock.now_ns(), self.limits)
         self.services = OfferedServices(node, self.filler, timing.call_s)
-        self.publishers = SharedPublishers(
-            node, self.filler, self.topics.type_of, call_later, timing.unregister_s
-        )
+        self.publishers = SharedPublishers(node, self.filler, self._type_of, call_later, timing.unregister_s)
         self.calls = Workers("service calls of a bridge", CALLS_AT_ONCE)
 
     def connect(self, outbox: Outbox) -> ClientSession:
         """Return the session of a new client, which is sent what the outbox holds."""
         return ClientSession(self, outbox)
 
+    def _type_of(self, topic: str) -> str | None:
+        """Return the type that the master knows for a topic, or None."""
+        kinds = (kind for name, kind in self.master.get_topic_types() if name == topic and kind != "*")
+        return next(kinds, None)
+
     def close(self) -> None:
         """End the services of clients, and make no more subscriptions."""
         self.services.close()
         self.topics.close()
         self.calls.close()
+        self.master.close()
 
 
 class ClientSession:
@@ -263,7 +270,7 @@ class ClientSession:
 
     def _response(self, effect: CallService) -> Any:
         service = self._node.resolve(effect.service)
-        master = self._node.master
+        master = self._bridge.master
         service_class = service_class_of(master, service, self._calls)
         request: Any = service_class._request_class()
         self._bridge.filler.fill(request, effect.arguments)
