@@ -38,6 +38,7 @@ BENCHMARKS = {
     "libraries": ("--rounds {rounds} --seconds {seconds}", "--rounds 1 --seconds 0.7 --only tf,filter"),
     "bags": ("--rounds {rounds}", "--rounds 1 --only none,lz4"),
     "page": ("--no-drawing --seconds 5", None),
+    "bridges": ("--rounds {rounds} --seconds 5", None),
 }
 NEEDS_GENUINE = ("codec", "bags")  # they run in the Python of genuine ROS
 
@@ -71,6 +72,8 @@ BOUNDS = (
     ("buffers", "the same"),
     ("deserialize", "the creation of objects"),
     ("from bytes", "the creation of objects"),
+    ("Foxglove: images", "copies: into the server and out of it"),
+    ("Foxglove:", "a system call for each message and client"),
     ("page", "copies of images for each browser"),
     ("set_transform", "Python instead of C++"),
     ("lookup_", "Python instead of C++"),

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests.support import browser, outcomes, pyright, quick
+from tests.support import bridge_clients, browser, outcomes, pyright, quick
 from tests.support.environments import make_tool_folder
 from tests.support.examples import examples
 from tests.support.genuine import INSTALL, is_required, missing_packages
@@ -27,6 +27,8 @@ settings.load_profile("pipros")
 
 _INTEROP = Path(__file__).parent / "interop"
 _BROWSER = Path(__file__).parent / "browser"
+_ROSBRIDGE_CLIENTS = Path(__file__).parent / "clients" / "test_rosbridge_clients.py"
+_FOXGLOVE_CLIENT = Path(__file__).parent / "clients" / "test_foxglove_client.py"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -48,6 +50,14 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_ignore_collect(collection_path: Path) -> bool | None:
     is_left_out = (collection_path.is_relative_to(_INTEROP) and missing_packages()) or (
         collection_path.is_relative_to(_BROWSER) and not is_required() and browser.missing()
+    )
+    is_left_out = is_left_out or (
+        collection_path == _ROSBRIDGE_CLIENTS
+        and not is_required()
+        and (bridge_clients.missing() or browser.missing() or missing_packages())
+    )
+    is_left_out = is_left_out or (
+        collection_path == _FOXGLOVE_CLIENT and not is_required() and bridge_clients.missing_foxglove()
     )
     return True if is_left_out else None
 
@@ -88,6 +98,11 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         lines += [
             f"tests/browser: the page is not tried in a browser, for this machine lacks: {' '.join(lacking)}",
             f"to have it on Debian 12, as root: {browser.INSTALL}",
+        ]
+    if lacking := [*bridge_clients.missing(), *bridge_clients.missing_foxglove()]:
+        lines += [
+            f"tests/clients: some clients of bridges are not tried; this machine lacks: {', '.join(lacking)}",
+            f"to have them where Node.js is: {bridge_clients.INSTALL}",
         ]
     if missing := missing_packages():
         lines += [

@@ -20,6 +20,7 @@ from tests.fuzz import (
     edit_methods,
     export_names,
     expressions,
+    foxglove_requests,
     launch_files,
     listings,
     mcap_files,
@@ -27,6 +28,7 @@ from tests.fuzz import (
     messages,
     page_messages,
     replies,
+    rosbridge,
     strange_messages,
     yaml_texts,
 )
@@ -59,6 +61,8 @@ SUBJECTS = {
     "edit_methods": Subject(lambda: edit_methods.target, edit_methods.WORDS, 500),
     "bus_answers": Subject(lambda: bus_answers.target, bus_answers.WORDS, 300),
     "page_messages": Subject(lambda: page_messages.target, page_messages.WORDS, 200),
+    "foxglove_requests": Subject(lambda: foxglove_requests.target, foxglove_requests.WORDS, 500),
+    "rosbridge": Subject(lambda: rosbridge.target, rosbridge.WORDS, 500),
     "replies": Subject(replies.Replies, replies.WORDS, 500),
     "listings": Subject(listings.Listings, listings.WORDS, 40),
 }

@@ -122,6 +122,12 @@ class Process:
                     raise AssertionError(f"{self}: no line /{pattern}/ in {timeout_s} s:\n{self.output}")
                 self._changed.wait(0.1)
 
+    def write_line(self, text: str) -> None:
+        """Write a line to its standard input, which must be a pipe."""
+        assert self._popen.stdin is not None
+        self._popen.stdin.write(text + "\n")
+        self._popen.stdin.flush()
+
     def press_ctrl_c(self) -> None:
         """Send SIGINT to every process of the session's foreground group, as a terminal does."""
         self._signal_group(signal.SIGINT)

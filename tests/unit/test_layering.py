@@ -39,7 +39,7 @@ LAYERS: list[list[set[str]]] = [
         },
         {"maps", "robot_model", "topic_tools"},
     ],
-    [{"testing", "web", "health"}, {"simulation"}],
+    [{"testing", "web", "health"}, {"bridges", "simulation"}],
     [{"cli"}],
 ]
 LAYER = {package: layer for layer, steps in enumerate(LAYERS) for packages in steps for package in packages}
@@ -65,7 +65,10 @@ FACADES_BELOW: dict[str, set[str]] = {
     "robot_state_publisher": {"rospy", "tf2_ros"},
     "roslaunch": {"rosgraph"},  # its server is a rosgraph.xmlrpc.XmlRpcNode
     "roslib": {"genmsg", "genpy", "rosgraph"},  # the former home of their names, messages and network
+    "rosapi": {"rospy"},
     "rosbag": {"rospy"},  # timestamps are rospy.Time
+    "rosbridge_library": {"rospy"},  # the time, logs and node of rospy
+    "rosbridge_server": {"rospy"},
     "rosdiagnostic": {"rospy"},
     "rosmaster": {"rosgraph"},  # ROSMasterHandler is a handler of rosgraph.xmlrpc; its log is rosgraph's
     "rosmsg": {"genpy"},  # both have generate_dynamic
@@ -78,6 +81,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "tf2_py": {"rospy"},  # returns rospy.Time
     "tf2_ros": {"actionlib", "rosgraph", "rospy", "tf2_py"},
     "tf2_sensor_msgs": {"tf2_geometry_msgs", "tf2_ros"},
+    "tf2_web_republisher": {"actionlib", "rospy", "tf2_ros"},
     "topic_tools": {"rosgraph", "rospy", "rostopic"},
     "roswtf": {"rospy"},  # the node of plugins
     "rostopic": {"rosgraph", "rosparam", "rospy"},  # its classes use rospy's node; messages of parameters

@@ -98,6 +98,12 @@ class Limits(NamedTuple):
         page_message_bytes: a message that a page decodes.
         page_view_bytes: data that a page keeps for one of its tabs: log entries, diagnostics, parameters.
         page_topics: topics that all browsers of a page watch together.
+        bridge_clients: clients of rosbridge and Foxglove servers of a process.
+        bridge_topics: topics that all these clients receive together.
+        bridge_subscriptions: subscriptions of one client, and likewise what it advertises.
+        bridge_queue_bytes: messages and answers that wait for one client.
+        bridge_message_bytes: a message from a client.
+        bridge_stall_s: the time that a client may leave a full connection unread.
         message_values: values in a new message.
         empty_elements: values in one message beyond the eight that each of its bytes pays for.
         turtles: turtles of one turtlesim.
@@ -175,6 +181,12 @@ class Limits(NamedTuple):
     page_message_bytes: int = 128 * _MIB
     page_view_bytes: int = 8 * _MIB
     page_topics: int = 500
+    bridge_clients: int = 250
+    bridge_topics: int = 1000
+    bridge_subscriptions: int = 2000
+    bridge_queue_bytes: int = 16 * _MIB
+    bridge_message_bytes: int = 64 * _MIB
+    bridge_stall_s: float = 10.0
     message_values: int = 4 * 1024 * 1024
     empty_elements: int = 65_536
     turtles: int = 100

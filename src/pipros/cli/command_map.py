@@ -41,6 +41,9 @@ COMMANDS: dict[str, dict[str, str]] = {
         "rqt_publisher": "messages by hand",
         "rqt": "all of these in one page",
         "pipros graph": "the same as rqt_graph",
+        "pipros serve": "the page, and servers for rosbridge and Foxglove, on one port",
+        "pipros clients": "the clients of these servers",
+        "pipros foxglove": "serve the system to Foxglove and Lichtblick",
     },
     "Find out what is wrong": {
         "pipros doctor": "check the environment, every node, topic and service, and say what to do",

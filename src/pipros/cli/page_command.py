@@ -18,6 +18,7 @@ def page_parser(name: str, usage: str) -> OptionParser:
     parser.add_option("--cert", metavar="FILE", help="a certificate: serve the page with TLS")
     parser.add_option("--key", metavar="FILE", help="its private key, if not in the same file")
     add_flag(parser, "--control", help="let the page change the system")
+    parser.add_option("--token-file", metavar="FILE", help="tokens, one per line, instead of a new one")
     add_flag(parser, "--read-only", help="let the page change nothing")
     add_flag(parser, "--no-browser", help="print the address only")
     return parser
@@ -37,7 +38,7 @@ def show(tool: str, tab: str, options: Any, usual: str = "") -> int:
 
     if options.control and options.read_only:
         raise CommandError("--control and --read-only exclude each other")
-    host, port = _bind_address(options.bind)
+    host, port = bind_address(options.bind)
     permitted = frozenset({usual} if usual and _is_loopback(host) else ())
     if options.control:
         permitted = CHANGING
@@ -51,6 +52,7 @@ def show(tool: str, tab: str, options: Any, usual: str = "") -> int:
             port,
             options.cert,
             options.key,
+            options.token_file,
             permitted=permitted,
             opens_browser=not options.no_browser,
         )
@@ -64,7 +66,7 @@ def _is_loopback(host: str) -> bool:
         return host == "localhost"
 
 
-def _bind_address(text: str) -> tuple[str, int]:
+def bind_address(text: str) -> tuple[str, int]:
     """Parse `HOST`, `HOST:PORT` or `[IPV6]:PORT`."""
     host, colon, port = text.rpartition(":")
     if not colon or (":" in host and not host.startswith("[")) or text.endswith("]"):

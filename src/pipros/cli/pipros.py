@@ -15,7 +15,10 @@ pipros {pipros.__version__}: ROS 1 from pip. ROS' own commands have their own na
 
 Commands:
 \tpipros doctor\tfind out why nodes do not talk to each other, and what to do about it
+\tpipros foxglove\tserve the running system to Foxglove
 \tpipros graph\tshow the running system in a browser (rqt_graph)
+\tpipros serve\tserve the page, rosbridge and Foxglove on one port
+\tpipros clients\tlist the clients of pipros serve or pipros foxglove
 \tpipros env\tprint what to evaluate instead of sourcing a setup file
 \tpipros version\tprint the versions of pipros, Python and ROS
 \tpipros stubs\twrite type stubs for the messages of packages, for editors
@@ -24,9 +27,12 @@ Type pipros <command> -h for more detailed usage, pipros --help for a map of all
 """
 
 SUBCOMMANDS = {
+    "clients": "pipros.cli.clients:main",
     "doctor": "pipros.cli.doctor:main",
     "env": "pipros.cli.show_env:main",
+    "foxglove": "pipros.cli.foxglove:main",
     "graph": "pipros.cli.rqt_graph:main",
+    "serve": "pipros.cli.serve:main",
     "stubs": "pipros.cli.stubs:main",
     "version": "pipros.cli.version:main",
 }

@@ -26,7 +26,7 @@ above and below it, only make cached parameters STALE.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Any
@@ -133,6 +133,7 @@ class Parameters:
         self._registrations = registrations
         self._cache: dict[str, CachedParameter] = {}
         self._changed_here: set[str] = set()  # keys that the node itself has set or deleted
+        self._observers: list[Callable[[], object]] = []
         self._lock = threading.Lock()
 
     def get(self, name: str) -> Any:
@@ -201,6 +202,10 @@ class Parameters:
         finally:
             self._note_own_change(key)
 
+    def observe(self, observer: Callable[[], object]) -> None:
+        """Call `observer` after each change of a cached parameter, in any thread. It must not block."""
+        self._observers.append(observer)
+
     def search(self, name: str) -> str | None:
         """Return the full name of the closest parameter, from the node upwards; None if not found."""
         try:
@@ -226,7 +231,8 @@ class Parameters:
                     cached.invalidate()
                 else:
                     cached.notice(key, value)
-            return bool(concerned)
+        self._notify_observers(concerned)
+        return bool(concerned)
 
     def cached_around(self, key: str) -> list[str]:
         """Return the cached parameters at, above and below a key."""
@@ -238,9 +244,15 @@ class Parameters:
         """Mark cached parameters at, above and below a key as stale, so that the next read fetches them."""
         key = names.canonicalize(key)
         with self._lock:
-            for cached in self._cache.values():
-                if _are_related(key, cached.key):
-                    cached.invalidate()
+            concerned = [cached for cached in self._cache.values() if _are_related(key, cached.key)]
+            for cached in concerned:
+                cached.invalidate()
+        self._notify_observers(concerned)
+
+    def _notify_observers(self, concerned: Sequence[CachedParameter]) -> None:
+        if concerned:
+            for observer in self._observers:
+                observer()
 
     def _note_own_change(self, key: str) -> None:
         with self._lock:

@@ -94,9 +94,13 @@ class Entrance:
         visitors: connections by file descriptor.
     """
 
-    def __init__(self, limits: Limits, *, most: int, log: logging.Logger) -> None:
-        """Create an entrance for at most `most` connections, or fewer if file descriptors are scarce."""
-        self.limit = min(most, sockets.connections_that_fit(SHARE))
+    def __init__(self, limits: Limits, *, most: int, log: logging.Logger, share: float = SHARE) -> None:
+        """Create an entrance for at most `most` connections, or fewer if file descriptors are scarce.
+
+        Args:
+            share: share of the process's file descriptors that the connections may use.
+        """
+        self.limit = min(most, sockets.connections_that_fit(share))
         self.visitors: dict[int, Visitor] = {}
         self.table = ConnectionTable(
             limit=self.limit, limit_per_peer=self.limit // 2, refusals=Refusals(log), spares_loopback=True

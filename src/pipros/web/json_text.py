@@ -23,8 +23,11 @@ async def json_text(value: Any) -> str:
         TypeError: the key of a mapping is neither a string nor a number.
         RecursionError: the value is nested too deeply, or contains itself.
     """
-    if is_large(value):
-        return await in_daemon_thread(_in_pieces, value)
+    return await in_daemon_thread(_in_pieces, value) if is_large(value) else encoded(value)
+
+
+def encoded(value: Any) -> str:
+    """Return a value as JSON at once, as `json_text` does for small values."""
     try:
         return _ENCODER.encode(value)
     except ValueError:

@@ -13,7 +13,7 @@ import hmac
 import json
 import secrets
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
 CODE_S: Final = 60.0
@@ -32,11 +32,13 @@ class Secret:
     Comparisons take constant time for values of the same length.
 
     Attributes:
-        token: the secret as text; contains only letters, digits, `_` and `-`.
+        token: the secret as text; contains only characters that need no quoting in a URL.
     """
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self.token: Final = secrets.token_urlsafe(24)
+    def __init__(self, clock: Callable[[], float] = time.monotonic, tokens: Sequence[str] = ()) -> None:
+        """Create a secret with a random token, or with these tokens, of which the first one is printed."""
+        self._tokens = tuple(tokens) or (secrets.token_urlsafe(24),)
+        self.token: Final = self._tokens[0]
         self._clock = clock
         self._codes: dict[str, float] = {}  # code to expiry time, oldest first
 
@@ -44,8 +46,8 @@ class Secret:
         return "Secret()"  # without the token: representations end up in logs
 
     def is_token(self, value: object) -> bool:
-        """Return whether a value from a client is the token."""
-        return _is_equal(value, self.token)
+        """Return whether a value from a client is a token of this server."""
+        return any(_is_equal(value, token) for token in self._tokens)
 
     def check_first_message(self, message: str | bytes) -> None:
         """Raise `Denied` unless a message is `{"token": …}`, or `{"code": …}` with a valid one-time code."""

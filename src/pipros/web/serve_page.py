@@ -21,7 +21,9 @@ from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.web.access import Access
 from pipros.web.desktop import open_in_browser
+from pipros.web.secret import Secret
 from pipros.web.server import Action, PageServer, Services, View
+from pipros.web.token_file import read_tokens
 from pipros.web.views.calls import CallViews
 from pipros.web.views.console import ConsoleViews
 from pipros.web.views.diagnostics import DiagnosticViews
@@ -51,7 +53,7 @@ CLOSING_S = 0.4
 ENDING_S = 0.1
 """How long connections, and then the remaining tasks, can delay the end of the process."""
 
-_EVERYWHERE = ("0.0.0.0", "::")  # noqa: S104 - only if --bind requests it
+EVERYWHERE = ("0.0.0.0", "::")  # noqa: S104 - only if --bind requests it
 
 
 class ServerFailed(PiprosError):
@@ -68,6 +70,7 @@ class PageOptions:
         host: address to listen on.
         port: port to listen on; 0 selects a free one.
         certificate, key: PEM files for TLS.
+        token_file: file of tokens, of which browsers must present one; None makes a new token.
         permitted: those of `CHANGING` that the page may do.
         opens_browser: whether to open the page in a browser if there is a display.
     """
@@ -78,6 +81,7 @@ class PageOptions:
     port: int = 0
     certificate: str | None = None
     key: str | None = None
+    token_file: str | None = None
     permitted: frozenset[str] = frozenset()
     opens_browser: bool = True
 
@@ -87,18 +91,20 @@ def serve_page(options: PageOptions) -> int:
 
     Raises:
         ServerFailed: the port is in use, or the certificate cannot be read.
+        BadTokenFile: the tokens cannot be read.
     """
+    secret = Secret(tokens=read_tokens(options.token_file) if options.token_file is not None else ())
     over = OnceEvent()
     # The main thread only waits, so that no view can delay a signal.
     loop = BackgroundLoop(options.tool)
     with (
-        _set_by_signals(over),
+        set_by_signals(over),
         GraphClient(options.tool, timeout_s=MASTER_DEADLINE_S) as graph,
         Node(options.tool, anonymous=True) as node,
     ):
         loop.start()
         system = WatchedSystem(graph, node)
-        server = PageServer(services(system, options.permitted))
+        server = PageServer(services(system, options.permitted), secret)
         try:
             loop.run(_start(options, system, server))
             over.wait()
@@ -119,8 +125,8 @@ async def _start(options: PageOptions, system: WatchedSystem, server: PageServer
     host = options.host.strip("[]")
     shown = "localhost" if host in ("127.0.0.1", "::1") else f"[{host}]" if ":" in host else host
     names = () if shown == "localhost" else (shown.lower(), socket.gethostname().lower())
-    await server.start(host, options.port, names=names, tls=_tls(options))
-    reachable = "localhost" if host in _EVERYWHERE else shown
+    await server.start(host, options.port, names=names, tls=tls_context(options.certificate, options.key))
+    reachable = "localhost" if host in EVERYWHERE else shown
     print(f"{options.tool}: {server.access.url(reachable, options.tab)}", flush=True)
     if options.permitted != CHANGING:
         print(_restriction(options.permitted), file=sys.stderr)
@@ -131,7 +137,7 @@ async def _start(options: PageOptions, system: WatchedSystem, server: PageServer
 
 
 @contextlib.contextmanager
-def _set_by_signals(over: OnceEvent) -> Iterator[None]:
+def set_by_signals(over: OnceEvent) -> Iterator[None]:
     """Set `over` at the first SIGINT or SIGTERM, and end the process at the second.
 
     Does nothing outside the main thread.
@@ -204,21 +210,26 @@ def services(system: WatchedSystem, permitted: frozenset[str] = frozenset()) -> 
     return Services(views, actions, CHANGING, permitted)
 
 
-def _tls(options: PageOptions) -> ssl.SSLContext | None:
-    if options.certificate is None:
+def tls_context(certificate: str | None, key: str | None) -> ssl.SSLContext | None:
+    """Return the settings of a TLS server; None without a certificate.
+
+    Raises:
+        ServerFailed: the certificate or its key cannot be read.
+    """
+    if certificate is None:
         return None
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     try:
-        context.load_cert_chain(options.certificate, options.key)
+        context.load_cert_chain(certificate, key)
     except (OSError, ssl.SSLError) as error:
-        raise ServerFailed(f"cannot use the certificate {options.certificate}: {error}") from None
+        raise ServerFailed(f"cannot use the certificate {certificate}: {error}") from None
     return context
 
 
 def _warn_about_network(options: PageOptions, access: Access) -> None:
     what = "see and change" if options.permitted else "see"
     print(f"Others on this network can {what} the system when they have this address.", file=sys.stderr)
-    if options.host.strip("[]") in _EVERYWHERE:
+    if options.host.strip("[]") in EVERYWHERE:
         print(f"From other computers: {access.url(socket.gethostname(), options.tab)}", file=sys.stderr)
     if options.certificate is None:
         print("The connection is not encrypted; --cert and --key encrypt it.", file=sys.stderr)

@@ -17,18 +17,15 @@ import asyncio
 import contextlib
 import json
 import logging
-import math
 import mimetypes
 import ssl
 from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from http import HTTPStatus
 from importlib import resources
-from socket import SOCK_STREAM
 from typing import TYPE_CHECKING, Any, Final
 
-from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
@@ -38,9 +35,10 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.limits import process_limits
 from pipros.web.access import LOOPBACK_HOSTS, Access
 from pipros.web.browser_share import begin_browser
-from pipros.web.entrance import ACCEPTED_AT_A_TIME, Entrance, Visitor
+from pipros.web.entrance import Entrance
 from pipros.web.json_text import json_text
-from pipros.web.secret import Denied
+from pipros.web.secret import Denied, Secret
+from pipros.web.server_port import PortConnection, ServerPort
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
@@ -53,17 +51,12 @@ REQUEST_BYTES = 1_000_000
 BROWSERS = 100
 BROWSERS_SHARE: Final = 3 / 4
 """Share of the connections that browsers may keep open. The rest serves files and new browsers."""
-CLOSING_S: Final = 0.2
-"""Time for browsers to acknowledge the closing of the server, and again for its tasks to end."""
 RESUME_S: Final = 1.0
 """Delay before a failed view is retried."""
 LONGEST_ERROR: Final = 2000
 
 _EXPECTED = (PiprosError, OSError, ValueError, TypeError, KeyError)
 """Errors that arguments and the system may cause. Others are defects, which are logged."""
-
-# At the level DEBUG, websockets logs messages, including the token.
-_SILENT: Final = logging.Logger("websockets of the page", logging.CRITICAL)
 
 View = Callable[[Mapping[str, Any]], AsyncIterator[Any]]
 """Takes the arguments of a request, and yields values for the browser: JSON values or bytes."""
@@ -106,14 +99,16 @@ class Services:
 class PageServer:
     """Serves the page until it is closed. For use in one event loop."""
 
-    def __init__(self, services: Services) -> None:
+    def __init__(self, services: Services, secret: Secret | None = None) -> None:
+        """Create a server. `secret` defaults to a new one."""
         self._services = services
+        self._secret = secret or Secret()
         self._limits = process_limits()
-        self._entrance = Entrance(self._limits, most=BROWSERS + self._limits.handshakes, log=logger)
-        self._servers: list[Server] = []
+        entrance = Entrance(self._limits, most=BROWSERS + self._limits.handshakes, log=logger)
+        self._port = ServerPort(entrance, self._limits)
         self._browsers = 0
         self._logged: set[tuple[str, type[BaseException]]] = set()
-        self.access = Access(0)
+        self.access = Access(0, secret=self._secret)
 
     async def start(
         self, host: str, port: int, *, names: Collection[str] = (), tls: ssl.SSLContext | None = None
@@ -128,67 +123,36 @@ class PageServer:
         Raises:
             OSError: the port is in use, or the address does not belong to this machine.
         """
-        found = await asyncio.get_running_loop().getaddrinfo(host, port, type=SOCK_STREAM)
-        listeners = self._entrance.listen([str(each[4][0]) for each in found], port)
-        create_connection: Any = partial(_Connection, self._entrance, self._limits.login_bytes)
-        for listener in listeners:
-            handshake: dict[str, Any] = (
-                {} if tls is None else {"ssl": tls, "ssl_handshake_timeout": self._limits.login_s}
-            )
-            self._servers.append(
-                await serve(
-                    self._attend,
-                    sock=listener,
-                    create_connection=create_connection,
-                    process_request=self._answer,
-                    max_size=REQUEST_BYTES,
-                    write_limit=65536,
-                    server_header=None,
-                    compression=None,  # compression costs more than it saves on loopback
-                    logger=_SILENT,
-                    close_timeout=1,
-                    backlog=ACCEPTED_AT_A_TIME,
-                    **handshake,
-                )
-            )
-        self._entrance.start(listeners)
+        number = await self._port.open(
+            host, port, attend=self.attend, answer=self.answer, max_bytes=REQUEST_BYTES, tls=tls
+        )
         self.access = Access(
-            listeners[0].getsockname()[1],
+            number,
             frozenset({*LOOPBACK_HOSTS, *names}),
             is_secure=tls is not None,
             takes_addresses=bool(names),
+            secret=self._secret,
         )
 
     async def close(self) -> None:
-        """Close the port and all connections. Waits at most `CLOSING_S` for browsers to answer."""
-        for server in self._servers:
-            server.close()
-        self._entrance.close_strangers()
-        if not await self._have_closed():
-            self._entrance.close_all()
-            await self._have_closed()
+        """Close the port and all connections; see `ServerPort.close`."""
+        await self._port.close()
 
-    async def _have_closed(self) -> bool:
-        """Wait up to `CLOSING_S` for all connections to end. Return False if some are left."""
-        ends = [asyncio.ensure_future(server.wait_closed()) for server in self._servers]
-        return not ends or not (await asyncio.wait(ends, timeout=CLOSING_S))[1]
-
-    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
+    def answer(self, connection: PortConnection, request: Request) -> Response | None:
         """Return the response to a request, or None to start a WebSocket."""
-        if isinstance(connection, _Connection):
-            connection.note_request()
+        connection.note_request()
         headers = request.headers
         path = request.path.partition("?")[0]
         try:
-            self.access.check_host(_only(headers, "Host"))
+            self.access.check_host(only_header(headers, "Host"))
             if path == SOCKET_PATH:
-                self.access.check_origin(_only(headers, "Origin"))
+                self.access.check_origin(only_header(headers, "Origin"))
                 return None
         except Denied as error:
-            return _response(HTTPStatus.FORBIDDEN, str(error).encode(), "text/plain; charset=utf-8")
+            return plain_response(HTTPStatus.FORBIDDEN, str(error))
         return _file_response(path, self._services.pages)
 
-    async def _attend(self, connection: ServerConnection) -> None:
+    async def attend(self, connection: PortConnection) -> None:
         """Serve one browser until it disconnects."""
         begin_browser()
         try:
@@ -202,12 +166,11 @@ class PageServer:
             return
         except ConnectionClosed:
             return
-        most = min(BROWSERS, int(self._entrance.limit * BROWSERS_SHARE))
+        most = min(BROWSERS, int(self._port.limit * BROWSERS_SHARE))
         if self._browsers >= most:
             await connection.close(CloseCode.TRY_AGAIN_LATER, f"{most} browsers are connected; close one.")
             return
-        if isinstance(connection, _Connection):
-            connection.admit()
+        connection.admit()
         self._browsers += 1
         browser = _Browser(connection, self._services, self._logged)
         try:
@@ -219,37 +182,6 @@ class PageServer:
         finally:
             self._browsers -= 1
             await browser.close()
-
-
-class _Connection(ServerConnection):
-    """Connection that can send only a few bytes before it is admitted."""
-
-    def __init__(self, entrance: Entrance, limit_bytes: int, *args: Any, **options: Any) -> None:
-        super().__init__(*args, **options)
-        self._entrance = entrance
-        self._bytes_left: float = limit_bytes
-        self._visitor: Visitor
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        self._visitor = self._entrance.visitor_of(transport)
-        self._visitor.set_transport(transport)
-        super().connection_made(transport)
-
-    def data_received(self, data: bytes) -> None:
-        self._bytes_left -= len(data)
-        if self._bytes_left < 0:
-            self._visitor.abort()
-        else:
-            super().data_received(data)
-
-    def note_request(self) -> None:
-        """Cancel the deadline, because the request has arrived."""
-        self._visitor.note_request()
-
-    def admit(self) -> None:
-        """Lift the limits of strangers: the client knows the secret."""
-        self._visitor.admit()
-        self._bytes_left = math.inf
 
 
 class _Browser:
@@ -365,7 +297,7 @@ class _Browser:
         await self._connection.send(await json_text(value))
 
 
-def _only(headers: Headers, name: str) -> str | None:
+def only_header(headers: Headers, name: str) -> str | None:
     """Return the value of a header that may occur at most once."""
     values = headers.get_all(name)
     return values[0] if len(values) == 1 else None
@@ -377,7 +309,7 @@ def _file_response(path: str, packages: Sequence[str]) -> Response:
     files = (_find(resources.files(package) / "page", name) for package in packages)
     file = next((file for file in files if file is not None), None)
     if file is None:
-        return _response(HTTPStatus.NOT_FOUND, b"This file does not exist.", "text/plain; charset=utf-8")
+        return plain_response(HTTPStatus.NOT_FOUND, "This file does not exist.")
     kind = mimetypes.guess_type(name)[0] or "application/octet-stream"
     if name.endswith(".js"):
         kind = "text/javascript"
@@ -395,6 +327,11 @@ def _find(folder: Traversable, name: str) -> Traversable | None:
             return None
         file = found
     return file if file.is_file() else None
+
+
+def plain_response(status: HTTPStatus, text: str, kind: str = "text/plain") -> Response:
+    """Return a response with a text."""
+    return _response(status, text.encode(), f"{kind}; charset=utf-8")
 
 
 def _response(status: HTTPStatus, body: bytes, kind: str) -> Response:

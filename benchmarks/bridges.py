@@ -1,0 +1,403 @@
+#!/usr/bin/env python3
+"""How quick the servers for browsers and Foxglove are.
+
+    benchmarks/bridges.py [--only images,clients,encodings,rosbridge] [--rounds 3] [--seconds 5] [--quick]
+
+images: a node publishes images of 1 MB as fast as it can, and one Foxglove client reads them: through
+`pipros foxglove`, and in the same run through a node of pipros with the server of foxglove-sdk, if that is
+installed. The ratio says how many times better pipros is.
+clients: many clients (--clients 100) receive an Imu 100 times a second, without and with one more client that
+never reads.
+rosbridge: the same with JSON by rosbridge.
+encodings: the time to encode a message for rosbridge, which happens once however many clients take it.
+The table has the messages that each client got, the age of the messages, and what the server used of one
+processor. Nothing else should run meanwhile.
+"""
+
+import argparse
+import contextlib
+import importlib.util
+import json
+import os
+import random
+import re
+import selectors
+import socket
+import statistics
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+
+import psutil
+from table import Row, as_text, heed_interrupts, line, write_json
+
+SCRIPTS = os.path.dirname(sys.executable)
+SUBPROTOCOL = "foxglove.sdk.v1"
+
+CAMERA = """
+import rospy
+from sensor_msgs.msg import Image
+rospy.init_node("camera")
+images = rospy.Publisher("image", Image, queue_size=None)
+image = Image(width=1000, height=333, step=3000, encoding="rgb8", data=bytes(999000))
+while not rospy.is_shutdown():
+    if images.get_num_connections():
+        images.publish(image)
+    else:
+        rospy.sleep(0.01)
+"""
+IMU = """
+import rospy
+from sensor_msgs.msg import Imu
+rospy.init_node("imu")
+values = rospy.Publisher("imu", Imu, queue_size=10)
+rate = rospy.Rate(100)
+while not rospy.is_shutdown():
+    message = Imu()
+    message.header.stamp = rospy.Time.now()
+    values.publish(message)
+    rate.sleep()
+"""
+SDK = """
+import sys
+import foxglove
+from pipros.msg import load_message_class
+from pipros.node import Node
+from pipros.node.any_msg import AnyMsg
+image = load_message_class("sensor_msgs/Image")
+foxglove.start_server(port=int(sys.argv[1]), name="benchmark")
+schema = foxglove.Schema(name=image._type, encoding="ros1msg", data=image._full_text.encode())
+channel = foxglove.Channel("/image", message_encoding="ros1", schema=schema)
+with Node("sdk", anonymous=True) as node:
+    node.subscribe("/image", AnyMsg, lambda message: channel.log(message.body))
+    node.wait_for_shutdown()
+"""
+
+
+class System:
+    """A master, and programs that end with the block."""
+
+    def __init__(self):
+        self._stack = contextlib.ExitStack()
+        folder = self._stack.enter_context(tempfile.TemporaryDirectory())
+        port = free_port()
+        self.environment = {
+            **os.environ,
+            "ROS_MASTER_URI": f"http://127.0.0.1:{port}",
+            "ROS_HOME": folder,
+            "ROS_HOSTNAME": "127.0.0.1",
+        }
+        self.start(os.path.join(SCRIPTS, "rosmaster"), "--core", "-p", str(port))
+        wait_for_port(port)
+
+    def start(self, *argv):
+        process = subprocess.Popen(argv, env=self.environment, stdout=subprocess.DEVNULL)
+        self._stack.callback(end, process)
+        return process
+
+    def run(self, code, *arguments):
+        return self.start(sys.executable, "-W", "ignore", "-c", code, *arguments)
+
+    def serve(self):
+        """Start `pipros foxglove`; return its process and port."""
+        port = free_port()
+        process = self.start(os.path.join(SCRIPTS, "pipros"), "foxglove", "--port", str(port))
+        wait_for_port(port)
+        return process, port
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self._stack.close()
+
+
+def end(process):
+    process.terminate()
+    try:
+        process.wait(10)
+    except subprocess.TimeoutExpired:
+        process.kill()
+
+
+def free_port():
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        return taken.getsockname()[1]
+
+
+def wait_for_port(port):
+    end_s = time.monotonic() + 30
+    while True:
+        try:
+            return socket.create_connection(("127.0.0.1", port)).close()
+        except OSError:
+            if time.monotonic() > end_s:
+                raise
+            time.sleep(0.05)
+
+
+class Client:
+    """A Foxglove client that only counts messages, so that it is quicker than each server."""
+
+    HEADER = f"Sec-WebSocket-Protocol: {SUBPROTOCOL}\r\n"
+    OPCODE = 2
+
+    def __init__(self, port, topic):
+        self.messages = self.bytes = 0
+        self.ages = []
+        self.sock = socket.create_connection(("127.0.0.1", port))
+        self.sock.sendall(
+            f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            f"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n"
+            f"{self.HEADER}\r\n".encode()
+        )
+        self._buffer = bytearray()
+        self._left = 0  # bytes of a large message that have not arrived
+        self._chunk = memoryview(bytearray(1 << 20))
+        while b"\r\n\r\n" not in self._buffer:
+            self._buffer += self.sock.recv(4096)
+        del self._buffer[: self._buffer.index(b"\r\n\r\n") + 4]
+        self._subscribe(topic)
+
+    def _subscribe(self, topic):
+        while True:
+            for opcode, payload in self._frames():
+                if opcode != 1:
+                    continue
+                for channel in json.loads(payload).get("channels", ()):
+                    if channel["topic"] == topic:
+                        wanted = [{"id": 1, "channelId": channel["id"]}]
+                        self._send(json.dumps({"op": "subscribe", "subscriptions": wanted}).encode())
+                        return
+            self._buffer += self.sock.recv(65536)
+
+    def _send(self, text):
+        self.sock.sendall(struct.pack("!BBH4x", 0x81, 0x80 | 126, len(text)) + text)  # a mask of zeros
+
+    def read(self):
+        """Read what has arrived."""
+        count = self.sock.recv_into(self._chunk)
+        if not count:
+            raise ConnectionError("the server has closed")
+        self.bytes += count
+        if self._left >= count:
+            self._left -= count
+            self.messages += self._left == 0
+            return
+        if self._left:
+            self.messages += 1
+        self._buffer += self._chunk[self._left : count]
+        self._left = 0
+        for opcode, payload in self._frames(partial=True):
+            if opcode == 9:
+                self.sock.sendall(struct.pack("!BB4x", 0x8A, 0x80 | len(payload)) + payload)
+            elif opcode == self.OPCODE:
+                self.messages += 1
+                if len(payload) > 25:
+                    seconds, nanoseconds = self._stamp(payload)
+                    self.ages.append(time.time() - seconds - nanoseconds / 1e9)
+
+    def _stamp(self, payload):
+        return struct.unpack_from("<II", payload, 17)
+
+    def _frames(self, partial=False):
+        """Take complete frames from the buffer; with `partial` the rest of a large one is only counted."""
+        buffer = self._buffer
+        while len(buffer) >= 2:
+            size, head = buffer[1] & 0x7F, 2
+            if size == 126:
+                size, head = int.from_bytes(buffer[2:4], "big"), 4
+            elif size == 127:
+                size, head = int.from_bytes(buffer[2:10], "big"), 10
+            if len(buffer) < head + size:
+                if partial and size > 100_000 and len(buffer) > head and buffer[0] & 15 == 2:
+                    self._left = head + size - len(buffer)
+                    buffer.clear()
+                return
+            opcode, payload = buffer[0] & 15, bytes(buffer[head : head + size])
+            del buffer[: head + size]
+            yield opcode, payload
+
+
+class RosbridgeClient(Client):
+    """A client of rosbridge that takes JSON."""
+
+    HEADER = ""
+    OPCODE = 1
+
+    def _subscribe(self, topic):
+        self._send(json.dumps({"op": "subscribe", "topic": topic}).encode())
+
+    def _stamp(self, payload):
+        return map(int, re.search(rb'"secs":(\d+),"nsecs":(\d+)', payload).groups())
+
+
+def images_a_second(port, seconds):
+    client = Client(port, "/image")
+    client.sock.settimeout(30)
+    while not client.messages:
+        client.read()
+    begin, before = time.monotonic(), client.messages
+    while (passed := time.monotonic() - begin) < seconds:
+        client.read()
+    client.sock.close()
+    return (client.messages - before) / passed
+
+
+def images(options):
+    """Images per second of each server, in turn."""
+    values = {"pipros": [], "genuine": []}
+    for _ in range(options.rounds):
+        with System() as system:
+            system.run(CAMERA)
+            process, port = system.serve()
+            values["pipros"].append(images_a_second(port, options.seconds))
+            end(process)
+            if importlib.util.find_spec("foxglove"):
+                port = free_port()
+                process = system.run(SDK, str(port))
+                wait_for_port(port)
+                values["genuine"].append(images_a_second(port, options.seconds))
+    row = Row("Foxglove: images of 1 MB a second", values, more_is_better=True)
+    head = ["workload", "foxglove-sdk", "pipros", "ratio", "min..max"]
+    sdk = values["genuine"]
+    cells = [row.label, as_text(row.figure("genuine")) if sdk else "", as_text(row.figure("pipros"))]
+    cells += [f"{row.ratio():.2f} x", "{:.2f}..{:.2f}".format(*row.spread())] if sdk else ["", ""]
+    print("\n".join([line(head), line(["---", "---:", "---:", "---:", "---:"]), line(cells), ""]), flush=True)
+    return [Row(row.label, {"pipros": values["pipros"]}, more_is_better=True)]
+
+
+def many_clients(count, seconds, *, is_one_stuck, serve=System.serve, client_class=Client):
+    """Messages/s of the slowest of `count` clients, ages of messages in ms, and processor time in percent."""
+    with System() as system, selectors.DefaultSelector() as selector:
+        system.run(IMU)
+        process, port = serve(system)
+        clients = [client_class(port, "/imu") for _ in range(count)]
+        stuck = [client_class(port, "/imu")] if is_one_stuck else []
+        for client in clients:
+            selector.register(client.sock, selectors.EVENT_READ, client)
+
+        def read_for(duration):
+            end_s = time.monotonic() + duration
+            while time.monotonic() < end_s:
+                for key, _ in selector.select(0.1):
+                    key.data.read()
+
+        read_for(1.0)
+        for client in clients:
+            client.messages, client.ages = 0, []
+        used, begin = psutil.Process(process.pid).cpu_times(), time.monotonic()
+        read_for(seconds)
+        passed, after = time.monotonic() - begin, psutil.Process(process.pid).cpu_times()
+        cpu = 100 * (after.user + after.system - used.user - used.system) / passed
+        rates = [client.messages / passed for client in clients]
+        ages = sorted(1000 * age for client in clients for age in client.ages)
+        for client in (*clients, *stuck):
+            client.sock.close()
+        return min(rates), statistics.median(ages), ages[int(0.99 * len(ages))], cpu
+
+
+def clients(options, name="Foxglove", **server):
+    """The costs of many clients on one topic."""
+    heads = ["workload", "least messages/s of a client", "median age, ms", "99 %, ms", "processor, %"]
+    print(line(heads))
+    print(line(["---", *["---:"] * 4]))
+    rows = []
+    for is_one_stuck in (False, True):
+        label = f"{name}: {options.clients} clients of a 100 Hz Imu" + ", one more stuck" * is_one_stuck
+        found = many_clients(options.clients, options.seconds, is_one_stuck=is_one_stuck, **server)
+        print(line([label, *map(as_text, found)]), flush=True)
+        rows.append(Row(label + ", processor %", {"pipros": [found[-1]]}))
+    print()
+    return rows
+
+
+def serve_rosbridge(system):
+    """Start a rosbridge server; return its process and port."""
+    port = free_port()
+    program = os.path.join(SCRIPTS, "rosrun")
+    process = system.start(program, "rosbridge_server", "rosbridge_websocket", f"_port:={port}")
+    wait_for_port(port)
+    return process, port
+
+
+def rosbridge(options):
+    """The costs of many clients of rosbridge on one topic."""
+    return clients(options, "rosbridge JSON", serve=serve_rosbridge, client_class=RosbridgeClient)
+
+
+def sample_messages():
+    """An Imu, a LaserScan, a TFMessage and an image of 1 MB, with random values."""
+    from pipros.msg import load_message_class
+
+    generator = random.Random(1)  # noqa: S311 # the same in each run
+    imu = load_message_class("sensor_msgs/Imu")()
+    for vector in (imu.orientation, imu.angular_velocity, imu.linear_acceleration):
+        for name in vector.__slots__:
+            setattr(vector, name, generator.gauss(0, 1))
+    scan = load_message_class("sensor_msgs/LaserScan")()
+    scan.ranges = [round(generator.uniform(0, 30), 3) for _ in range(720)]
+    transform = load_message_class("geometry_msgs/TransformStamped")
+    transforms = [transform(child_frame_id=f"link_{number}") for number in range(20)]
+    for each in transforms:
+        each.transform.translation.x = generator.gauss(0, 1)
+    image = load_message_class("sensor_msgs/Image")(height=333, width=1000, step=3000, encoding="rgb8")
+    image.data = generator.randbytes(999_000)
+    frames = load_message_class("tf2_msgs/TFMessage")(transforms)
+    return {"an Imu": imu, "a LaserScan (720)": scan, "a TFMessage (20)": frames, "an image of 1 MB": image}
+
+
+def encodings(options):
+    """The time that each encoding takes, in us."""
+    from pipros.bridges.rosbridge.encoding import Encoder, Encoding
+    from pipros.bridges.shared_topics import TopicMessage
+
+    encoders = {each.name.lower().replace("_", "-"): (Encoder(), each) for each in Encoding}
+    encoders["bson"] = (Encoder(is_bson=True), Encoding.JSON)
+    print(line(["rosbridge: encode, us", *encoders]))
+    print(line(["---", *["---:"] * len(encoders)]))
+    rows = []
+    for label, message in sample_messages().items():
+        header = {"type": message._type, "md5sum": message._md5sum, "message_definition": message._full_text}
+        body = b"".join(message._to_buffers())
+        times = {}
+        for name, (encoder, encoding) in encoders.items():
+            rounds = []
+            for _ in range(options.rounds):
+                count, begin = 0, time.perf_counter()
+                while (passed := time.perf_counter() - begin) < options.seconds / 20:
+                    encoder.encoded(TopicMessage("/topic", body, header, 0)).frames(encoding, "/topic")
+                    count += 1
+                rounds.append(1e6 * passed / count)
+            times[name] = rounds
+            rows.append(Row(f"rosbridge: {label} as {name}, us", {"pipros": rounds}))
+        print(line([label, *(as_text(statistics.median(rounds)) for rounds in times.values())]), flush=True)
+    print()
+    return rows
+
+
+BENCHMARKS = {"images": images, "clients": clients, "encodings": encodings, "rosbridge": rosbridge}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--only", default=",".join(BENCHMARKS))
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--seconds", type=float, default=5.0)
+    parser.add_argument("--clients", type=int, default=100)
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--json", metavar="FILE")
+    options = parser.parse_args()
+    heed_interrupts()
+    if options.quick:
+        options.rounds, options.seconds = 1, 2.0
+    rows = [row for name in options.only.split(",") for row in BENCHMARKS[name](options)]
+    if options.json:
+        write_json(options.json, rows)
+
+
+if __name__ == "__main__":
+    main()

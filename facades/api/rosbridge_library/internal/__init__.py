@@ -1,0 +1,1 @@
+"""Conversions, classes by name, and exceptions of rosbridge_library."""

@@ -1,0 +1,73 @@
+"""`RosbridgeProtocol`: rosbridge for one client of a server that is not part of pipros."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+from pipros.bridges.outbox import Outbox
+from pipros.bridges.rosbridge.session import Bridge
+from pipros.bridges.rosbridge.text_input import BadInput, json_object
+from rosbridge_library.protocol import Protocol
+from rospy.session import session
+
+
+class RosbridgeProtocol(Protocol):
+    """All operations of rosbridge, on the node of rospy, and those that are registered besides.
+
+    The server passes received texts to `incoming`, and assigns a function to `outgoing`.
+    """
+
+    def __init__(self, client_id: Any, parameters: Any = None) -> None:
+        self.parameters = parameters
+        super().__init__(client_id)
+        bridge = shared_bridge()
+        self._sending = threading.Lock()
+        self._outbox = Outbox(bridge.limits.bridge_queue_bytes, self._send_all)
+        self._session = bridge.connect(self._outbox)
+
+    def incoming(self, message_string: str | bytes = "") -> None:
+        """Handle a text of the client: an operation, or a part of one."""
+        if self.operations and self._is_registered(message_string):
+            super().incoming(message_string)
+        else:
+            self._session.receive(message_string)
+
+    def finish(self) -> None:
+        """Release what the client used: its connection has ended."""
+        super().finish()
+        self._session.close()
+
+    def _is_registered(self, text: str | bytes) -> bool:
+        try:
+            return json_object(text).get("op") in self.operations
+        except (BadInput, TypeError):
+            return False
+
+    def _send_all(self) -> None:
+        with self._sending:
+            while (frames := self._outbox.pop()) is not None:
+                for frame in frames:
+                    data = b"".join(frame.parts)
+                    self.outgoing(data.decode() if frame.is_text else data)
+
+
+@cache
+def shared_bridge() -> Bridge:
+    """Return what all clients of the process share.
+
+    Raises:
+        RuntimeError: `rospy.init_node` was not called.
+    """
+    if session.node is None:
+        raise RuntimeError("call rospy.init_node before RosbridgeProtocol")
+    return Bridge(session.node, call_later)
+
+
+def call_later(delay_s: float, function: Callable[[], object]) -> None:
+    """Call a function after a delay, in a thread that does not keep the process alive."""
+    timer = threading.Timer(delay_s, function)
+    timer.daemon = True
+    timer.start()

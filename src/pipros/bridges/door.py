@@ -1,0 +1,303 @@
+"""One port for all bridges, and for the page: admits clients, and passes each to the protocol it asks for.
+
+A client chooses its protocol by the WebSocket subprotocol; the handler "" serves clients without one. The
+token, if one is required, is in the header `Authorization: Bearer`, in the URL (the last segment of the path,
+or the parameter `token`), or in the first message: `{"token": "…"}`, or what the handler takes for a login.
+Paths, headers and first messages are never logged.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import json
+import logging
+import ssl
+import time
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from http import HTTPStatus
+from typing import Final, Protocol
+
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed, NegotiationError
+from websockets.frames import CloseCode
+from websockets.http11 import Request, Response
+from websockets.typing import Subprotocol
+
+from pipros.basics.limits import Limits, limit_text, process_limits
+from pipros.bridges.admission import Admission
+from pipros.bridges.client import BridgeConnection, Client, Wakeups
+from pipros.bridges.outbox import Traffic
+from pipros.web.access import LOOPBACK_HOSTS, Access
+from pipros.web.entrance import Entrance
+from pipros.web.secret import Denied, Secret
+from pipros.web.server import SOCKET_PATH, PageServer, only_header, plain_response
+from pipros.web.server_port import ServerPort
+
+logger = logging.getLogger("pipros.bridges")
+
+CLIENTS_PATH: Final = "/clients"
+DESCRIPTORS_SHARE: Final = 1 / 2
+PING_S: Final = 20.0
+"""Interval of pings to each client."""
+PONG_S: Final = 60.0
+"""Time for the answer to a ping; a slow client reads all that waits before it."""
+
+
+class Session(Protocol):
+    """One client of a protocol. Used in the event loop."""
+
+    async def receive(self, data: str | bytes) -> None:
+        """Handle a message. The next one is read afterwards, so a client cannot flood the server."""
+
+    def takes(self) -> Mapping[Hashable, str]:
+        """Return what the client receives: the keys of its outbox, and what a list of clients shows."""
+
+    def sends(self) -> Sequence[str]:
+        """Return the topics that the client publishes."""
+
+    def close(self) -> None:
+        """End all that the client uses: its connection has ended."""
+
+
+class Handler(Protocol):
+    """A protocol that a door offers."""
+
+    def open(self, client: Client) -> Session:
+        """Begin to serve a client. Called in the event loop."""
+
+    def is_login(self, first: str | bytes) -> bool:
+        """Return whether the first message of a client is a valid login by the protocol's own means."""
+
+
+@dataclass(frozen=True, slots=True)
+class ClientRow:
+    """A client in a list of all clients.
+
+    Attributes:
+        since: when it connected, in seconds since 1970.
+        sent: traffic of all its subscriptions, present and past.
+        topics: traffic of its present subscriptions, by topic or another name.
+        publishes: topics that it publishes.
+        received: messages from the client, of all kinds, and their bytes.
+        waiting_bytes: size of what it has not read yet.
+    """
+
+    number: int
+    protocol: str
+    address: str
+    agent: str
+    since: float
+    sent: Traffic
+    topics: Mapping[str, Traffic]
+    publishes: Sequence[str]
+    received: Traffic
+    waiting_bytes: int
+
+
+class Door:
+    """Serves clients until it is closed. For use in one event loop.
+
+    Attributes:
+        port: its port, after `open`.
+    """
+
+    def __init__(
+        self,
+        handlers: Mapping[str, Handler],
+        admission: Admission,
+        page: PageServer | None = None,
+        limits: Limits | None = None,
+    ) -> None:
+        """Create a door.
+
+        Args:
+            handlers: protocols by subprotocol, in the order of preference; "" for clients without one.
+            page: server of the page on the same port.
+        """
+        self.port = 0
+        self._handlers = handlers
+        self._admission = admission
+        self._page = page
+        self._limits = limits or process_limits()
+        entrance = Entrance(
+            self._limits,
+            most=self._limits.bridge_clients + self._limits.handshakes,
+            log=logger,
+            share=DESCRIPTORS_SHARE,
+        )
+        self._server_port = ServerPort(entrance, self._limits)
+        self._clients: dict[Client, tuple[Session, float]] = {}
+        self._numbers = itertools.count(1)
+        self._wakeups: Wakeups
+        self._access: Access
+
+    async def open(
+        self,
+        host: str,
+        port: int,
+        *,
+        names: Sequence[str] = (),
+        tls: ssl.SSLContext | None = None,
+        ping_s: float | None = PING_S,
+        pong_s: float | None = PONG_S,
+    ) -> None:
+        """Open the port.
+
+        Args:
+            host: address to listen on.
+            port: port to listen on; 0 selects a free one.
+            names: names of the server for the page and the list of clients, besides the loopback names.
+            ping_s: interval of pings; None sends none.
+            pong_s: time for their answers; None is any.
+
+        Raises:
+            OSError: the port is in use, or the address does not belong to this machine.
+        """
+        self._wakeups = Wakeups(asyncio.get_running_loop())
+        self.port = await self._server_port.open(
+            host,
+            port,
+            attend=self._attend,
+            answer=self._answer,
+            max_bytes=self._limits.bridge_message_bytes,
+            tls=tls,
+            connection_class=BridgeConnection,
+            select_subprotocol=self._select,
+            ping_interval=ping_s,
+            ping_timeout=pong_s,
+        )
+        secret = self._admission.secret or (self._page.access.secret if self._page is not None else Secret())
+        self._access = Access(
+            self.port,
+            frozenset({*LOOPBACK_HOSTS, *names}),
+            is_secure=tls is not None,
+            takes_addresses=bool(names),
+            secret=secret,
+        )
+        if self._page is not None:
+            self._page.access = self._access
+
+    async def close(self) -> None:
+        """Close the port and all connections; see `ServerPort.close`."""
+        await self._server_port.close()
+
+    def clients(self) -> list[ClientRow]:
+        """Return a row for each client, the oldest first."""
+        return [
+            ClientRow(
+                client.number,
+                client.protocol,
+                client.address,
+                client.agent,
+                since,
+                client.outbox.total,
+                _by_name(session.takes(), client.outbox.traffic()),
+                session.sends(),
+                client.received,
+                client.outbox.waiting_bytes,
+            )
+            for client, (session, since) in self._clients.items()
+        ]
+
+    def _answer(self, connection: BridgeConnection, request: Request) -> Response | None:
+        """Return the response to a request, or None to begin a WebSocket."""
+        is_upgrade = (request.headers.get("Upgrade") or "").lower() == "websocket"
+        path = request.path.partition("?")[0]
+        if self._page is not None and path != CLIENTS_PATH and (not is_upgrade or path == SOCKET_PATH):
+            connection.is_page = True
+            return self._page.answer(connection, request)
+        connection.note_request()
+        try:
+            if not is_upgrade:
+                return self._answer_http(path, request)
+            self._admission.check_origin(_origin(request))
+        except Denied as error:
+            return plain_response(HTTPStatus.FORBIDDEN, str(error))
+        connection.is_known = self._admission.has_token(
+            request.path, only_header(request.headers, "Authorization")
+        )
+        if connection.is_known:
+            connection.admit()
+        return None
+
+    def _answer_http(self, path: str, request: Request) -> Response:
+        if path != CLIENTS_PATH:
+            offered = ", ".join(filter(None, self._handlers)) or "none"
+            return plain_response(
+                HTTPStatus.UPGRADE_REQUIRED, f"This port is for WebSockets; its subprotocols: {offered}."
+            )
+        self._access.check_host(only_header(request.headers, "Host"))
+        if self._admission.secret is not None or self._page is not None:
+            self._access.secret.check_authorization(only_header(request.headers, "Authorization"))
+        rows = [asdict(row) for row in self.clients()]
+        return plain_response(HTTPStatus.OK, json.dumps(rows, indent=1), "application/json")
+
+    def _select(self, connection: ServerConnection, offered: Sequence[Subprotocol]) -> Subprotocol | None:
+        if isinstance(connection, BridgeConnection) and connection.is_page:
+            return None
+        for name in self._handlers:
+            if name and name in offered:
+                return Subprotocol(name)
+        if "" in self._handlers and not offered:
+            return None
+        raise NegotiationError(f"supported subprotocols: {', '.join(filter(None, self._handlers))}")
+
+    async def _attend(self, connection: BridgeConnection) -> None:
+        """Serve one client until it disconnects."""
+        if connection.is_page and self._page is not None:
+            await self._page.attend(connection)
+            return
+        name = connection.subprotocol or ""
+        handler = self._handlers[name]
+        if not connection.is_known and not await self._logs_in(connection, handler):
+            return
+        if len(self._clients) >= self._limits.bridge_clients:
+            too_many = limit_text("bridge_clients", self._limits.bridge_clients)
+            await connection.close(CloseCode.TRY_AGAIN_LATER, f"too many clients; {too_many}")
+            return
+        client = Client(connection, next(self._numbers), name or "rosbridge", self._limits, self._wakeups)
+        session = handler.open(client)
+        self._clients[client] = session, time.time()
+        try:
+            async for data in connection:
+                client.received.messages += 1
+                client.received.bytes += len(data)
+                await session.receive(data)
+        except ConnectionClosed:
+            pass
+        except Exception:
+            logger.exception("a client of %s met a defect", client.protocol)
+            client.end("internal error", CloseCode.INTERNAL_ERROR)
+        finally:
+            del self._clients[client]
+            session.close()
+            client.close()
+
+    async def _logs_in(self, connection: BridgeConnection, handler: Handler) -> bool:
+        """Wait for the first message. Return whether it proves that the client may enter."""
+        try:
+            first = await asyncio.wait_for(connection.recv(), self._limits.login_s)
+            if not handler.is_login(first) and self._admission.secret is not None:
+                self._admission.secret.check_first_message(first)
+        except asyncio.TimeoutError:
+            await connection.close(CloseCode.POLICY_VIOLATION, "The token must be in the URL or come first.")
+            return False
+        except Denied:
+            await connection.close(CloseCode.POLICY_VIOLATION, "The token is missing or wrong.")
+            return False
+        except ConnectionClosed:
+            return False
+        connection.admit()
+        return True
+
+
+def _origin(request: Request) -> str | None:
+    """Return the origin of a request; a malformed one if there are several."""
+    values = request.headers.get_all("Origin")
+    return None if not values else ", ".join(values)
+
+
+def _by_name(names: Mapping[Hashable, str], traffic: Mapping[Hashable, Traffic]) -> dict[str, Traffic]:
+    return {name: traffic.get(key, Traffic()) for key, name in names.items()}

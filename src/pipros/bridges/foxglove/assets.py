@@ -1,0 +1,60 @@
+"""Files of ROS packages that clients show: meshes, textures, robot models."""
+
+from __future__ import annotations
+
+import errno
+import re
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Final
+from urllib.parse import unquote
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_file
+from pipros.basics.printable import printable
+
+PREFIX: Final = "package://"
+NAMES: Final = re.compile(
+    r"(?:[\w. -]+/)*[\w. -]+\."
+    r"(?:dae|fbx|glb|gltf|jpe?g|mtl|obj|png|ply|sdf|srdf|stl|svg|tga|tiff?|urdf|webp|xacro)",
+    re.IGNORECASE | re.ASCII,
+)
+"""Files that may be fetched: those that describe a robot or its world."""
+
+
+class AssetRefused(PiprosError):
+    """An asset does not exist, or may not be fetched."""
+
+
+def read_asset(uri: str, folders_of: Callable[[str], Iterable[Path]], limit_bytes: int) -> bytes:
+    """Return the content of a file of a package. Blocks.
+
+    The file, after following all links, must be in a folder of the package, and no part of its path hidden.
+
+    Args:
+        uri: `package://NAME/PATH`, quoted as a URL or not.
+        folders_of: returns the folders of a package.
+
+    Raises:
+        AssetRefused: it cannot be read, or may not be; the text tells nothing about other files.
+    """
+    shown = printable(uri, 300)
+    if not uri.startswith(PREFIX):
+        raise AssetRefused(f"[{shown}] must begin with {PREFIX}")
+    package, _, path = unquote(uri.removeprefix(PREFIX)).partition("/")
+    parts = path.split("/")
+    if not NAMES.fullmatch(path) or any(part.startswith(".") for part in parts) or package.startswith("."):
+        raise AssetRefused(f"[{shown}] is not a kind of file that may be fetched")
+    for folder in folders_of(package):
+        try:
+            root = folder.resolve(strict=True)
+            file = root.joinpath(*parts).resolve(strict=True)
+            if not file.is_relative_to(root) or not NAMES.fullmatch(file.name):
+                continue
+            return read_file(file, limit_bytes)
+        except OSError as error:
+            if error.errno == errno.EFBIG:
+                raise AssetRefused(f"[{shown}]: {error.strerror}") from None
+        except (RuntimeError, ValueError):  # a circle of links, or a null character
+            continue
+    raise AssetRefused(f"[{shown}] was not found")

@@ -1,0 +1,143 @@
+"""Watches the ROS graph while clients are connected: its topics and services with their definitions."""
+
+from __future__ import annotations
+
+import re
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from pipros.basics.errors import PiprosError
+from pipros.bridges.foxglove.catalog import Definition, ServiceDefinition
+from pipros.bridges.foxglove.definitions import Definitions
+from pipros.graph.system_state import SystemState
+from pipros.net.in_parallel import in_parallel
+from pipros.net.master_client import MasterClient
+
+SHORTEST_S: Final = 0.1
+"""Interval of looks after a change. It doubles with each look that finds none."""
+ASKED_AT_ONCE: Final = 8
+
+Patterns = Sequence[re.Pattern[str]]
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """The system at one moment, as far as clients may see it.
+
+    Attributes:
+        state: registrations, of all topics and services that are allowed.
+        topics, services: definitions of those that have one.
+    """
+
+    state: SystemState
+    topics: Mapping[str, Definition]
+    services: Mapping[str, ServiceDefinition]
+
+
+def is_allowed(name: str, patterns: Patterns) -> bool:
+    """Return whether a pattern matches the whole name."""
+    return any(pattern.fullmatch(name) for pattern in patterns)
+
+
+class GraphWatch:
+    """Looks at the graph in a thread, while `is_needed`."""
+
+    def __init__(
+        self,
+        master: MasterClient,
+        definitions: Definitions,
+        on_look: Callable[[Look], object],
+        *,
+        topics: Patterns,
+        services: Patterns,
+        longest_s: float,
+    ) -> None:
+        """Start nothing yet.
+
+        Args:
+            on_look: called in the thread.
+            topics, services: patterns of the names that clients may see.
+            longest_s: maximum interval of looks.
+        """
+        self._master = master
+        self._definitions = definitions
+        self._on_look = on_look
+        self._topics = topics
+        self._services = services
+        self._longest_s = max(longest_s, SHORTEST_S)
+        self._is_needed = False
+        self._is_closed = False
+        self._changed = threading.Condition()
+        self._is_urgent = False
+
+    def start(self) -> None:
+        """Start the thread."""
+        threading.Thread(target=self._run, name="graph watch", daemon=True).start()
+
+    def close(self) -> None:
+        """End the thread soon."""
+        with self._changed:
+            self._is_closed = True
+            self._changed.notify()
+
+    def set_needed(self, is_needed: bool) -> None:
+        """Begin or stop to look. A call with True also makes the next look come at once."""
+        with self._changed:
+            self._is_needed = self._is_urgent = is_needed
+            self._changed.notify()
+
+    def _run(self) -> None:
+        interval_s = SHORTEST_S
+        last: Look | None = None
+        while True:
+            with self._changed:
+                if self._changed.wait_for(lambda: self._is_urgent or self._is_closed, interval_s):
+                    interval_s = SHORTEST_S
+                self._is_urgent = False
+                self._changed.wait_for(lambda: self._is_needed or self._is_closed)
+                if self._is_closed:
+                    return
+            try:
+                look = self.look()
+            except (PiprosError, ValueError):  # the master does not answer, or violates the protocol
+                interval_s = min(2 * interval_s, self._longest_s)
+                continue
+            if look == last:
+                interval_s = min(2 * interval_s, self._longest_s)
+            else:
+                last, interval_s = look, SHORTEST_S
+                self._on_look(look)
+
+    def look(self) -> Look:
+        """Query the master, and the peers whose definitions are unknown. Blocks.
+
+        Raises:
+            PiprosError: the master does not answer.
+            ValueError: its answer is malformed.
+        """
+        state = SystemState.from_state(self._master.get_system_state())
+        kinds = {topic: kind for topic, kind in self._master.get_topic_types() if kind != "*"}
+        state = SystemState(
+            {name: nodes for name, nodes in state.publishers.items() if is_allowed(name, self._topics)},
+            {name: nodes for name, nodes in state.subscribers.items() if is_allowed(name, self._topics)},
+            {name: nodes for name, nodes in state.services.items() if is_allowed(name, self._services)},
+        )
+        self._definitions.forget_all_but({*state.publishers, *state.services})
+        published = [name for name in state.publishers if name in kinds]
+        topics = in_parallel(
+            published,
+            lambda name: self._definitions.of_topic(name, kinds[name], state.publishers[name]),
+            at_once=ASKED_AT_ONCE,
+        )
+        services = in_parallel(
+            state.services,
+            lambda name: self._definitions.of_service(name, state.services[name]),
+            at_once=ASKED_AT_ONCE,
+        )
+        return Look(
+            state,
+            {name: found for name, found in topics.items() if found is not None},
+            {name: found for name, found in services.items() if found is not None},
+        )

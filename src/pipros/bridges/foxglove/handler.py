@@ -1,0 +1,208 @@
+"""The Foxglove protocol behind a `Door`: what all its clients share."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import secrets
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from pipros.bridges.client import Client
+from pipros.bridges.foxglove import frames
+from pipros.bridges.foxglove.assets import read_asset
+from pipros.bridges.foxglove.catalog import Catalog
+from pipros.bridges.foxglove.definitions import Definitions
+from pipros.bridges.foxglove.graph_changes import EMPTY
+from pipros.bridges.foxglove.graph_watch import GraphWatch, Look, is_allowed
+from pipros.bridges.foxglove.parameter_watch import Changes, ParameterWatch
+from pipros.bridges.foxglove.parameters import flattened
+from pipros.bridges.foxglove.publishing import ENCODINGS
+from pipros.bridges.foxglove.session import TIME_KEY, ClientSession
+from pipros.bridges.shared_topics import SharedTopics, TopicMessage
+from pipros.graph.system_state import SystemState
+from pipros.msg.time import NS_PER_S
+from pipros.net.loop import BackgroundLoop
+from pipros.node import Node
+from pipros.node.clock import SimulatedClock
+from pipros.node.service_client import OpenCalls
+from pipros.web.daemon_pool import DaemonPool
+from pipros.workspace.index import PackageIndex
+
+SUBPROTOCOLS: Final = ("foxglove.sdk.v1", "foxglove.websocket.v1")
+CALLS_AT_ONCE: Final = 256
+"""Maximum number of service calls of all clients at a time. Further ones wait."""
+_CLOCK = struct.Struct("<II")
+
+READING = ("parameters", "parametersSubscribe", "connectionGraph", "assets")
+CHANGING = ("clientPublish", "services")
+"""Capabilities of the protocol: those of every server, and those that need control."""
+CAPABILITIES: Final = (*READING, *CHANGING)
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """What clients of a Foxglove server may see and do.
+
+    Attributes:
+        topics, services, parameters: patterns of their whole names.
+        has_control: whether clients may publish, call services and set parameters.
+        capabilities: those that are offered, of `CAPABILITIES`.
+        longest_look_s: maximum interval at which the graph is looked at.
+    """
+
+    topics: Sequence[re.Pattern[str]] = (re.compile(".*"),)
+    services: Sequence[re.Pattern[str]] = (re.compile(".*"),)
+    parameters: Sequence[re.Pattern[str]] = (re.compile(".*"),)
+    has_control: bool = False
+    capabilities: Sequence[str] = CAPABILITIES
+    longest_look_s: float = 5.0
+
+
+class FoxgloveHandler:
+    """The sessions of all Foxglove clients, and what they share. For use in the event loop."""
+
+    def __init__(
+        self, node: Node, loop: BackgroundLoop, rules: Rules, topics: SharedTopics | None = None
+    ) -> None:
+        """Create a handler. `loop` is that of the door; `topics` may be shared with other handlers."""
+        self.node = node
+        self._rules = rules
+        self.topics = topics or SharedTopics(node)
+        self.catalog = Catalog()
+        self.state: SystemState = EMPTY
+        self.has_control = rules.has_control
+        self.threads = DaemonPool("foxglove client", node.limits.bridge_clients)
+        self.call_threads = DaemonPool("foxglove call", CALLS_AT_ONCE)
+        self._loop = loop
+        self._sessions: dict[ClientSession, Client] = {}
+        self._calls = OpenCalls()
+        self._definitions = Definitions(node, loop, self._calls)
+        self._parameter_watch = ParameterWatch(node, self._on_parameters)
+        self._packages = PackageIndex.from_environment(node.environment)
+        self._graph_watch = GraphWatch(
+            node.master,
+            self._definitions,
+            self._on_look,
+            topics=rules.topics,
+            services=rules.services if self.offers("services") else (),
+            longest_s=rules.longest_look_s,
+        )
+        self._session_id = secrets.token_hex(8)
+
+    def start(self) -> None:
+        """Start the threads."""
+        self._graph_watch.start()
+        if isinstance(self.node.clock, SimulatedClock):
+            self.topics.take("/clock", "rosgraph_msgs/Clock", self._on_clock)
+
+    def close(self) -> None:
+        """End the threads."""
+        self._graph_watch.close()
+        self._parameter_watch.close()
+        self._calls.interrupt()
+
+    def open(self, client: Client) -> ClientSession:
+        """Begin to serve a client: send it all channels and services."""
+        session = ClientSession(client, self)
+        capabilities = [each for each in CAPABILITIES if self.offers(each)]
+        if isinstance(self.node.clock, SimulatedClock):
+            capabilities.append("time")
+        metadata = {"ROS_DISTRO": "noetic"}
+        client.send(
+            frames.server_info("foxglove_bridge", capabilities, ENCODINGS, metadata, self._session_id),
+            frames.advertise(self.catalog.channels.values()),
+            frames.advertise_services(self.catalog.services.values()),
+        )
+        self._sessions[session] = client
+        self._graph_watch.set_needed(True)
+        return session
+
+    def is_login(self, first: str | bytes) -> bool:  # noqa: ARG002
+        """Return False: the protocol has no login of its own."""
+        return False
+
+    def leave(self, session: ClientSession) -> None:
+        """Forget a client that has disconnected."""
+        self._sessions.pop(session, None)
+        self.watch_parameters()
+        if not self._sessions:
+            self._graph_watch.set_needed(False)
+
+    # -- for sessions -------------------------------------------------------------------
+
+    def offers(self, capability: str) -> bool:
+        """Return whether clients may use a capability."""
+        return capability in self._rules.capabilities and (self.has_control or capability not in CHANGING)
+
+    def allows_topic(self, name: str) -> bool:
+        return is_allowed(name, self._rules.topics)
+
+    def allows_parameter(self, name: str) -> bool:
+        return is_allowed(name, self._rules.parameters)
+
+    def correct(self, topic: str, header: Mapping[str, str]) -> None:
+        """Offer a topic with the definition of a publisher. Called in the thread of a link."""
+        if self._definitions.correct(topic, header):
+            self._graph_watch.set_needed(True)
+
+    def watch_parameters(self) -> None:
+        """Begin or stop to watch the parameters, as sessions need it."""
+        self._parameter_watch.set_needed(any(session.takes_parameters for session in self._sessions))
+
+    def parameters(self) -> Mapping[str, Any]:
+        """Return all parameters that clients may see. Blocks."""
+        found = flattened(self.node.params.get("/"))
+        return {name: value for name, value in found.items() if self.allows_parameter(name)}
+
+    def read_asset(self, uri: str) -> bytes:
+        """Return the content of an asset. Blocks; raises `AssetRefused`."""
+        return read_asset(uri, self._folders_of, self.node.limits.bridge_message_bytes)
+
+    def _folders_of(self, package: str) -> Sequence[Path]:
+        found = self._packages.get(package)
+        return () if found is None else (found.path,)
+
+    # -- what the threads report ---------------------------------------------------------
+
+    def _on_look(self, look: Look) -> None:
+        self._loop.call(self._apply, look)
+
+    def _apply(self, look: Look) -> None:
+        channels = self.catalog.update_channels(look.topics)
+        services = self.catalog.update_services(look.services)
+        news = []
+        if channels.removed:
+            news.append(frames.unadvertise(channels.removed))
+        if channels.added:
+            news.append(frames.advertise(channels.added))
+        if services.removed:
+            news.append(frames.unadvertise_services(services.removed))
+        if services.added:
+            news.append(frames.advertise_services(services.added))
+        self.state = look.state
+        for session, client in self._sessions.items():
+            session.remove_channels(channels.removed)
+            for frame in news:
+                client.send(frame)
+            session.show_graph(look.state)
+
+    def _on_parameters(self, changes: Changes) -> None:
+        allowed = {name: value for name, value in changes.items() if self.allows_parameter(name)}
+        self._loop.call(self._show_parameters, allowed)
+
+    def _show_parameters(self, changes: Changes) -> None:
+        for session in self._sessions:
+            session.show_parameters(changes)
+
+    def _on_clock(self, message: TopicMessage) -> None:
+        with contextlib.suppress(struct.error):
+            seconds, nanoseconds = _CLOCK.unpack_from(message.body)
+            self._loop.call(self._show_time, frames.time(seconds * NS_PER_S + nanoseconds))
+
+    def _show_time(self, frame: Any) -> None:
+        for client in self._sessions.values():
+            client.outbox.put(TIME_KEY, frame)

@@ -1,0 +1,70 @@
+"""Watches all parameters while clients subscribe to some: the master notifies the node of every change."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+from pipros.basics.errors import PiprosError
+from pipros.bridges.foxglove.parameters import flattened
+from pipros.node import Node
+
+PAUSE_S: Final = 0.1
+"""Time between two queries of the master, however often parameters change."""
+
+Changes = Mapping[str, Any]
+"""New values by name. A deleted parameter has the value `DELETED`."""
+DELETED: Final = object()
+
+
+class ParameterWatch:
+    """Queries all parameters in a thread after a change, and reports the differences, while it is needed."""
+
+    def __init__(self, node: Node, on_changes: Callable[[Changes], object]) -> None:
+        """`on_changes` is called in the thread."""
+        self._node = node
+        self._on_changes = on_changes
+        self._is_dirty = threading.Event()
+        self._is_closed = threading.Event()
+        self._is_needed = False
+        self._is_started = False
+
+    def set_needed(self, is_needed: bool) -> None:
+        """Begin or stop to watch. Does not block."""
+        if is_needed == self._is_needed:
+            return
+        self._is_needed = is_needed
+        self._is_dirty.set()
+        if not self._is_started:
+            self._is_started = True
+            threading.Thread(target=self._run, name="parameter watch", daemon=True).start()
+
+    def close(self) -> None:
+        """End the thread soon."""
+        self._is_closed.set()
+        self._is_dirty.set()
+
+    def _run(self) -> None:
+        self._node.params.observe(self._is_dirty.set)
+        known: dict[str, Any] | None = None  # None while it is not needed
+        while not self._is_closed.is_set():
+            self._is_dirty.clear()
+            found = self._query(known) if self._is_needed else None
+            if known is not None and found is not None and (changes := _differences(known, found)):
+                self._on_changes(changes)
+            known = found
+            self._is_closed.wait(PAUSE_S)
+            self._is_dirty.wait()
+
+    def _query(self, known: dict[str, Any] | None) -> dict[str, Any]:
+        try:
+            self._node.params.get_cached("/")  # the first call subscribes
+            return flattened(self._node.params.get("/"))
+        except (PiprosError, OSError):  # the master is away
+            return known or {}
+
+
+def _differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
+    changed = {name: value for name, value in after.items() if name not in before or before[name] != value}
+    return changed | {name: DELETED for name in before if name not in after}

@@ -1,0 +1,80 @@
+"""Parameters as Foxglove clients see them: a flat list of names and values. No sockets."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+from collections.abc import Iterator, Mapping
+from typing import Any
+from xmlrpc.client import Binary
+
+from pipros.basics import names
+from pipros.basics.printable import printable
+
+_BYTES, _FLOAT, _FLOATS = "byte_array", "float64", "float64_array"
+
+
+class InvalidParameter(ValueError):
+    """A client's parameter has a value that its type does not allow."""
+
+
+def flattened(tree: object) -> dict[str, Any]:
+    """Return the single parameters of the parameter server by their full names.
+
+    Args:
+        tree: the value of `/`.
+    """
+    return dict(names.leaves_below("/", tree)) if isinstance(tree, dict) else {}
+
+
+def selected(found: Mapping[str, Any], name: str) -> Iterator[tuple[str, Any]]:
+    """Yield the parameter of a name, or else those below it."""
+    if name in found:
+        yield name, found[name]
+        return
+    prefix = names.as_namespace(name)
+    yield from ((key, value) for key, value in found.items() if key.startswith(prefix))
+
+
+def to_client(name: str, value: Any) -> dict[str, Any]:
+    """Return a parameter as JSON. Bytes become base64; a float without a fraction stays one by its type."""
+    if isinstance(value, Binary | bytes):
+        data = value.data if isinstance(value, Binary) else value
+        return {"name": name, "value": base64.b64encode(data).decode(), "type": _BYTES}
+    if isinstance(value, float):
+        return {"name": name, "value": value, "type": _FLOAT}
+    if isinstance(value, list) and value and all(isinstance(each, float) for each in value):
+        return {"name": name, "value": value, "type": _FLOATS}
+    return {"name": name, "value": value}
+
+
+def from_client(parameter: Mapping[str, Any]) -> Any:
+    """Return the value of a client's parameter for the parameter server.
+
+    Raises:
+        InvalidParameter: it does not have the type that the client gives.
+    """
+    name, value, kind = parameter["name"], parameter["value"], parameter.get("type")
+    if kind == _BYTES:
+        try:
+            return Binary(base64.b64decode(value, validate=True))
+        except (TypeError, ValueError, binascii.Error):
+            raise InvalidParameter(f"[{printable(name)}] must be base64, as its type is {kind}") from None
+    if kind == _FLOAT:
+        return _float(name, value)
+    if kind == _FLOATS:
+        if not isinstance(value, list):
+            raise InvalidParameter(f"[{printable(name)}] must be a list, as its type is {kind}")
+        return [_float(name, each) for each in value]
+    if kind is not None:
+        raise InvalidParameter(f"[{printable(name)}] has an unknown type {printable(repr(kind), 100)}")
+    return value
+
+
+def _float(name: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise InvalidParameter(f"[{printable(name)}] must be a number, got {type(value).__name__}")
+    try:
+        return float(value)
+    except OverflowError:
+        raise InvalidParameter(f"[{printable(name)}] is too large") from None

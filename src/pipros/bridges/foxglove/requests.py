@@ -1,0 +1,248 @@
+"""Messages from Foxglove clients: JSON objects with an `op`, and binary data with an opcode. No sockets.
+
+Source: https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md. Binary integers are little-endian.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from pipros.basics.errors import ProtocolError
+from pipros.basics.printable import printable
+
+REQUEST_CHARACTERS: Final = 1_000_000
+"""Maximum length of a JSON object from a client."""
+
+_PUBLISH, _CALL = 1, 2
+_ID = struct.Struct("<I")
+_CALL_HEAD = struct.Struct("<III")
+_LIMIT_OF_IDS = 1 << 32
+
+
+class Malformed(ProtocolError):
+    """A client's message violates the protocol. The connection stays open."""
+
+
+@dataclass(frozen=True, slots=True)
+class Subscribe:
+    """`pairs`: the ids of new subscriptions, chosen by the client, each with the id of a channel."""
+
+    pairs: Sequence[tuple[int, int]]
+
+
+@dataclass(frozen=True, slots=True)
+class Unsubscribe:
+    ids: Sequence[int]
+
+
+@dataclass(frozen=True, slots=True)
+class ClientChannel:
+    """A topic that a client is about to publish. `schema` is empty if it sent none."""
+
+    id: int
+    topic: str
+    encoding: str
+    type: str
+    schema: str
+
+
+@dataclass(frozen=True, slots=True)
+class Advertise:
+    channels: Sequence[ClientChannel]
+
+
+@dataclass(frozen=True, slots=True)
+class Unadvertise:
+    ids: Sequence[int]
+
+
+@dataclass(frozen=True, slots=True)
+class Publish:
+    channel: int
+    body: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class CallService:
+    service: int
+    call: int
+    encoding: str
+    body: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class GetParameters:
+    """`names`: all parameters if empty. `id`: what the answer repeats, if not None."""
+
+    names: Sequence[str]
+    id: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class SetParameters:
+    """`parameters`: objects with `name`, `value` and maybe `type`; without `value`, one is deleted."""
+
+    parameters: Sequence[Mapping[str, Any]]
+    id: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class SubscribeParameters:
+    """`names`: all parameters if empty."""
+
+    names: Sequence[str]
+
+
+@dataclass(frozen=True, slots=True)
+class UnsubscribeParameters:
+    names: Sequence[str]
+
+
+@dataclass(frozen=True, slots=True)
+class SubscribeGraph:
+    is_wanted: bool
+
+
+@dataclass(frozen=True, slots=True)
+class FetchAsset:
+    uri: str
+    request: int
+
+
+ClientRequest = (
+    Subscribe
+    | Unsubscribe
+    | Advertise
+    | Unadvertise
+    | Publish
+    | CallService
+    | GetParameters
+    | SetParameters
+    | SubscribeParameters
+    | UnsubscribeParameters
+    | SubscribeGraph
+    | FetchAsset
+)
+
+
+def read_request(data: str | bytes) -> ClientRequest:
+    """Return the request in a message from a client.
+
+    Raises:
+        Malformed: it is not one.
+    """
+    if isinstance(data, bytes):
+        return _read_binary(data)
+    if len(data) > REQUEST_CHARACTERS:
+        raise Malformed(f"a JSON message has at most {REQUEST_CHARACTERS} characters, got {len(data)}")
+    try:
+        values = json.loads(data)
+    except (ValueError, RecursionError) as error:
+        raise Malformed(f"the message is not JSON: {error}") from None
+    if not isinstance(values, dict):
+        raise Malformed(f"a message must be a JSON object, got {type(values).__name__}")
+    op = values.get("op")
+    read = _READERS.get(op) if isinstance(op, str) else None
+    if read is None:
+        raise Malformed(f"there is no operation {printable(repr(op), 100)}")
+    return read(_Fields(values))
+
+
+def _read_binary(data: bytes) -> ClientRequest:
+    opcode = data[0] if data else None
+    try:
+        if opcode == _PUBLISH:
+            return Publish(_ID.unpack_from(data, 1)[0], data[1 + _ID.size :])
+        if opcode == _CALL:
+            service, call, length = _CALL_HEAD.unpack_from(data, 1)
+            begin = 1 + _CALL_HEAD.size
+            if length > len(data) - begin:
+                raise Malformed(f"an encoding of {length} bytes exceeds the message")
+            encoding = data[begin : begin + length].decode("utf-8", "replace")
+            return CallService(service, call, encoding, data[begin + length :])
+    except struct.error:
+        raise Malformed(f"a binary message with opcode {opcode} is too short") from None
+    raise Malformed(f"there is no binary opcode {opcode}")
+
+
+class _Fields:
+    """The fields of a JSON object, checked one by one."""
+
+    def __init__(self, values: object, where: str = "") -> None:
+        if not isinstance(values, dict):
+            raise Malformed(f"{where} must have objects, got {type(values).__name__}")
+        self.values = values
+
+    def text(self, name: str) -> str:
+        value = self.values.get(name)
+        if not isinstance(value, str):
+            raise Malformed(f"{name} must be a string, got {type(value).__name__}")
+        return value
+
+    def optional_text(self, name: str) -> str | None:
+        return self.text(name) if self.values.get(name) is not None else None
+
+    def number(self, name: str) -> int:
+        return _number(self.values.get(name), name)
+
+    def numbers(self, name: str) -> list[int]:
+        return [_number(value, name) for value in self._list(name)]
+
+    def texts(self, name: str) -> list[str]:
+        values = self._list(name) if self.values.get(name) is not None else []
+        if not all(isinstance(value, str) for value in values):
+            raise Malformed(f"{name} must have strings")
+        return values
+
+    def objects(self, name: str) -> Iterator[_Fields]:
+        return (_Fields(value, name) for value in self._list(name))
+
+    def _list(self, name: str) -> list[Any]:
+        value = self.values.get(name)
+        if not isinstance(value, list):
+            raise Malformed(f"{name} must be a list, got {type(value).__name__}")
+        return value
+
+
+def _number(value: object, name: str) -> int:
+    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < _LIMIT_OF_IDS:
+        raise Malformed(f"{name} must be a whole number of 32 bits, got {printable(repr(value), 100)}")
+    return value
+
+
+def _channel(fields: _Fields) -> ClientChannel:
+    return ClientChannel(
+        fields.number("id"),
+        fields.text("topic"),
+        fields.text("encoding"),
+        fields.text("schemaName"),
+        fields.optional_text("schema") or "",
+    )
+
+
+def _parameter(fields: _Fields) -> Mapping[str, Any]:
+    fields.text("name")
+    return fields.values
+
+
+_READERS: Final[Mapping[str, Callable[[_Fields], ClientRequest]]] = {
+    "subscribe": lambda of: Subscribe(
+        [(each.number("id"), each.number("channelId")) for each in of.objects("subscriptions")]
+    ),
+    "unsubscribe": lambda of: Unsubscribe(of.numbers("subscriptionIds")),
+    "advertise": lambda of: Advertise([_channel(each) for each in of.objects("channels")]),
+    "unadvertise": lambda of: Unadvertise(of.numbers("channelIds")),
+    "getParameters": lambda of: GetParameters(of.texts("parameterNames"), of.optional_text("id")),
+    "setParameters": lambda of: SetParameters(
+        [_parameter(each) for each in of.objects("parameters")], of.optional_text("id")
+    ),
+    "subscribeParameterUpdates": lambda of: SubscribeParameters(of.texts("parameterNames")),
+    "unsubscribeParameterUpdates": lambda of: UnsubscribeParameters(of.texts("parameterNames")),
+    "subscribeConnectionGraph": lambda _: SubscribeGraph(is_wanted=True),
+    "unsubscribeConnectionGraph": lambda _: SubscribeGraph(is_wanted=False),
+    "fetchAsset": lambda of: FetchAsset(of.text("uri"), of.number("requestId")),
+}

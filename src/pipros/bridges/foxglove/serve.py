@@ -1,0 +1,59 @@
+"""Program that serves Foxglove clients."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+
+from pipros.basics.errors import PiprosError
+from pipros.bridges.door import Handler
+from pipros.bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
+from pipros.bridges.serve import DoorOptions, secret_of, serve
+from pipros.net.loop import BackgroundLoop
+from pipros.node import Node
+
+
+class BadPattern(PiprosError):
+    """A whitelist has a malformed regular expression."""
+
+
+class FoxgloveProtocol:
+    """Both subprotocols of Foxglove, for `pipros.bridges.serve.serve`."""
+
+    page = None
+
+    def __init__(self, handler: FoxgloveHandler) -> None:
+        self._handler = handler
+
+    def handlers(self) -> Mapping[str, Handler]:
+        return dict.fromkeys(SUBPROTOCOLS, self._handler)
+
+    def start(self) -> None:
+        self._handler.start()
+
+    def close(self) -> None:
+        self._handler.close()
+
+
+def serve_foxglove(node: Node, options: DoorOptions, rules: Rules) -> int:
+    """Serve Foxglove clients until Ctrl-C; see `pipros.bridges.serve.serve`."""
+
+    def make(node: Node, loop: BackgroundLoop) -> FoxgloveProtocol:
+        return FoxgloveProtocol(FoxgloveHandler(node, loop, rules))
+
+    return serve(node, options, make, secret_of(options))
+
+
+def compiled(patterns: Iterable[str]) -> Sequence[re.Pattern[str]]:
+    """Return regular expressions of a whitelist.
+
+    Raises:
+        BadPattern: one is malformed.
+    """
+    found = []
+    for pattern in patterns:
+        try:
+            found.append(re.compile(pattern))
+        except re.error as error:
+            raise BadPattern(f"[{pattern}] is not a regular expression: {error}") from None
+    return found

@@ -1,0 +1,367 @@
+"""One Foxglove client: handles its requests, and passes on what it subscribes to. No sockets."""
+
+from __future__ import annotations
+
+import asyncio
+import functools
+from collections.abc import Awaitable, Callable, Coroutine, Hashable, Mapping, Sequence
+from typing import Any, Final, Protocol
+
+from pipros.basics.errors import LimitExceeded, NotFound, PiprosError
+from pipros.basics.limits import limit_text
+from pipros.basics.printable import printable
+from pipros.bridges.foxglove import frames
+from pipros.bridges.foxglove.catalog import Catalog, Channel
+from pipros.bridges.foxglove.frames import Level
+from pipros.bridges.foxglove.graph_changes import EMPTY, graph_update
+from pipros.bridges.foxglove.parameter_watch import DELETED, Changes
+from pipros.bridges.foxglove.parameters import from_client, selected, to_client
+from pipros.bridges.foxglove.publishing import Publication, call_service
+from pipros.bridges.foxglove.requests import (
+    Advertise,
+    CallService,
+    ClientChannel,
+    ClientRequest,
+    FetchAsset,
+    GetParameters,
+    Publish,
+    SetParameters,
+    Subscribe,
+    SubscribeGraph,
+    SubscribeParameters,
+    Unadvertise,
+    Unsubscribe,
+    UnsubscribeParameters,
+    read_request,
+)
+from pipros.bridges.outbox import Frame, Outbox
+from pipros.bridges.shared_topics import SharedTopics, Taken, TopicMessage, legal_topic
+from pipros.graph.system_state import SystemState
+from pipros.node import Node
+from pipros.node.service_client import OpenCalls
+from pipros.web.daemon_pool import DaemonPool
+
+CALL_S: Final = 60.0
+"""Timeout of a service call."""
+OPEN_REQUESTS: Final = 100
+"""Maximum number of service calls and assets that one client waits for."""
+TIME_KEY: Final = "time"
+READ_ONLY: Final = "this server is read-only; start it with --control to change the system"
+
+_CAPABILITIES: Final[Mapping[type, str]] = {
+    Advertise: "clientPublish",
+    Publish: "clientPublish",
+    Unadvertise: "clientPublish",
+    CallService: "services",
+    GetParameters: "parameters",
+    SetParameters: "parameters",
+    SubscribeParameters: "parametersSubscribe",
+    UnsubscribeParameters: "parametersSubscribe",
+    SubscribeGraph: "connectionGraph",
+    FetchAsset: "assets",
+}
+"""The capability that a request needs."""
+
+
+class Bridge(Protocol):
+    """What sessions share.
+
+    Attributes:
+        has_control: whether clients may publish, call services and set parameters.
+        threads: threads for work that may block for a moment, enough for every client.
+        call_threads: threads for service calls, which may block for long.
+    """
+
+    node: Node
+    topics: SharedTopics
+    catalog: Catalog
+    state: SystemState
+    has_control: bool
+    threads: DaemonPool
+    call_threads: DaemonPool
+
+    def offers(self, capability: str) -> bool: ...
+    def allows_topic(self, name: str) -> bool: ...
+    def allows_parameter(self, name: str) -> bool: ...
+    def leave(self, session: ClientSession) -> None: ...
+    def correct(self, topic: str, header: Mapping[str, str]) -> object: ...
+    def watch_parameters(self) -> None: ...
+    def parameters(self) -> Mapping[str, Any]: ...
+    def read_asset(self, uri: str) -> bytes: ...
+
+
+class Connection(Protocol):
+    """The client's connection: `pipros.bridges.client.Client`."""
+
+    outbox: Outbox
+
+    def send(self, *frames: Frame) -> None: ...
+    def send_large(self, frame: Frame) -> Awaitable[None]: ...
+
+
+class ClientSession:
+    """Used in the event loop."""
+
+    def __init__(self, client: Connection, bridge: Bridge) -> None:
+        self._client = client
+        self._bridge = bridge
+        self._taken: dict[int, tuple[Channel, Taken]] = {}
+        self._publications: dict[int, Publication] = {}
+        self._parameters: set[str] = set()
+        self._takes_all_parameters = False
+        self._graph: SystemState | None = None  # as the client knows it; None if it does not show it
+        self._calls = OpenCalls()
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._limit = bridge.node.limits.bridge_subscriptions
+        client.outbox.open(TIME_KEY, 1)
+
+    async def receive(self, data: str | bytes) -> None:
+        """Handle a message. Only service calls and assets continue after this returns."""
+        try:
+            await self._handle(read_request(data))
+        except (PiprosError, ValueError, TypeError, OverflowError, OSError) as error:
+            self._report(str(error))
+
+    def takes(self) -> Mapping[Hashable, str]:
+        """Return the topics of the client's subscriptions."""
+        return {number: channel.topic for number, (channel, _) in self._taken.items()}
+
+    def sends(self) -> Sequence[str]:
+        """Return the topics that the client publishes."""
+        return [publication.channel.topic for publication in self._publications.values()]
+
+    def close(self) -> None:
+        """End the subscriptions, publications, calls and tasks of the client."""
+        self._bridge.leave(self)
+        self._calls.interrupt()
+        for task in self._tasks:
+            task.cancel()
+        for _, taken in self._taken.values():
+            taken.close()
+        for publication in self._publications.values():
+            self._bridge.threads.start(publication.close)
+        self._taken.clear()
+        self._publications.clear()
+
+    @property
+    def takes_parameters(self) -> bool:
+        """Whether the client subscribes to parameters."""
+        return self._takes_all_parameters or bool(self._parameters)
+
+    # -- what the bridge reports ------------------------------------------------------
+
+    def remove_channels(self, ids: Sequence[int]) -> None:
+        """End the subscriptions to channels that are no longer offered."""
+        gone = [number for number, (channel, _) in self._taken.items() if channel.id in ids]
+        for number in gone:
+            self._unsubscribe(number)
+
+    def show_graph(self, state: SystemState) -> None:
+        """Send what changed in the graph, if the client shows it."""
+        if self._graph is not None:
+            update = graph_update(self._graph, state)
+            self._graph = state
+            if update is not None:
+                self._client.send(update)
+
+    def show_parameters(self, changes: Changes) -> None:
+        """Send the changed parameters to which the client subscribes."""
+        rows = [
+            {"name": name} if value is DELETED else to_client(name, value)
+            for name, value in changes.items()
+            if self._takes_all_parameters or name in self._parameters
+        ]
+        if rows:
+            self._client.send(frames.parameter_values(rows))
+
+    # -- requests ----------------------------------------------------------------------
+
+    async def _handle(self, request: ClientRequest) -> None:
+        capability = _CAPABILITIES.get(type(request))
+        if capability is not None and not isinstance(request, CallService):  # whose answer says so
+            self._check_offered(capability)
+        match request:
+            case Publish():
+                await self._publish(request)
+            case Subscribe():
+                for number, channel in request.pairs:
+                    self._subscribe(number, channel)
+            case Unsubscribe():
+                for number in request.ids:
+                    self._unsubscribe(number)
+            case Advertise():
+                for each in request.channels:
+                    await self._advertise(each)
+            case Unadvertise():
+                for number in request.ids:
+                    await self._unadvertise(number)
+            case CallService():
+                self._begin(self._call(request))
+            case GetParameters():
+                await self._send_parameters(request.names, request.id)
+            case SetParameters():
+                await self._set_parameters(request)
+            case SubscribeParameters():
+                self._subscribe_parameters(request.names)
+            case UnsubscribeParameters():
+                self._takes_all_parameters &= bool(request.names)
+                self._parameters.difference_update(map(self._bridge.node.resolve, request.names))
+                self._bridge.watch_parameters()
+            case SubscribeGraph():
+                self._graph = EMPTY if request.is_wanted else None
+                self.show_graph(self._bridge.state)
+            case FetchAsset():
+                self._begin(self._fetch_asset(request))
+
+    def _subscribe(self, number: int, channel_id: int) -> None:
+        channel = self._bridge.catalog.channels.get(channel_id)
+        if channel is None:
+            self._report(f"there is no channel {channel_id}", Level.WARNING)
+            return
+        if number in self._taken:
+            self._report(f"subscription {number} exists already", Level.WARNING)
+            return
+        self._check_limit(len(self._taken))
+        outbox, md5sum = self._client.outbox, channel.definition.md5sum
+
+        def deliver(message: TopicMessage) -> None:
+            if message.header.get("md5sum") == md5sum:
+                outbox.put(number, frames.message_data(number, message.received_ns, message.body))
+            else:
+                self._bridge.correct(message.topic, message.header)
+
+        outbox.open(number)
+        try:
+            taken = self._bridge.topics.take(
+                channel.topic, channel.definition.type, deliver, lambda error: self._report(str(error))
+            )
+        except PiprosError:
+            outbox.forget(number)
+            raise
+        self._taken[number] = channel, taken
+
+    def _unsubscribe(self, number: int) -> None:
+        found = self._taken.pop(number, None)
+        if found is None:
+            self._report(f"there is no subscription {number}", Level.WARNING)
+            return
+        found[1].close()
+        self._client.outbox.forget(number)
+
+    async def _advertise(self, channel: ClientChannel) -> None:
+        topic = legal_topic(self._bridge.node, channel.topic)
+        if not self._bridge.allows_topic(topic):
+            raise PiprosError(f"topic [{printable(topic)}] is not allowed by the whitelist")
+        if channel.id in self._publications:
+            raise PiprosError(f"channel {channel.id} is advertised already")
+        self._check_limit(len(self._publications))
+        self._publications[channel.id] = await self._run(
+            functools.partial(Publication, self._bridge.node, channel)
+        )
+
+    async def _unadvertise(self, number: int) -> None:
+        publication = self._publications.pop(number, None)
+        if publication is None:
+            self._report(f"channel {number} is not advertised", Level.WARNING)
+        else:
+            await self._run(publication.close)
+
+    async def _publish(self, request: Publish) -> None:
+        publication = self._publications.get(request.channel)
+        if publication is None:
+            raise PiprosError(f"channel {request.channel} is not advertised")
+        await self._run(functools.partial(publication.publish, request.body))
+
+    async def _call(self, request: CallService) -> None:
+        service = self._bridge.catalog.services.get(request.service)
+        try:
+            self._check_offered("services")
+            if service is None:
+                raise PiprosError(f"there is no service {request.service}")
+            body = await self._bridge.call_threads.run(
+                call_service,
+                self._bridge.node,
+                service,
+                request.encoding,
+                request.body,
+                self._calls,
+                CALL_S,
+            )
+        except (PiprosError, ValueError) as error:
+            self._client.send(frames.service_failure(request.service, request.call, str(error)))
+            return
+        answer = frames.service_response(request.service, request.call, request.encoding, body)
+        await self._client.send_large(answer)
+
+    async def _send_parameters(self, names: Sequence[str], request: str | None) -> None:
+        found = await self._run(self._bridge.parameters)
+        resolved = [self._bridge.node.resolve(name) for name in names]
+        wanted = dict(pair for name in resolved for pair in selected(found, name)) if names else found
+        answer = frames.parameter_values([to_client(*pair) for pair in wanted.items()], request)
+        await self._client.send_large(answer)
+
+    async def _set_parameters(self, request: SetParameters) -> None:
+        if not self._bridge.has_control:
+            raise PiprosError(READ_ONLY)
+        for parameter in request.parameters:
+            try:
+                await self._run(functools.partial(self._set_parameter, parameter))
+            except (PiprosError, ValueError, TypeError, OverflowError) as error:
+                self._report(f"parameter [{printable(parameter['name'])}]: {error}")
+        if request.id is not None:
+            await self._send_parameters([each["name"] for each in request.parameters], request.id)
+
+    def _set_parameter(self, parameter: Mapping[str, Any]) -> None:
+        """Set or delete a parameter. Blocks."""
+        name, node = parameter["name"], self._bridge.node
+        if not self._bridge.allows_parameter(node.resolve(name)):
+            raise PiprosError("it is not allowed by the whitelist")
+        if parameter.get("value") is not None:
+            node.params.set(name, from_client(parameter))
+            return
+        try:
+            node.params.delete(name)
+        except NotFound:
+            return
+
+    def _subscribe_parameters(self, names: Sequence[str]) -> None:
+        self._check_limit(len(self._parameters) + len(names))
+        self._takes_all_parameters |= not names
+        self._parameters.update(map(self._bridge.node.resolve, names))
+        self._bridge.watch_parameters()
+
+    async def _fetch_asset(self, request: FetchAsset) -> None:
+        try:
+            content = await self._run(functools.partial(self._bridge.read_asset, request.uri))
+        except PiprosError as error:
+            self._client.send(frames.asset_failure(request.request, str(error)))
+            return
+        await self._client.send_large(frames.asset(request.request, content))
+
+    # -- common parts ------------------------------------------------------------------
+
+    def _run(self, function: Callable[[], Any]) -> Awaitable[Any]:
+        return self._bridge.threads.run(function)
+
+    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
+        """Continue with a request while the client's next ones are handled."""
+        if len(self._tasks) >= OPEN_REQUESTS:
+            work.close()
+            raise LimitExceeded(f"{OPEN_REQUESTS} service calls and assets are open; wait until one ends")
+        task = asyncio.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def _check_offered(self, capability: str) -> None:
+        if not self._bridge.offers(capability):
+            if not self._bridge.has_control:
+                raise PiprosError(READ_ONLY)
+            raise PiprosError(f"{capability} is not among the capabilities of this server")
+
+    def _check_limit(self, count: int) -> None:
+        if count >= self._limit:
+            raise LimitExceeded(f"too many subscriptions; {limit_text('bridge_subscriptions', self._limit)}")
+
+    def _report(self, text: str, level: Level = Level.ERROR) -> None:
+        """Send a status message. Thread-safe."""
+        self._client.send(frames.status(level, text))

@@ -1,0 +1,205 @@
+"""Bounded queue of messages and answers for one client of a bridge. No sockets.
+
+Theory of operation. Threads of links `put` messages, and the event loop pops them, in order of publishing,
+while the client's connection has room. A subscription may bound its own queue; beyond the bytes of the
+client, the oldest messages of any subscription are dropped, and counted. Answers to requests are never
+dropped: if one does not fit, the outbox is `overrun` and its client must be disconnected, because it would
+wait for the answer for ever.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict, deque
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """One unit of a client's connection. May be shared by several outboxes.
+
+    Attributes:
+        parts: the data. A large body is a part of its own, so that it is not copied for each client.
+        is_text: whether the data are text in UTF-8.
+        size: number of bytes.
+    """
+
+    parts: tuple[bytes, ...]
+    is_text: bool = False
+    size: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "size", sum(map(len, self.parts)))
+
+
+def text_frame(text: str) -> Frame:
+    """Return a frame of text."""
+    return Frame((text.encode(errors="replace"),), is_text=True)
+
+
+@dataclass(slots=True)
+class Traffic:
+    """Counts of messages that were passed to the connection, of their bytes, and of lost messages."""
+
+    messages: int = 0
+    bytes: int = 0
+    lost: int = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Waiting:
+    number: int  # the order of all messages and answers
+    frames: Sequence[Frame]
+    size: int
+    subscription: _Subscription | None = None  # None for answers
+
+
+@dataclass(slots=True, eq=False)
+class _Subscription:
+    queue_length: int
+    numbers: deque[int] = field(default_factory=deque)  # of its waiting messages
+    traffic: Traffic = field(default_factory=Traffic)
+
+
+class Outbox:
+    """The messages and answers for one client. Thread-safe, and never blocks.
+
+    Attributes:
+        total: traffic of all subscriptions, present and past.
+        is_overrun: whether an answer did not fit.
+    """
+
+    def __init__(self, limit_bytes: int, wake: Callable[[], object]) -> None:
+        """Create an empty outbox.
+
+        Args:
+            limit_bytes: maximum size of the queue; if it is empty, one message of any size fits.
+            wake: called in any thread when the outbox is no longer empty, or is overrun.
+        """
+        self.total = Traffic()
+        self.is_overrun = False
+        self._limit_bytes = limit_bytes
+        self._wake = wake
+        self._bytes = 0
+        self._next = 0
+        self._messages: OrderedDict[int, _Waiting] = OrderedDict()  # by number, as is the next
+        self._answers: deque[_Waiting] = deque()
+        self._subscriptions: dict[Hashable, _Subscription] = {}
+        self._is_closed = False
+        self._lock = threading.Lock()
+
+    def open(self, key: Hashable, queue_length: int = 0) -> None:
+        """Begin a subscription, or change how many of its messages may wait; 0 is any number."""
+        with self._lock:
+            found = self._subscriptions.get(key)
+            if found is None:
+                self._subscriptions[key] = _Subscription(queue_length)
+            else:
+                found.queue_length = queue_length
+
+    def forget(self, key: Hashable) -> None:
+        """End a subscription: drop its waiting messages without counting them as lost."""
+        with self._lock:
+            found = self._subscriptions.pop(key, None)
+            for number in found.numbers if found is not None else ():
+                self._bytes -= self._messages.pop(number).size
+
+    def put(self, key: Hashable, *frames: Frame) -> None:
+        """Add a message, whose frames are sent or dropped together. Does nothing without the subscription."""
+        size = sum(frame.size for frame in frames)
+        with self._lock:
+            found = self._subscriptions.get(key)
+            if found is None or self._is_closed:
+                return
+            while found.queue_length and len(found.numbers) >= found.queue_length:
+                self._drop(found.numbers[0])
+            self._make_room(size)
+            was_empty = self._is_empty()
+            found.numbers.append(self._next)
+            self._messages[self._next] = _Waiting(self._next, frames, size, found)
+            self._next += 1
+            self._bytes += size
+        if was_empty:
+            self._wake()
+
+    def answer(self, *frames: Frame) -> None:
+        """Add an answer to a request, or anything else that must not get lost."""
+        size = sum(frame.size for frame in frames)
+        with self._lock:
+            if self._is_closed:
+                return
+            self._make_room(size)
+            wakes = self._is_empty()
+            if self._bytes + size > self._limit_bytes and not wakes:
+                self.is_overrun = wakes = self._is_closed = True
+                self._clear()
+            else:
+                self._answers.append(_Waiting(self._next, frames, size))
+                self._next += 1
+                self._bytes += size
+        if wakes:
+            self._wake()
+
+    def pop(self) -> Sequence[Frame] | None:
+        """Remove the oldest message or answer, and return its frames; None if the outbox is empty."""
+        with self._lock:
+            first = next(iter(self._messages), self._next)
+            if self._answers and self._answers[0].number < first:
+                taken = self._answers.popleft()
+            elif self._messages:
+                _, taken = self._messages.popitem(last=False)
+            else:
+                return None
+            self._bytes -= taken.size
+            if taken.subscription is not None:
+                taken.subscription.numbers.popleft()
+                for traffic in (self.total, taken.subscription.traffic):
+                    traffic.messages += 1
+                    traffic.bytes += taken.size
+            return taken.frames
+
+    def close(self) -> None:
+        """Drop everything, and accept nothing more."""
+        with self._lock:
+            self._is_closed = True
+            self._clear()
+
+    @property
+    def has_answers(self) -> bool:
+        """Whether an answer waits."""
+        return bool(self._answers)
+
+    @property
+    def waiting_bytes(self) -> int:
+        """Size of the queue."""
+        return self._bytes
+
+    def traffic(self) -> Mapping[Hashable, Traffic]:
+        """Return a copy of the traffic of each open subscription, by key."""
+        with self._lock:
+            return {key: replace(found.traffic) for key, found in self._subscriptions.items()}
+
+    def _is_empty(self) -> bool:
+        return not self._messages and not self._answers
+
+    def _make_room(self, size: int) -> None:
+        """Drop the oldest messages until `size` bytes fit, or only answers are left."""
+        while self._messages and self._bytes + size > self._limit_bytes:
+            self._drop(next(iter(self._messages)))
+
+    def _drop(self, number: int) -> None:
+        """Drop and count the oldest message of a subscription."""
+        dropped = self._messages.pop(number)
+        self._bytes -= dropped.size
+        self.total.lost += 1
+        if dropped.subscription is not None:
+            dropped.subscription.numbers.popleft()
+            dropped.subscription.traffic.lost += 1
+
+    def _clear(self) -> None:
+        self._messages.clear()
+        self._answers.clear()
+        for found in self._subscriptions.values():
+            found.numbers.clear()
+        self._bytes = 0

@@ -1,0 +1,143 @@
+"""What a client's operations ask the server to do, as values. Names are as the client wrote them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pipros.bridges.rosbridge.encoding import Encoding
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """Send an operation to the client: a status, or an answer."""
+
+    operation: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Delivery:
+    """How a client receives a topic; the same for all its subscriptions to it.
+
+    Attributes:
+        throttle_s: minimum time between two messages.
+        queue_length: number of messages that wait for that time or for the connection; 0 drops messages that
+            come too early.
+        fragment_size: number of characters above which a text is split; 0 for never.
+    """
+
+    encoding: Encoding = Encoding.JSON
+    throttle_s: float = 0.0
+    queue_length: int = 0
+    fragment_size: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class TakeTopic:
+    """Begin to send a topic to the client, or change how."""
+
+    topic: str
+    kind: str | None
+    delivery: Delivery
+    operation: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class LeaveTopic:
+    """Send a topic no more."""
+
+    topic: str
+
+
+@dataclass(frozen=True, slots=True)
+class Advertise:
+    """Advertise a topic, or change whether it is latched."""
+
+    topic: str
+    kind: str
+    latch: bool
+    queue_size: int
+    operation: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Unadvertise:
+    """Advertise a topic no more, unless another client does."""
+
+    topic: str
+
+
+@dataclass(frozen=True, slots=True)
+class Publish:
+    """Publish a message. `latch` is None if the operation does not say."""
+
+    topic: str
+    values: Any
+    latch: bool | None
+    queue_size: int
+    operation: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class CallService:
+    """Call a service, and send the response with the id of the operation."""
+
+    service: str
+    arguments: Any
+    fragment_size: int
+    operation: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class OfferService:
+    """Offer a service, whose calls the client answers."""
+
+    service: str
+    kind: str
+    operation: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class WithdrawService:
+    """Offer a service no more."""
+
+    service: str
+
+
+@dataclass(frozen=True, slots=True)
+class AnswerCall:
+    """Answer a call of a service that the client offers.
+
+    Attributes:
+        call: the id that the call had.
+        values: the response, or a text if `is_success` is false.
+    """
+
+    service: str
+    call: object
+    values: Any
+    is_success: bool
+    operation: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Disconnect:
+    """Close the connection."""
+
+    reason: str
+
+
+Effect = (
+    Reply
+    | TakeTopic
+    | LeaveTopic
+    | Advertise
+    | Unadvertise
+    | Publish
+    | CallService
+    | OfferService
+    | WithdrawService
+    | AnswerCall
+    | Disconnect
+)

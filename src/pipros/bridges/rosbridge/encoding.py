@@ -1,0 +1,221 @@
+"""What clients receive: operations as JSON, PNG, CBOR and BSON, and messages of topics in these encodings."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import threading
+from collections.abc import Mapping, Sequence
+from enum import IntEnum
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from pipros.basics.errors import PiprosError
+from pipros.bridges.outbox import Frame, text_frame
+from pipros.bridges.rosbridge.pictures_of_text import base64_png_of
+from pipros.bridges.rosbridge.plain_values import Format, NotRepresentable, PlainValues
+from pipros.msg.class_finder import ClassFinder
+from pipros.msg.time import NS_PER_S
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from pipros.bridges.shared_topics import TopicMessage
+
+
+class Encoding(IntEnum):
+    """How a client takes the messages of a topic. If it asks for several, the greatest counts."""
+
+    JSON = 0
+    PNG = 1
+    CBOR = 2
+    CBOR_RAW = 3
+
+    @classmethod
+    def of(cls, compression: object) -> Encoding:
+        """Return the encoding that a client calls `compression`; JSON for unknown ones, as in rosbridge."""
+        names = {"png": cls.PNG, "cbor": cls.CBOR, "cbor-raw": cls.CBOR_RAW}
+        return names.get(compression, cls.JSON) if isinstance(compression, str) else cls.JSON
+
+
+class MissingCodec(PiprosError):
+    """An encoding needs a package that is not installed."""
+
+
+_STRICT = json.JSONEncoder(separators=(",", ":"), allow_nan=False)
+_PLAIN = json.JSONEncoder(separators=(",", ":"))
+
+
+class _Bson:
+    """The functions of the package `bson` that comes with `pymongo`."""
+
+    def __init__(self) -> None:
+        try:
+            from bson import decode, encode
+            from bson.errors import BSONError
+        except ImportError:  # or it is the package of that name from PyPI
+            raise MissingCodec("BSON needs pymongo: pip install 'pipros[bridges]'") from None
+        self.encode: Callable[[Any], bytes] = encode
+        self.decode: Callable[[bytes], dict[str, Any]] = decode
+        self.error: type[Exception] = BSONError
+
+
+@cache
+def bson_codec() -> _Bson:
+    """Return the codec. Raises `MissingCodec` without `pymongo`."""
+    return _Bson()
+
+
+@cache
+def _cbor() -> Any:
+    try:
+        import cbor2
+    except ImportError:
+        raise MissingCodec("CBOR needs cbor2: pip install 'pipros[bridges]'") from None
+    return cbor2
+
+
+def check_codec(encoding: Encoding) -> None:
+    """Raise `MissingCodec` if the encoding needs a package that is not installed."""
+    if encoding in (Encoding.CBOR, Encoding.CBOR_RAW):
+        _cbor()
+
+
+MOST_FRAGMENTS = 10_000
+"""Number of fragments of one text; if they would be more, they are made larger."""
+
+_NUMBERS = itertools.count(1)
+
+
+def operation_frame(operation: Mapping[str, Any], *, is_bson: bool = False) -> Frame:
+    """Encode an operation other than a message of a topic.
+
+    Raises:
+        PiprosError: BSON cannot hold a value, or `pymongo` is not installed.
+    """
+    if not is_bson:
+        return text_frame(_PLAIN.encode(operation))
+    bson = bson_codec()
+    try:
+        return Frame((bson.encode(operation),))
+    except (bson.error, OverflowError, TypeError) as error:
+        raise NotRepresentable(f"cannot encode as BSON: {error}") from None
+
+
+def fragment_frames(whole: Frame, size: int) -> Sequence[Frame]:
+    """Split a text into the operations `fragment`, unless it has at most `size` characters or `size` is 0."""
+    if not size or not whole.is_text or whole.size <= size:
+        return (whole,)
+    text = b"".join(whole.parts).decode()
+    size = max(size, -(-len(text) // MOST_FRAGMENTS))
+    parts = [text[start : start + size] for start in range(0, len(text), size)]
+    identity = f"fragments_{next(_NUMBERS)}"
+    total = len(parts)
+    return [
+        text_frame(
+            _STRICT.encode({"op": "fragment", "id": identity, "data": part, "num": number, "total": total})
+        )
+        for number, part in enumerate(parts)
+    ]
+
+
+class Encoder:
+    """Encodes the messages of topics for all clients, each once per encoding. For use in any thread.
+
+    Args:
+        is_bson: whether clients take BSON instead of JSON.
+    """
+
+    def __init__(self, *, is_bson: bool = False) -> None:
+        self.is_bson = is_bson
+        self._classes = ClassFinder()
+        self._json = PlainValues(Format.BSON if is_bson else Format.JSON)
+        self._nulls = PlainValues(Format.BSON if is_bson else Format.JSON_NULLS)
+        self._cbor: PlainValues | None = None
+        self._newest: dict[str, EncodedMessage] = {}
+
+    def encoded(self, message: TopicMessage) -> EncodedMessage:
+        """Return the encodings of a message; the same object for all clients that take it now."""
+        newest = self._newest.get(message.topic)
+        if newest is None or newest.message is not message:
+            newest = self._newest[message.topic] = EncodedMessage(self, message)
+        return newest
+
+    def forget(self, topic: str) -> None:
+        """Drop the encodings of the newest message of a topic, because a client takes it no more."""
+        self._newest.pop(topic, None)
+
+    def decode(self, message: TopicMessage) -> Any:
+        """Decode a message with the installed class or its publisher's definition. Raises `PiprosError`."""
+        header = message.header
+        kind, definition = header.get("type", "*"), header.get("message_definition", "")
+        return self._classes.find(kind, header.get("md5sum", "*"), definition)._from_bytes(message.body)
+
+    def values_of(self, message: Any) -> dict[str, Any]:
+        """Return a message, for example a response, as values for `operation_frame`.
+
+        NaN and infinities are None, except for BSON. Raises `NotRepresentable`.
+        """
+        return self._nulls.of(message)
+
+    def encode(self, encoding: Encoding, topic: str, message: Any) -> Frame:
+        """Encode the operation `publish` with a decoded message.
+
+        Raises:
+            PiprosError: the package for the encoding is not installed, or a value does not exist in it.
+        """
+        if encoding is Encoding.CBOR:
+            if self._cbor is None:
+                self._cbor = PlainValues(Format.CBOR, _cbor().CBORTag)
+            return Frame((_cbor().dumps({"op": "publish", "topic": topic, "msg": self._cbor.of(message)}),))
+        operation = {"op": "publish", "topic": topic, "msg": self._json.of(message)}
+        if self.is_bson:
+            return operation_frame(operation, is_bson=True)
+        try:
+            text = _STRICT.encode(operation)
+        except ValueError:  # NaN or infinity
+            text = _STRICT.encode({**operation, "msg": self._nulls.of(message)})
+        if encoding is Encoding.PNG:
+            return text_frame(_STRICT.encode({"op": "png", "data": base64_png_of(text.encode())}))
+        return text_frame(text)
+
+
+class EncodedMessage:
+    """A message of a topic, with the encodings that clients asked for. Thread-safe."""
+
+    __slots__ = ("_decoded", "_encoder", "_known", "_lock", "message")
+
+    def __init__(self, encoder: Encoder, message: TopicMessage) -> None:
+        self.message = message
+        self._encoder = encoder
+        self._decoded: Any = None
+        self._known: dict[tuple[Encoding, str, int], Sequence[Frame]] = {}
+        self._lock = threading.RLock()
+
+    def frames(self, encoding: Encoding, topic: str, fragment_size: int = 0) -> Sequence[Frame]:
+        """Return the frames for a client: one, or the fragments of a text of more than `fragment_size`.
+
+        `topic` is the name that the client used, which may be relative.
+
+        Raises:
+            PiprosError: the message cannot be decoded or encoded.
+        """
+        key = encoding, topic, fragment_size
+        with self._lock:
+            if key not in self._known:
+                self._known[key] = (
+                    fragment_frames(self.frames(encoding, topic)[0], fragment_size)
+                    if fragment_size
+                    else (self._whole(encoding, topic),)
+                )
+            return self._known[key]
+
+    def _whole(self, encoding: Encoding, topic: str) -> Frame:
+        message = self.message
+        if encoding is Encoding.CBOR_RAW:
+            secs, nsecs = divmod(message.received_ns, NS_PER_S)
+            body = {"secs": secs, "nsecs": nsecs, "bytes": message.body}
+            return Frame((_cbor().dumps({"op": "publish", "topic": topic, "msg": body}),))
+        if self._decoded is None:
+            self._decoded = self._encoder.decode(message)
+        return self._encoder.encode(encoding, topic, self._decoded)

@@ -1,0 +1,152 @@
+"""Services that clients offer: the node serves them, and passes each call to the client that answers it."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from concurrent.futures import TimeoutError as NotInTime
+from typing import Any, Final, Protocol
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.printable import printable
+from pipros.bridges.rosbridge.filling import Filler
+from pipros.msg import load_service_class
+from pipros.node import Node
+from pipros.node.service_server import HandlerError, ServiceServer
+
+REPLIES_S: Final = 0.5
+"""Time for the callers of a service that ends to receive the error."""
+_LONGEST_REASON: Final = 2000
+
+
+class Offerer(Protocol):
+    """A client that offers services."""
+
+    def send_call(self, operation: Mapping[str, Any], request: Any) -> None:
+        """Send the operation `call_service` with the values of a request. Raises `PiprosError`."""
+
+
+class OfferedServices:
+    """The services of all clients. The newest offer of a name counts, as when a page is loaded again."""
+
+    def __init__(self, node: Node, filler: Filler, answer_s: float) -> None:
+        """Wait `answer_s` for the answer to a call."""
+        self._node = node
+        self._filler = filler
+        self._answer_s = answer_s
+        self._offers: dict[str, _Offer] = {}
+        self._lock = threading.Lock()
+
+    def offer(self, client: Offerer, service: str, kind: str, name: str) -> None:
+        """Offer a service for a client, which calls it `name`.
+
+        Raises:
+            PiprosError: the type is unknown, or the node itself has a service of this name.
+        """
+        service_class: Any = load_service_class(kind)
+        with self._lock:
+            self._withdraw(self._offers.pop(service, None))
+            offer = _Offer(client, name, self._answer_s, service_class)
+            offer.server = self._node.serve(service, service_class, offer.call)
+            self._offers[service] = offer
+
+    def withdraw(self, client: Offerer, service: str) -> None:
+        """End a service of this client; its callers get an error. Ignore services of other clients."""
+        with self._lock:
+            found = self._offers.get(service)
+            if found is not None and found.client is client:
+                self._withdraw(self._offers.pop(service))
+
+    def answer(self, client: Offerer, service: str, call: object, values: Any, *, is_success: bool) -> None:
+        """Pass the client's answer to the caller. Without an id it answers the only open call.
+
+        Raises:
+            PiprosError: the client has no such call, or the values do not fit; then the call has failed.
+        """
+        found = self._offers.get(service)
+        if found is None or found.client is not client:
+            raise PiprosError(f"{service} is offered by another client now")
+        found.answer(call, values, self._filler, is_success=is_success)
+
+    def close(self) -> None:
+        """End all services."""
+        with self._lock:
+            for offer in self._offers.values():
+                offer.fail("the bridge ends")
+            self._offers.clear()
+
+    def _withdraw(self, offer: _Offer | None) -> None:
+        if offer is None:
+            return
+        if offer.fail("the client that offers it has left"):
+            threading.Event().wait(REPLIES_S)  # the end of a service ends its connections
+        if offer.server is not None:
+            self._node.endpoints.stop_serving(offer.server)
+
+
+class _Offer:
+    """One service of one client, with the calls that wait for its answer."""
+
+    def __init__(self, client: Offerer, name: str, answer_s: float, service_class: Any) -> None:
+        self.client = client
+        self.server: ServiceServer | None = None
+        self._name = name
+        self._answer_s = answer_s
+        self._response_class: Callable[[], Any] = service_class._response_class
+        self._numbers = itertools.count(1)
+        self._open: dict[str, Future[Any]] = {}
+        self._failure = ""
+        self._lock = threading.Lock()
+
+    def call(self, request: Any) -> Any:
+        """Handle a call: return the response of the client. Runs in a thread of the node."""
+        identity = f"service_request:{self._name}:{next(self._numbers)}"
+        answer: Future[Any] = Future()
+        with self._lock:
+            if self._failure:
+                raise HandlerError(self._failure)
+            self._open[identity] = answer
+        try:
+            self.client.send_call({"op": "call_service", "service": self._name, "id": identity}, request)
+            return answer.result(self._answer_s)
+        except NotInTime:
+            raise HandlerError(f"the client did not answer within {self._answer_s:g} s") from None
+        except PiprosError as error:
+            raise HandlerError(str(error)) from None
+        finally:
+            with self._lock:
+                self._open.pop(identity, None)
+
+    def answer(self, call: object, values: Any, filler: Filler, *, is_success: bool) -> None:
+        """Settle an open call. Raises `PiprosError` as `OfferedServices.answer`."""
+        with self._lock:
+            if call is None and len(self._open) == 1:
+                call = next(iter(self._open))
+            waiting = self._open.pop(call, None) if isinstance(call, str) else None
+        if waiting is None:
+            raise PiprosError(f"there is no open call of {self._name} with the id {printable(call)}")
+        if not is_success:
+            reason = printable(values, _LONGEST_REASON) if values else "the client could not answer"
+            waiting.set_exception(HandlerError(reason))
+            return
+        response = self._response_class()
+        try:
+            if response.__slots__ and not isinstance(values, (dict, list)):
+                raise PiprosError(f"values must be an object or a list, got {printable(values)}")
+            filler.fill(response, values)
+        except PiprosError as error:
+            waiting.set_exception(HandlerError(f"the client's response does not fit: {error}"))
+            raise
+        waiting.set_result(response)
+
+    def fail(self, reason: str) -> bool:
+        """Answer all calls with an error, now and later. Return whether there were open calls."""
+        with self._lock:
+            self._failure = reason
+            waiting = list(self._open.values())
+            self._open.clear()
+        for each in waiting:
+            each.set_exception(HandlerError(reason))
+        return bool(waiting)

@@ -1,0 +1,409 @@
+"""One client's side of rosbridge v2: bytes and texts in, effects out. Pure; for use in one thread.
+
+Rules that clients rely on. An id of any JSON type comes back unchanged. Only `call_service` answers errors;
+other errors are `status` operations, which are sent at the level error, or at the level of `set_level`. One
+client's subscriptions to a topic share the greatest encoding and the smallest throttle and queue.
+
+Source of the protocol: https://github.com/RobotWebTools/rosbridge_suite/blob/develop/ROSBRIDGE_PROTOCOL.md
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any
+
+from pipros.basics.errors import InvalidName, PiprosError
+from pipros.basics.limits import Limits, limit_text, process_limits
+from pipros.basics.printable import printable
+from pipros.bridges.rosapi import QUESTIONS
+from pipros.bridges.rosbridge.authentication import Authenticator
+from pipros.bridges.rosbridge.effects import (
+    Advertise,
+    AnswerCall,
+    CallService,
+    Delivery,
+    Disconnect,
+    Effect,
+    LeaveTopic,
+    OfferService,
+    Publish,
+    Reply,
+    TakeTopic,
+    Unadvertise,
+    WithdrawService,
+)
+from pipros.bridges.rosbridge.encoding import Encoding, bson_codec, check_codec
+from pipros.bridges.rosbridge.globs import Globs
+from pipros.bridges.rosbridge.text_input import BadInput, Fragments, JsonObjects, json_object
+
+QUEUE_SIZE = 100
+"""Queue of a publisher, unless the client asks for another."""
+
+_OF_ROS_2 = frozenset(
+    (
+        *("advertise_action", "unadvertise_action", "send_action_goal", "cancel_action_goal"),
+        *("action_feedback", "action_result", "action_status"),
+    )
+)
+
+
+_CHANGING = frozenset(("advertise", "publish", "call_service", "advertise_service"))
+_QUESTIONS = frozenset(f"/rosapi/{name}" for name in QUESTIONS)
+
+
+class Level(IntEnum):
+    """Levels of `status` operations."""
+
+    NONE = 0
+    ERROR = 1
+    WARNING = 2
+    INFO = 3
+
+
+class BadOperation(PiprosError):
+    """An operation of a client lacks a value, has a wrong one, or is not allowed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What holds for all clients of a server.
+
+    Attributes:
+        topics, services: names that clients may use. rosapi applies those of parameters.
+        authenticator: checks `auth`, which must be the first operation; None without authentication.
+        has_control: whether clients may publish, call services and offer them. Without it they may only call
+            services of `rosapi` that change nothing.
+        is_bson: whether binary frames are BSON.
+        fragment_timeout_s: the time that an incomplete fragmented text is kept.
+    """
+
+    topics: Globs = field(default_factory=Globs)
+    services: Globs = field(default_factory=Globs)
+    authenticator: Authenticator | None = None
+    has_control: bool = True
+    is_bson: bool = False
+    fragment_timeout_s: float = 600.0
+
+
+@dataclass(slots=True)
+class _Topic:
+    """The subscriptions of the client to one topic, by id."""
+
+    kind: str | None
+    wishes: dict[str, Delivery] = field(default_factory=dict)
+
+    def delivery(self) -> Delivery:
+        wishes = self.wishes.values()
+        return Delivery(
+            max(wish.encoding for wish in wishes),
+            min(wish.throttle_s for wish in wishes),
+            min(wish.queue_length for wish in wishes),
+            min((wish.fragment_size for wish in wishes if wish.fragment_size), default=0),
+        )
+
+
+class ClientProtocol:
+    """The state of one client.
+
+    Attributes:
+        is_authenticated: whether the client may use operations other than `auth`.
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        resolve: Callable[[str], str],
+        limits: Limits | None = None,
+        clock_s: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """`resolve` makes a name global, and raises `InvalidName`."""
+        limits = limits or process_limits()
+        self._settings = settings
+        self._resolve = resolve
+        self._clock_s = clock_s
+        self._most_names = limits.bridge_subscriptions
+        self.is_authenticated = settings.authenticator is None
+        self._level = Level.ERROR
+        self._objects = JsonObjects(limits.bridge_message_bytes)
+        self._fragments = Fragments(limits.bridge_message_bytes, settings.fragment_timeout_s)
+        self._topics: dict[str, _Topic] = {}
+        self._advertised: dict[str, set[str]] = {}
+        self._offered: set[str] = set()
+        self._operations: Mapping[str, Callable[[dict[str, Any]], Iterator[Effect]]] = {
+            "advertise": self._advertise,
+            "unadvertise": self._unadvertise,
+            "publish": self._publish,
+            "subscribe": self._subscribe,
+            "unsubscribe": self._unsubscribe,
+            "call_service": self._call_service,
+            "advertise_service": self._advertise_service,
+            "unadvertise_service": self._unadvertise_service,
+            "service_response": self._service_response,
+            "set_level": self._set_level,
+            "auth": self._auth,
+        }
+
+    def receive(self, data: str | bytes) -> Iterator[Effect]:
+        """Take a frame, and yield the effects of its operations. The frame may be a part of a JSON text.
+
+        A frame that is an operation by itself ends an incomplete text, which has an error in it.
+        """
+        if isinstance(data, bytes) and self._settings.is_bson:
+            yield from self._receive_bson(data)
+            return
+        try:
+            operation = json_object(data)
+        except BadInput:
+            yield from self.receive_stream(data if isinstance(data, str) else data.decode(errors="replace"))
+            return
+        if not self._objects.is_empty and "op" in operation:
+            self._objects.clear()
+            yield from self.status(Level.ERROR, "the previous text was not complete JSON, and is dropped")
+        yield from self._handle(operation)
+
+    def receive_stream(self, text: str) -> Iterator[Effect]:
+        """Take the next part of a stream of JSON objects, and yield the effects of the complete ones."""
+        for found in self._objects.feed(text):
+            try:
+                operation = json_object(found) if isinstance(found, str) else None
+            except BadInput as error:
+                found, operation = error, None
+            if operation is None:
+                yield from self.status(Level.ERROR, str(found))
+            else:
+                yield from self._handle(operation)
+
+    def status(self, level: Level, text: str, operation: Mapping[str, Any] | None = None) -> Iterator[Reply]:
+        """Yield a `status` operation, if the client takes its level."""
+        if level <= self._level:
+            identity = (operation or {}).get("id")
+            status = {"op": "status", "level": level.name.lower(), "msg": text}
+            yield Reply(status if identity is None else {**status, "id": identity})
+
+    def no_response(self, operation: Mapping[str, Any], text: str) -> Reply:
+        """Return the answer to a `call_service` that failed."""
+        return Reply(response_to(operation, text, is_success=False))
+
+    def _receive_bson(self, data: bytes) -> Iterator[Effect]:
+        bson = bson_codec()
+        try:
+            operation = bson.decode(data)
+        except (bson.error, ValueError, RecursionError) as error:
+            yield from self.status(Level.ERROR, f"not BSON: {printable(error)}")
+        else:
+            yield from self._handle(operation)
+
+    def _handle(self, operation: dict[str, Any], *, is_joined: bool = False) -> Iterator[Effect]:
+        name = operation.get("op")
+        if not self.is_authenticated and name != "auth":
+            yield Disconnect("the first operation must be auth")
+            return
+        try:
+            if name == "fragment" and not is_joined:
+                text = self._fragments.add(operation, self._clock_s())
+                if text is not None:
+                    yield from self._handle(json_object(text), is_joined=True)
+                return
+            handle = self._operations.get(name) if isinstance(name, str) else None
+            if handle is None:
+                hint = ": actions are for ROS 2" if isinstance(name, str) and name in _OF_ROS_2 else ""
+                raise BadOperation(f"unknown operation {_quoted(name)}{hint}")
+            if not self._settings.has_control:
+                _check_changes_nothing(operation)
+            yield from handle(operation)
+        except (PiprosError, RecursionError) as error:
+            if name == "call_service":
+                yield self.no_response(operation, str(error))
+            else:
+                yield from self.status(Level.ERROR, f"{_quoted(name)}: {error}", operation)
+
+    # -- topics ---------------------------------------------------------------------------
+
+    def _subscribe(self, operation: dict[str, Any]) -> Iterator[Effect]:
+        topic = self._name(operation, "topic", self._settings.topics)
+        kind = _type(operation) if operation.get("type") is not None else None
+        wish = Delivery(
+            Encoding.of(operation.get("compression")),
+            _number(operation, "throttle_rate") / 1000,
+            int(_number(operation, "queue_length")),
+            int(_number(operation, "fragment_size")),
+        )
+        check_codec(wish.encoding)
+        known = self._topics.get(topic)
+        if known is None:
+            self._check_room(self._topics, "subscriptions")
+            known = _Topic(kind)
+        elif kind is not None and known.kind is not None and kind != known.kind:
+            raise BadOperation(f"{topic} is subscribed to with the type {known.kind}, not {kind}")
+        if _key(operation) not in known.wishes:
+            self._check_room(known.wishes, f"subscriptions to {topic}")
+        known.kind = known.kind or kind
+        known.wishes[_key(operation)] = wish
+        self._topics[topic] = known
+        yield TakeTopic(topic, known.kind, known.delivery(), operation)
+
+    def _unsubscribe(self, operation: dict[str, Any]) -> Iterator[Effect]:
+        topic = self._name(operation, "topic")
+        known = self._topics.get(topic)
+        if known is None:
+            return
+        if operation.get("id") is None:
+            known.wishes.clear()
+        known.wishes.pop(_key(operation), None)
+        if known.wishes:
+            yield TakeTopic(topic, known.kind, known.delivery(), operation)
+        else:
+            del self._topics[topic]
+            yield LeaveTopic(topic)
+
+    def _advertise(self, operation: dict[str, Any]) -> Iterator[Effect]:
+        topic = self._name(operation, "topic", self._settings.topics)
+        kind = _type(operation)
+        latch = _flag(operation, "latch") or False
+        queue_size = int(_number(operation, "queue_size", QUEUE_SIZE))
+        ids = self._advertised.get(topic, set())
+        if topic not in self._advertised:
+            self._check_room(self._advertised, "advertised topics")
+        if _key(operation) not in ids:
+            self._check_room(ids, f"advertisements of {topic}")
+        self._advertised[topic] = {*ids, _key(operation)}
+        yield Advertise(topic, kind, latch, queue_size, operation)
+
+    def _unadvertise(self, operation: dict[str, Any]) -> Iterator[Effect]:
+        topic = self._name(operation, "topic")
+        ids = self._advertised.get(topic, set())
+        if operation.get("id") is None:
+            ids.clear()
+        ids.discard(_key(operation))
+        if topic in self._advertised and not ids:
+            del self._advertised[topic]
+            yield Unadvertise(topic)
+
+    def _publish(self, operation: dict[str, Any]) -> Iterator[Effect]:
+        topic = self._name(operation, "topic", self._settings.topics)
+        if topic not in self._advertised:
+            self._check_room(self._advertised, "advertised topics")
+            self._advertised[topic] = {"null"}
+        latch, queue_size = _flag(operation, "latch"), int(_number(operation, "queue_size", QUEUE_SIZE))
+        yield Publish(topic, operation.get("msg", {}), latch, queue_size, operation)
+
+    # -- services -------------------------------------------------------------------------
+
+    def _call_service(self, operation: dict[str, Any]) -> Iterator[Effect]:
+        service = self._name(operation, "service", self._settings.services)
+        fragment_size = int(_number(operation, "fragment_size"))
+        yield CallService(service, operation.get("args"), fragment_size, operation)
+
+    def _advertise_service(self, operation: dict[str, Any]) -> Iterator[Effect]:
+        service, kind = self._name(operation, "service", self._settings.services), _type(operation)
+        if service not in self._offered:
+            self._check_room(self._offered, "offered services")
+        self._offered.add(service)
+        yield OfferService(service, kind, operation)
+
+    def _unadvertise_service(self, operation: dict[str, Any]) -> Iterator[Effect]:
+        service = self._name(operation, "service")
+        if service not in self._offered:
+            raise BadOperation(f"this client does not offer {service}")
+        self._offered.discard(service)
+        yield WithdrawService(service)
+
+    def _service_response(self, operation: dict[str, Any]) -> Iterator[Effect]:
+        service = self._name(operation, "service")
+        if service not in self._offered:
+            raise BadOperation(f"this client does not offer {service}")
+        is_success = _flag(operation, "result")
+        yield AnswerCall(
+            service, operation.get("id"), operation.get("values"), is_success is not False, operation
+        )
+
+    # -- the connection ---------------------------------------------------------------------
+
+    def _set_level(self, operation: dict[str, Any]) -> Iterator[Effect]:
+        known = [level.name.lower() for level in Level]
+        if operation.get("level") not in known:
+            raise BadOperation(f"level must be {', '.join(known)}, got {_quoted(operation.get('level'))}")
+        self._level = Level(known.index(operation["level"]))
+        yield from ()
+
+    def _auth(self, operation: dict[str, Any]) -> Iterator[Effect]:
+        authenticator = self._settings.authenticator
+        if self.is_authenticated or authenticator is None:
+            return
+        if authenticator.accepts(operation):
+            self.is_authenticated = True
+        else:
+            yield Disconnect("authentication failed")
+
+    # -- the values of operations -------------------------------------------------------------
+
+    def _name(self, operation: Mapping[str, Any], key: str, globs: Globs | None = None) -> str:
+        """Return the name of a topic or service, as written, if the globs allow it."""
+        name = operation.get(key)
+        if not isinstance(name, str) or not name:
+            raise BadOperation(f"{key} must be a name, got {_quoted(name)}")
+        try:
+            resolved = self._resolve(name)
+        except InvalidName as error:
+            raise BadOperation(str(error)) from None
+        if globs is not None and not globs.allow(resolved):
+            raise BadOperation(f"clients may not use {resolved}; they may use {', '.join(globs.patterns)}")
+        return name
+
+    def _check_room(self, known: Any, what: str) -> None:
+        if len(known) >= self._most_names:
+            limit = limit_text("bridge_subscriptions", self._most_names)
+            raise BadOperation(f"too many {what}; {limit}")
+
+
+def _check_changes_nothing(operation: Mapping[str, Any]) -> None:
+    """Raise `BadOperation` for an operation that changes the system."""
+    is_question = operation["op"] == "call_service" and operation.get("service") in _QUESTIONS
+    if operation["op"] in _CHANGING and not is_question:
+        raise BadOperation("this server is read-only; its option --control allows changes")
+
+
+def response_to(operation: Mapping[str, Any], values: Any, *, is_success: bool) -> dict[str, Any]:
+    """Return the operation `service_response` for a `call_service`."""
+    response = {"op": "service_response", "service": operation.get("service"), "values": values}
+    response["result"] = is_success
+    return response if operation.get("id") is None else {**response, "id": operation["id"]}
+
+
+def _key(operation: Mapping[str, Any]) -> str:
+    """Return the id of an operation, of any type, as a key."""
+    return json.dumps(operation.get("id"), default=str, sort_keys=True)
+
+
+def _type(operation: Mapping[str, Any]) -> str:
+    kind = operation.get("type")
+    if not isinstance(kind, str) or "/" not in kind:
+        raise BadOperation(f"type must be package/Name, got {_quoted(kind)}")
+    package, *_, name = kind.split("/")
+    return f"{package}/{name}"  # also of `std_msgs/msg/String`, as ROS 2 writes it
+
+
+def _number(operation: Mapping[str, Any], key: str, default: int = 0) -> float:
+    """Return a number >= 0; the default if it is missing or null."""
+    value = operation.get(key)
+    if value is None:
+        return default
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value < math.inf:
+        raise BadOperation(f"{key} must be a number >= 0, got {_quoted(value)}")
+    return min(value, 2**31)
+
+
+def _flag(operation: Mapping[str, Any], key: str) -> bool | None:
+    value = operation.get(key)
+    if value is not None and not isinstance(value, bool):
+        raise BadOperation(f"{key} must be true or false, got {_quoted(value)}")
+    return value
+
+
+def _quoted(value: object) -> str:
+    return printable(repr(value), 100) if value is not None else "null"

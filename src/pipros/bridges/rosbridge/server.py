@@ -1,0 +1,231 @@
+"""The rosbridge server: a `Door` for WebSockets, and the same sessions behind TCP and UDP."""
+
+from __future__ import annotations
+
+import asyncio
+import ssl
+from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from pipros.basics.limits import Limits
+from pipros.bridges.admission import Admission
+from pipros.bridges.client import Client
+from pipros.bridges.door import PING_S, PONG_S, Door
+from pipros.bridges.rosbridge.authentication import Authenticator
+from pipros.bridges.rosbridge.protocol import Settings
+from pipros.bridges.rosbridge.session import Bridge, ClientSession, Timing
+from pipros.bridges.rosbridge.text_input import BadInput, json_object
+from pipros.msg import load_message_class
+from pipros.msg.time import NS_PER_S, Time
+from pipros.net.loop import BackgroundLoop
+from pipros.net.workers import Workers
+from pipros.node import Node
+from pipros.web.daemon_pool import DaemonPool
+from pipros.web.secret import Secret
+
+CLOSING_S: Final = 0.4
+"""How long the clients may delay the end of a server."""
+
+
+class RosbridgeHandler:
+    """The protocol behind a door. Sessions run in threads, because publishing and the master may block."""
+
+    def __init__(
+        self,
+        bridge: Bridge,
+        authenticator: Authenticator | None = None,
+        on_change: Callable[[], object] = lambda: None,
+    ) -> None:
+        """`on_change` is called in the event loop when a client has come or gone."""
+        self._bridge = bridge
+        self._authenticator = authenticator
+        self._on_change = on_change
+        self._threads = DaemonPool("rosbridge client", bridge.limits.bridge_clients)
+
+    def open(self, client: Client) -> DoorSession:
+        """Begin to serve a client."""
+        asyncio.get_running_loop().call_soon(self._on_change)
+        return DoorSession(client, self._bridge.connect(client.outbox), self._threads, self._on_change)
+
+    def is_login(self, first: str | bytes) -> bool:
+        """Return whether the first message is a valid `auth`."""
+        if self._authenticator is None:
+            return False
+        try:
+            operation = json_object(first)
+        except BadInput:
+            return False
+        return operation.get("op") == "auth" and self._authenticator.accepts(operation)
+
+
+class DoorSession:
+    """A session behind a door."""
+
+    def __init__(
+        self,
+        client: Client,
+        session: ClientSession,
+        threads: DaemonPool,
+        on_change: Callable[[], object],
+    ) -> None:
+        self._client = client
+        self._session = session
+        self._threads = threads
+        self._on_change = on_change
+
+    async def receive(self, data: str | bytes) -> None:
+        """Handle a frame. The next one is read afterwards."""
+        await self._threads.run(self._session.receive, data)
+        if self._session.ended:
+            self._client.end(self._session.ended)
+
+    def takes(self) -> Mapping[Hashable, str]:
+        """Return the topics that the client takes."""
+        return {topic: topic for topic in self._session.topics}
+
+    def sends(self) -> Sequence[str]:
+        """Return the topics that the client publishes."""
+        return self._session.published
+
+    def close(self) -> None:
+        """End the session, in a thread."""
+        self._threads.start(self._session.close)
+        asyncio.get_running_loop().call_soon(self._on_change)
+
+
+@dataclass(frozen=True, slots=True)
+class ServerOptions:
+    """Options of a server.
+
+    Attributes:
+        host, port: where it listens; port 0 selects a free one.
+        certificate, key: PEM files for TLS; None without TLS.
+        origins: origins of pages that may connect besides those of this machine.
+        allows_null_origin: whether pages without an origin, such as files, may.
+        authenticator: checks the operation `auth` of each client; None without authentication.
+        ping_s: interval of pings, and the time for their answers; None sends none.
+        message_bytes: maximum size of a message from a client; None is the limit of the process.
+    """
+
+    host: str = "127.0.0.1"
+    port: int = 9090
+    certificate: str | None = None
+    key: str | None = None
+    origins: Collection[str] = ()
+    allows_null_origin: bool = True
+    authenticator: Authenticator | None = None
+    ping_s: float | None = PING_S
+    pong_s: float | None = PONG_S
+    message_bytes: int | None = None
+    settings: Settings = field(default_factory=Settings)
+    timing: Timing = field(default_factory=Timing)
+
+
+class BridgeRuntime:
+    """The event loop and the threads of a server, and its `Bridge`."""
+
+    def __init__(self, node: Node, options: ServerOptions) -> None:
+        self.loop = BackgroundLoop("rosbridge")
+        self.limits: Limits = node.limits
+        if options.message_bytes is not None:
+            self.limits = self.limits._replace(bridge_message_bytes=options.message_bytes)
+        self._workers = Workers("rosbridge timers")
+        self.bridge = Bridge(node, self.call_later, options.settings, options.timing, self.limits)
+
+    def call_later(self, delay_s: float, function: Callable[[], object]) -> None:
+        """Call a function in a thread after a delay. Does nothing once the loop has ended."""
+        self.loop.call(self._schedule, delay_s, function)
+
+    def _schedule(self, delay_s: float, function: Callable[[], object]) -> None:
+        self.loop.asyncio.call_later(delay_s, self._workers.run, function)
+
+    def close(self, close: Any) -> None:
+        """Close a server with the coroutine `close`, then its clients' services and the loop."""
+        with suppress(TimeoutError):
+            self.loop.run(close, CLOSING_S)
+        self.bridge.close()
+        self.loop.stop(CLOSING_S)
+        self._workers.close()
+
+
+class WebSocketServer:
+    """A rosbridge server for WebSockets on a node. Methods may be called from any thread."""
+
+    def __init__(self, node: Node, options: ServerOptions) -> None:
+        self._options = options
+        self._runtime = BridgeRuntime(node, options)
+        self.bridge = self._runtime.bridge
+        self._clients = ClientTopics(node)
+        handler = RosbridgeHandler(self.bridge, options.authenticator, self._report)
+        # With a secret, clients without a login may send little, and must log in soon.
+        secret = Secret() if options.authenticator is not None else None
+        admission = Admission(secret, options.origins, options.allows_null_origin)
+        self.door = Door({"": handler}, admission, limits=self._runtime.limits)
+
+    def start(self) -> int:
+        """Open the port and return its number. May be called again after an error.
+
+        Raises:
+            OSError: the port is in use, or the address does not belong to this machine.
+            ssl.SSLError: the certificate cannot be used.
+        """
+        options = self._options
+        tls = _tls(options)
+        self._runtime.loop.start()
+        try:
+            self._runtime.loop.run(
+                self.door.open(
+                    options.host, options.port, tls=tls, ping_s=options.ping_s, pong_s=options.pong_s
+                )
+            )
+        except BaseException:
+            self._runtime.loop.stop()
+            raise
+        self._clients.report([])
+        return self.door.port
+
+    def close(self) -> None:
+        """Disconnect the clients and close the port."""
+        self._runtime.close(self.door.close())
+
+    def _report(self) -> None:
+        self._clients.report([(row.address, row.since) for row in self.door.clients()])
+
+
+class ClientTopics:
+    """The latched topics `client_count` and `connected_clients`."""
+
+    def __init__(self, node: Node) -> None:
+        self._count_class: Any = load_message_class("std_msgs/Int32")
+        self._list_class: Any = load_message_class("rosbridge_msgs/ConnectedClients")
+        self._client_class: Any = load_message_class("rosbridge_msgs/ConnectedClient")
+        self._count = node.advertise("client_count", self._count_class, queue_size=10, latch=True)
+        self._list = node.advertise("connected_clients", self._list_class, queue_size=10, latch=True)
+        self._thread = Workers("connected clients", 1)
+
+    def report(self, clients: Collection[tuple[str, float]]) -> None:
+        """Publish the addresses of all clients, and when they connected, in a thread."""
+        self._thread.run(self._publish, list(clients))
+
+    def _publish(self, clients: Collection[tuple[str, float]]) -> None:
+        rows = [
+            self._client_class(_host(address), Time(*divmod(int(since * NS_PER_S), NS_PER_S)))
+            for address, since in clients
+        ]
+        self._count.publish(self._count_class(len(rows)))
+        self._list.publish(self._list_class(rows))
+
+
+def _host(address: str) -> str:
+    """Return the IP address in `IP:PORT`."""
+    return address.rpartition(":")[0].strip("[]")
+
+
+def _tls(options: ServerOptions) -> ssl.SSLContext | None:
+    if options.certificate is None:
+        return None
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(options.certificate, options.key)
+    return context

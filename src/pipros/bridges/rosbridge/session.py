@@ -1,0 +1,297 @@
+"""Carries out on a ROS node what the clients' operations ask for. No sockets: servers pass what they receive.
+
+`Bridge` holds what all clients share, `ClientSession` what belongs to one of them.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Final
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import Limits
+from pipros.bridges.outbox import Outbox
+from pipros.bridges.rosapi import MASTER_DEADLINE_S
+from pipros.bridges.rosbridge.effects import (
+    Advertise,
+    AnswerCall,
+    CallService,
+    Disconnect,
+    Effect,
+    LeaveTopic,
+    OfferService,
+    Publish,
+    Reply,
+    TakeTopic,
+    Unadvertise,
+    WithdrawService,
+)
+from pipros.bridges.rosbridge.encoding import Encoder, fragment_frames, operation_frame
+from pipros.bridges.rosbridge.filling import Filler
+from pipros.bridges.rosbridge.offering import OfferedServices
+from pipros.bridges.rosbridge.protocol import ClientProtocol, Level, Settings, response_to
+from pipros.bridges.rosbridge.publishing import CallLater, SharedPublishers
+from pipros.bridges.rosbridge.streams import TopicStream
+from pipros.bridges.shared_topics import SharedTopics
+from pipros.graph.services import service_class_of
+from pipros.net.master_client import MasterClient
+from pipros.net.workers import Workers
+from pipros.node import Node
+from pipros.node.service_client import OpenCalls, ServiceClient
+
+CALLS_AT_ONCE: Final = 64
+"""Maximum number of concurrent service calls of all clients; further ones wait."""
+CALLS_OF_A_CLIENT: Final = 256
+"""Maximum number of running and waiting calls of one client."""
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """Times in seconds.
+
+    Attributes:
+        unregister_s: how long a publisher stays after its last client.
+        call_s: maximum duration of a service call, in both directions.
+    """
+
+    unregister_s: float = 10.0
+    call_s: float = 600.0
+
+
+class Bridge:
+    """What the clients of a rosbridge server share."""
+
+    def __init__(
+        self,
+        node: Node,
+        call_later: CallLater,
+        settings: Settings | None = None,
+        timing: Timing | None = None,
+        limits: Limits | None = None,
+    ) -> None:
+        """`call_later` must not call in the event loop, because the functions may block."""
+        timing = timing or Timing()
+        self.node = node
+        self.limits = limits or node.limits
+        self.settings = settings or Settings()
+        self.call_later = call_later
+        self.call_s = timing.call_s
+        self.master = MasterClient(node.master.uri, node.name, timeout_s=MASTER_DEADLINE_S)
+        self.topics = SharedTopics(node)
+        self.encoder = Encoder(is_bson=self.settings.is_bson)
+        self.filler = Filler(lambda: node.clock.now_ns(), self.limits)
+        self.services = OfferedServices(node, self.filler, timing.call_s)
+        self.publishers = SharedPublishers(node, self.filler, self._type_of, call_later, timing.unregister_s)
+        self.calls = Workers("service calls of a bridge", CALLS_AT_ONCE)
+
+    def connect(self, outbox: Outbox) -> ClientSession:
+        """Return the session of a new client, which is sent what the outbox holds."""
+        return ClientSession(self, outbox)
+
+    def _type_of(self, topic: str) -> str | None:
+        """Return the type that the master knows for a topic, or None."""
+        kinds = (kind for name, kind in self.master.get_topic_types() if name == topic and kind != "*")
+        return next(kinds, None)
+
+    def close(self) -> None:
+        """End the services of clients, and make no more subscriptions."""
+        self.services.close()
+        self.topics.close()
+        self.calls.close()
+        self.master.close()
+
+
+class ClientSession:
+    """One client: its protocol, its outbox, and what it uses on the node.
+
+    `receive` and `receive_stream` may block, and are called by one thread at a time.
+
+    Attributes:
+        outbox: data for the client.
+        ended: why the client must be disconnected; empty otherwise.
+    """
+
+    def __init__(self, bridge: Bridge, outbox: Outbox) -> None:
+        self.outbox = outbox
+        self.ended = ""
+        self._bridge = bridge
+        self._node = bridge.node
+        self._protocol = ClientProtocol(bridge.settings, bridge.node.resolve, bridge.limits)
+        self._streams: dict[str, TopicStream] = {}
+        self._published: set[str] = set()
+        self._offered: dict[str, str] = {}  # global names by those of the client
+        self._calls = OpenCalls()
+        self._open_calls = 0
+        self._is_closed = False
+        self._lock = threading.Lock()
+        self._carry_out: Mapping[type, Callable[[Any], None]] = {
+            Reply: lambda effect: self._send(effect.operation),
+            TakeTopic: self._take,
+            LeaveTopic: self._leave,
+            Advertise: self._advertise,
+            Unadvertise: self._unadvertise,
+            Publish: self._publish,
+            CallService: self._call,
+            OfferService: self._offer,
+            WithdrawService: self._withdraw,
+            AnswerCall: self._answer,
+            Disconnect: self._disconnect,
+        }
+
+    def receive(self, data: str | bytes) -> None:
+        """Handle a frame."""
+        self._handle(self._protocol.receive(data))
+
+    def receive_stream(self, text: str) -> None:
+        """Handle a part of a stream of JSON objects."""
+        self._handle(self._protocol.receive_stream(text))
+
+    def close(self) -> None:
+        """End everything that the client uses. Callers of its services get an error."""
+        with self._lock:
+            self._is_closed = True
+        self._calls.interrupt()
+        for stream in list(self._streams.values()):
+            stream.close()
+        for service in list(self._offered.values()):
+            self._bridge.services.withdraw(self, service)
+        for topic in list(self._published):
+            self._bridge.publishers.release(self, topic)
+        self.outbox.close()
+
+    @property
+    def is_logged_in(self) -> bool:
+        """Whether the client needs no `auth`, or has sent it."""
+        return self._protocol.is_authenticated
+
+    @property
+    def topics(self) -> list[str]:
+        """The topics that the client takes, as it names them."""
+        return list(self._streams)
+
+    @property
+    def published(self) -> list[str]:
+        """The topics that the client publishes."""
+        return sorted(self._published)
+
+    def send_call(self, operation: Mapping[str, Any], request: Any) -> None:
+        """Send a call of an offered service, with the values of the request."""
+        self._send({**operation, "args": self._bridge.encoder.values_of(request)})
+
+    def _handle(self, effects: Iterator[Effect]) -> None:
+        for effect in effects:
+            if self.ended or self._is_closed:
+                return
+            try:
+                self._carry_out[type(effect)](effect)
+            except Exception as error:
+                if not isinstance(error, PiprosError):
+                    self._node.log.exception("an operation of a client failed")
+                self._refuse(getattr(effect, "operation", {}), str(error) or type(error).__name__)
+        if self._is_closed:  # `close` may have missed what this thread began
+            self.close()
+
+    def _refuse(self, operation: Mapping[str, Any], reason: str) -> None:
+        if operation.get("op") == "call_service":
+            self._send(response_to(operation, reason, is_success=False))
+        else:
+            self._status(f"{operation.get('op')}: {reason}", operation)
+
+    def _status(self, text: str, operation: Mapping[str, Any] | None = None) -> None:
+        for reply in self._protocol.status(Level.ERROR, text, operation):
+            self._send(reply.operation)
+
+    def _send(self, operation: Mapping[str, Any], fragment_size: int = 0) -> None:
+        frame = operation_frame(operation, is_bson=self._bridge.settings.is_bson)
+        self.outbox.answer(*fragment_frames(frame, fragment_size))
+
+    # -- topics -----------------------------------------------------------------------------
+
+    def _take(self, effect: TakeTopic) -> None:
+        bridge, topic = self._bridge, effect.topic
+        stream = self._streams.get(topic)
+        if stream is None:
+            stream = self._streams[topic] = TopicStream(
+                topic, bridge.topics, bridge.encoder, self.outbox, self._status, bridge.call_later
+            )
+        stream.take(effect.kind, effect.delivery)
+
+    def _leave(self, effect: LeaveTopic) -> None:
+        stream = self._streams.pop(effect.topic, None)
+        if stream is not None:
+            stream.close()
+
+    def _advertise(self, effect: Advertise) -> None:
+        topic = self._node.resolve(effect.topic)
+        self._bridge.publishers.advertise(
+            self, topic, effect.kind, latch=effect.latch, queue_size=effect.queue_size
+        )
+        self._published.add(topic)
+
+    def _unadvertise(self, effect: Unadvertise) -> None:
+        topic = self._node.resolve(effect.topic)
+        self._published.discard(topic)
+        self._bridge.publishers.release(self, topic)
+
+    def _publish(self, effect: Publish) -> None:
+        topic = self._node.resolve(effect.topic)
+        self._published.add(topic)
+        self._bridge.publishers.publish(
+            self, topic, effect.values, latch=effect.latch, queue_size=effect.queue_size
+        )
+
+    # -- services ---------------------------------------------------------------------------
+
+    def _call(self, effect: CallService) -> None:
+        with self._lock:
+            if self._open_calls >= CALLS_OF_A_CLIENT:
+                raise PiprosError(f"{CALLS_OF_A_CLIENT} calls of this client are open; wait until one ends")
+            self._open_calls += 1
+        self._bridge.calls.run(partial(self._call_now, effect))
+
+    def _call_now(self, effect: CallService) -> None:
+        """Call a service and send the response. Runs in a thread of its own."""
+        try:
+            values, is_success = self._response(effect), True
+        except Exception as error:
+            values, is_success = str(error) or type(error).__name__, False
+        finally:
+            with self._lock:
+                self._open_calls -= 1
+        if not self._is_closed:
+            response = response_to(effect.operation, values, is_success=is_success)
+            try:
+                self._send(response, effect.fragment_size)
+            except PiprosError as error:
+                self._send(response_to(effect.operation, str(error), is_success=False))
+
+    def _response(self, effect: CallService) -> Any:
+        service = self._node.resolve(effect.service)
+        master = self._bridge.master
+        service_class = service_class_of(master, service, self._calls)
+        request: Any = service_class._request_class()
+        self._bridge.filler.fill(request, effect.arguments)
+        client = ServiceClient(
+            service, service_class, master=lambda: master, calls=self._calls, limits=self._node.limits
+        )
+        return self._bridge.encoder.values_of(client.call(request, self._bridge.call_s))
+
+    def _offer(self, effect: OfferService) -> None:
+        service = self._node.resolve(effect.service)
+        self._bridge.services.offer(self, service, effect.kind, effect.service)
+        self._offered[effect.service] = service
+
+    def _withdraw(self, effect: WithdrawService) -> None:
+        service = self._offered.pop(effect.service, None)
+        if service is not None:
+            self._bridge.services.withdraw(self, service)
+
+    def _answer(self, effect: AnswerCall) -> None:
+        service = self._node.resolve(effect.service)
+        self._bridge.services.answer(self, service, effect.call, effect.values, is_success=effect.is_success)
+
+    def _disconnect(self, effect: Disconnect) -> None:
+        self.ended = effect.reason

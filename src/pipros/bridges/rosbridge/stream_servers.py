@@ -1,0 +1,250 @@
+"""rosbridge over plain TCP and UDP: JSON objects one after the other, or BSON documents over TCP."""
+
+from __future__ import annotations
+
+import asyncio
+import codecs
+import ipaddress
+import time
+from collections.abc import AsyncIterator, Callable
+from contextlib import suppress
+from typing import Any, Final
+
+from pipros.basics.errors import PiprosError
+from pipros.bridges.client import Wakeups
+from pipros.bridges.outbox import Outbox
+from pipros.bridges.rosbridge.server import BridgeRuntime, ClientTopics, ServerOptions
+from pipros.bridges.rosbridge.session import ClientSession
+from pipros.net.address import plain_address
+from pipros.node import Node
+from pipros.web.daemon_pool import DaemonPool
+
+CHUNK_BYTES: Final = 64 * 1024
+SILENT_S: Final = 600.0
+"""A UDP client that is silent for this long is forgotten, because UDP has no end of a connection."""
+WAITING_DATAGRAMS: Final = 100
+"""Maximum number of datagrams of a client that wait for earlier ones."""
+LARGEST_DATAGRAM: Final = 65_507
+_LENGTH_BYTES: Final = 4
+_SMALLEST_DOCUMENT: Final = 5
+
+
+class _Server:
+    """What both servers share: their loop and threads, and the list of their clients."""
+
+    def __init__(self, node: Node, options: ServerOptions) -> None:
+        self._options = options
+        self._runtime = BridgeRuntime(node, options)
+        self.bridge = self._runtime.bridge
+        self._limits = self._runtime.limits
+        self._topics = ClientTopics(node)
+        self._clients: dict[Any, tuple[str, float]] = {}
+        self._threads = DaemonPool("rosbridge client", self._limits.bridge_clients)
+        self._wakeups: Wakeups
+
+    def start(self) -> int:
+        """Open the port and return its number. May be called again after an error.
+
+        Raises:
+            OSError: the port is in use, or the address does not belong to this machine.
+        """
+        self._runtime.loop.start()
+        try:
+            port = self._runtime.loop.run(self._open())
+        except BaseException:
+            self._runtime.loop.stop()
+            raise
+        self._topics.report([])
+        return port
+
+    def close(self) -> None:
+        """Disconnect the clients and close the port."""
+        self._runtime.close(self._end())
+
+    async def _open(self) -> int:
+        raise NotImplementedError
+
+    async def _end(self) -> None:
+        raise NotImplementedError
+
+    def _connect(self, key: Any, host: str, wake: Callable[[], object]) -> ClientSession | None:
+        """Return the session of a new client; None if there are too many."""
+        if len(self._clients) >= self._limits.bridge_clients:
+            return None
+        self._clients[key] = f"{host}:0", time.time()
+        self._topics.report(list(self._clients.values()))
+        outbox = Outbox(self._limits.bridge_queue_bytes, lambda: self._wakeups.wake(wake))
+        return self.bridge.connect(outbox)
+
+    def _disconnect(self, key: Any, session: ClientSession) -> None:
+        self._threads.start(session.close)
+        del self._clients[key]
+        self._topics.report(list(self._clients.values()))
+
+
+class TcpServer(_Server):
+    """A rosbridge server for TCP on a node."""
+
+    async def _open(self) -> int:
+        self._wakeups = Wakeups(asyncio.get_running_loop())
+        self._server = await asyncio.start_server(
+            self._attend, self._options.host, self._options.port, limit=CHUNK_BYTES
+        )
+        port: int = self._server.sockets[0].getsockname()[1]
+        return port
+
+    async def _end(self) -> None:
+        self._server.close()
+
+    async def _attend(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Serve one client until it disconnects."""
+        has_data = asyncio.Event()
+        host = plain_address(str(writer.get_extra_info("peername")[0]))
+        session = self._connect(writer, host, has_data.set)
+        if session is None:
+            writer.close()
+            return
+        sender = asyncio.create_task(self._send(session.outbox, has_data, writer))
+        receive = self._receive_bson if self._options.settings.is_bson else self._receive_json
+        try:
+            async for _ in receive(session, reader):
+                if session.ended or sender.done():
+                    break
+        except (OSError, EOFError, ValueError, asyncio.TimeoutError):
+            pass
+        finally:
+            sender.cancel()
+            writer.transport.abort()
+            self._disconnect(writer, session)
+
+    async def _receive_json(
+        self, session: ClientSession, reader: asyncio.StreamReader
+    ) -> AsyncIterator[None]:
+        decoder = codecs.getincrementaldecoder("utf-8")("replace")
+        while data := await self._first_in_time(session, reader.read(CHUNK_BYTES)):
+            await self._threads.run(session.receive_stream, decoder.decode(data))
+            yield
+
+    async def _receive_bson(
+        self, session: ClientSession, reader: asyncio.StreamReader
+    ) -> AsyncIterator[None]:
+        while True:
+            head = await self._first_in_time(session, reader.readexactly(_LENGTH_BYTES))
+            size = int.from_bytes(head, "little")
+            if not _SMALLEST_DOCUMENT <= size <= self._limits.bridge_message_bytes:
+                return
+            parts = [head]
+            left = size - _LENGTH_BYTES
+            while left:
+                parts.append(await reader.read(min(left, CHUNK_BYTES)))
+                if not parts[-1]:
+                    return
+                left -= len(parts[-1])
+            await self._threads.run(session.receive, b"".join(parts))
+            yield
+
+    async def _first_in_time(self, session: ClientSession, read: Any) -> bytes:
+        """Read, within the time for a login if the client has not logged in."""
+        data: bytes = await asyncio.wait_for(read, None if session.is_logged_in else self._limits.login_s)
+        return data
+
+    async def _send(self, outbox: Outbox, has_data: asyncio.Event, writer: asyncio.StreamWriter) -> None:
+        """Write what the outbox holds. Ends the connection if the client does not read it."""
+        try:
+            while not outbox.is_overrun:
+                frames = outbox.pop()
+                if frames is None:
+                    await has_data.wait()
+                    has_data.clear()
+                    continue
+                for frame in frames:
+                    writer.writelines(frame.parts)
+                await asyncio.wait_for(writer.drain(), self._limits.bridge_stall_s)
+        except (OSError, asyncio.TimeoutError):
+            pass
+        writer.transport.abort()
+
+
+class NotLoopback(PiprosError):
+    """UDP is requested for other machines: it could not tell one from another."""
+
+
+class UdpServer(_Server):
+    """A rosbridge server for UDP on a node, for clients on this machine only. Each address is a client."""
+
+    def __init__(self, node: Node, options: ServerOptions) -> None:
+        """Raises `NotLoopback` for any other address than one of loopback."""
+        if options.host != "localhost" and not _is_loopback(options.host):
+            raise NotLoopback(f"UDP serves this machine only; address must be 127.0.0.1, got {options.host}")
+        super().__init__(node, options)
+        self._known: dict[Any, _UdpClient] = {}
+
+    async def _open(self) -> int:
+        loop = asyncio.get_running_loop()
+        self._wakeups = Wakeups(loop)
+        address = self._options.host, self._options.port
+        self._transport, _ = await loop.create_datagram_endpoint(lambda: _Datagrams(self), address)
+        port: int = self._transport.get_extra_info("sockname")[1]
+        return port
+
+    async def _end(self) -> None:
+        self._transport.close()
+        for client in list(self._known.values()):
+            client.task.cancel()
+
+    def take(self, data: bytes, address: Any) -> None:
+        """Handle a datagram. Called in the event loop."""
+        client = self._known.get(address)
+        if client is None:
+            client = _UdpClient()
+            session = self._connect(client, str(address[0]), lambda: self._flush(address))
+            if session is None:
+                return
+            client.session = session
+            client.task = asyncio.create_task(self._attend(client, address))
+            self._known[address] = client
+        with suppress(asyncio.QueueFull):
+            client.datagrams.put_nowait(data)
+
+    async def _attend(self, client: _UdpClient, address: Any) -> None:
+        try:
+            while not client.session.ended:
+                data = await asyncio.wait_for(client.datagrams.get(), SILENT_S)
+                await self._threads.run(client.session.receive_stream, data.decode(errors="replace"))
+        except asyncio.TimeoutError:
+            pass
+        finally:
+            del self._known[address]
+            self._disconnect(client, client.session)
+
+    def _flush(self, address: Any) -> None:
+        client = self._known.get(address)
+        while client is not None and (frames := client.session.outbox.pop()) is not None:
+            for frame in frames:
+                if frame.size <= LARGEST_DATAGRAM:
+                    self._transport.sendto(b"".join(frame.parts), address)
+
+
+class _UdpClient:
+    """A client and the datagrams that it has sent."""
+
+    session: ClientSession
+    task: asyncio.Task[None]
+
+    def __init__(self) -> None:
+        self.datagrams: asyncio.Queue[bytes] = asyncio.Queue(WAITING_DATAGRAMS)
+
+
+class _Datagrams(asyncio.DatagramProtocol):
+    def __init__(self, server: UdpServer) -> None:
+        self._server = server
+
+    def datagram_received(self, data: bytes, addr: Any) -> None:
+        self._server.take(data, addr)
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False

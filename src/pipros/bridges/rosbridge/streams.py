@@ -1,0 +1,147 @@
+"""The messages of one topic for one client: encoded, throttled and queued."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Final
+
+from pipros.basics.errors import PiprosError
+from pipros.bridges.outbox import Outbox
+from pipros.bridges.rosbridge.effects import Delivery
+from pipros.bridges.rosbridge.encoding import Encoder
+from pipros.bridges.rosbridge.publishing import CallLater
+from pipros.bridges.shared_topics import SharedTopics, Taken, TopicMessage
+
+REPORTED_ERRORS: Final = 10
+"""Maximum number of different errors that are reported for one topic."""
+
+
+class TopicStream:
+    """Passes the messages of a topic to a client's outbox. Messages arrive in the threads of links.
+
+    With `throttle_s`, at most one message is sent in that time. Those that come too early are dropped, or the
+    newest `queue_length` wait.
+    """
+
+    def __init__(
+        self,
+        topic: str,
+        topics: SharedTopics,
+        encoder: Encoder,
+        outbox: Outbox,
+        on_error: Callable[[str], object],
+        call_later: CallLater,
+    ) -> None:
+        self._topic = topic
+        self._topics = topics
+        self._encoder = encoder
+        self._outbox = outbox
+        self._on_error = on_error
+        self._call_later = call_later
+        self._delivery = Delivery()
+        self._taken: list[Taken] = []
+        self._newest: TopicMessage | None = None
+        self._waiting: deque[TopicMessage] = deque()
+        self._due_s = 0.0
+        self._is_waking = False
+        self._is_closed = False
+        self._errors: set[str] = set()
+        self._lock = threading.Lock()
+
+    def take(self, kind: str | None, delivery: Delivery) -> None:
+        """Begin, or change the delivery. A latched message comes again, for the new subscription.
+
+        Raises:
+            PiprosError: the topic's name is invalid, or there are too many topics.
+        """
+        self._outbox.open(self._topic, delivery.queue_length)
+        is_first: list[bool] = [True]
+
+        def on_message(message: TopicMessage) -> None:
+            is_new, is_first[0] = is_first[0], False
+            self._on_message(message, is_new=is_new)
+
+        taken = self._topics.take(self._topic, kind, on_message, lambda error: self._report(str(error)))
+        with self._lock:
+            self._delivery = delivery
+            self._taken.append(taken)
+
+    def close(self) -> None:
+        """Send nothing more."""
+        with self._lock:
+            self._is_closed = True
+            self._waiting.clear()
+            taken, self._taken = self._taken, []
+        for each in taken:
+            each.close()
+            self._encoder.forget(each.topic)
+        self._outbox.forget(self._topic)
+
+    def _on_message(self, message: TopicMessage, *, is_new: bool) -> None:
+        with self._lock:
+            # While a subscription is replaced, both receive the messages.
+            if message is self._newest and not (is_new and message.is_latched):
+                return
+            self._newest = message
+            replaced = self._replaced()
+            delivery = self._delivery
+            is_due = not delivery.throttle_s or self._may_send(message, delivery)
+        for each in replaced:
+            each.close()
+        if is_due:
+            self._send(message, delivery)
+
+    def _replaced(self) -> list[Taken]:
+        """Remove and return the subscriptions that a newer one has replaced."""
+        if len(self._taken) < 2 or self._taken[-1].subscriber is None:
+            return []
+        replaced, self._taken = self._taken[:-1], self._taken[-1:]
+        return replaced
+
+    def _may_send(self, message: TopicMessage, delivery: Delivery) -> bool:
+        """Return whether a message may be sent now; otherwise drop it or let it wait."""
+        now_s = time.monotonic()
+        if now_s >= self._due_s and not self._waiting:
+            self._due_s = now_s + delivery.throttle_s
+            return True
+        if delivery.queue_length:
+            while len(self._waiting) >= delivery.queue_length:
+                self._waiting.popleft()
+            self._waiting.append(message)
+            self._wake_later(self._due_s - now_s)
+        return False
+
+    def _wake_later(self, delay_s: float) -> None:
+        if not self._is_waking:
+            self._is_waking = True
+            self._call_later(max(delay_s, 0.0), self._wake)
+
+    def _wake(self) -> None:
+        """Send the next message that waits."""
+        with self._lock:
+            self._is_waking = False
+            if self._is_closed or not self._waiting:
+                return
+            message, delivery = self._waiting.popleft(), self._delivery
+            self._due_s = time.monotonic() + delivery.throttle_s
+            if self._waiting:
+                self._wake_later(delivery.throttle_s)
+        self._send(message, delivery)
+
+    def _send(self, message: TopicMessage, delivery: Delivery) -> None:
+        try:
+            frames = self._encoder.encoded(message).frames(
+                delivery.encoding, self._topic, delivery.fragment_size
+            )
+        except PiprosError as error:
+            self._report(f"[{self._topic}]: {error}")
+        else:
+            self._outbox.put(self._topic, *frames)
+
+    def _report(self, text: str) -> None:
+        if text not in self._errors and len(self._errors) < REPORTED_ERRORS:
+            self._errors.add(text)
+            self._on_error(text)

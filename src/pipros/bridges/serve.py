@@ -1,0 +1,169 @@
+"""Programs that run bridges until they are ended: the node, the event loop and the port."""
+
+from __future__ import annotations
+
+import contextlib
+import ipaddress
+import socket
+import ssl
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.interruptible_wait import OnceEvent
+from pipros.bridges.admission import Admission
+from pipros.bridges.door import Door, Handler
+from pipros.net.loop import BackgroundLoop
+from pipros.node import Node
+from pipros.node.start_params import is_on
+from pipros.web.secret import Secret
+from pipros.web.serve_page import EVERYWHERE, ServerFailed, fingerprint_of, set_by_signals, tls_context
+from pipros.web.server import PageServer
+from pipros.web.token_file import read_tokens
+
+CLOSING_S: Final = 0.4
+ENDING_S: Final = 0.1
+"""How long connections, and then each of threads and tasks, can delay the end of the process."""
+
+
+@dataclass(frozen=True, slots=True)
+class DoorOptions:
+    """Where a program listens, and for whom.
+
+    Attributes:
+        tool: name of the program in its messages.
+        host: address to listen on.
+        port: port to listen on; 0 selects a free one.
+        certificate, key: PEM files for TLS.
+        token_file: file of tokens, of which clients must present one; None lets every client enter.
+        origins: origins of pages that may connect besides those of this machine; `*` is any.
+        allows_null_origin: whether pages without an origin may connect.
+        has_control: whether clients may change the system.
+    """
+
+    tool: str
+    port: int
+    host: str = "127.0.0.1"
+    certificate: str | None = None
+    key: str | None = None
+    token_file: str | None = None
+    origins: Sequence[str] = ()
+    allows_null_origin: bool = False
+    has_control: bool = False
+
+    @property
+    def is_local(self) -> bool:
+        """Whether only this machine can connect."""
+        host = self.host.strip("[]")
+        try:
+            return host == "localhost" or ipaddress.ip_address(host).is_loopback
+        except ValueError:
+            return False
+
+    @property
+    def shown_host(self) -> str:
+        """The host in addresses that are printed."""
+        host = self.host.strip("[]")
+        return "localhost" if self.is_local else f"[{host}]" if ":" in host else host
+
+
+class Protocols(Protocol):
+    """The protocols of a program."""
+
+    @property
+    def page(self) -> PageServer | None:
+        """The page on the same port, if any."""
+
+    def handlers(self) -> Mapping[str, Handler]:
+        """Return a handler for each subprotocol. Called once, before `start`."""
+
+    def start(self) -> None:
+        """Start threads. Called in the event loop, once the port is open."""
+
+    def close(self) -> None:
+        """End them, in any thread."""
+
+
+def serve(
+    node: Node,
+    options: DoorOptions,
+    make: Callable[[Node, BackgroundLoop], Protocols],
+    secret: Secret | None,
+) -> int:
+    """Run a node and serve clients until Ctrl-C, SIGTERM or the end of the node.
+
+    Args:
+        make: returns the protocols.
+        secret: its token is required of all clients; None lets every client enter.
+
+    Raises:
+        ServerFailed: the port is in use, or the certificate cannot be read.
+    """
+    admission = Admission(secret, options.origins, options.allows_null_origin)
+    tls = tls_context(options.certificate, options.key)
+    over = OnceEvent()
+    loop = BackgroundLoop(options.tool)
+    with set_by_signals(over), node:
+        node.on_shutdown(over.set)
+        with contextlib.suppress(PiprosError):  # it continues without a master
+            if is_on(node, "/use_sim_time"):
+                node.use_simulated_time()
+        loop.start()
+        protocols = make(node, loop)
+        door = Door(protocols.handlers(), admission, protocols.page, limits=node.limits)
+        try:
+            loop.run(_open(door, options, protocols, tls))
+            _announce(options, door.port, protocols.page, secret)
+            over.wait()
+        except OSError as error:
+            reason = error.strerror or error
+            raise ServerFailed(f"cannot listen at {options.host}:{options.port}: {reason}") from None
+        finally:
+            ending = threading.Thread(target=protocols.close, name="end of the protocols", daemon=True)
+            end_s = time.monotonic() + CLOSING_S
+            ending.start()
+            with contextlib.suppress(TimeoutError):
+                loop.run(door.close(), CLOSING_S)
+            ending.join(max(end_s - time.monotonic(), ENDING_S))
+            loop.stop(ENDING_S)
+    return 0
+
+
+def secret_of(options: DoorOptions) -> Secret | None:
+    """Return the secret of the token file; None without one.
+
+    Raises:
+        BadTokenFile: the tokens cannot be read.
+    """
+    return Secret(tokens=read_tokens(options.token_file)) if options.token_file is not None else None
+
+
+async def _open(door: Door, options: DoorOptions, protocols: Protocols, tls: ssl.SSLContext | None) -> None:
+    names = () if options.is_local else (options.shown_host.lower(), socket.gethostname().lower())
+    await door.open(options.host.strip("[]"), options.port, names=names, tls=tls)
+    protocols.start()
+
+
+def _announce(options: DoorOptions, port: int, page: PageServer | None, secret: Secret | None) -> None:
+    shown = options.shown_host
+    scheme = "ws" if options.certificate is None else "wss"
+    if page is not None:
+        reachable = "localhost" if options.host in EVERYWHERE else shown
+        print(f"{options.tool}: {page.access.url(reachable)}")
+    path = "" if secret is None else "/TOKEN" if options.token_file is not None else f"/{secret.token}"
+    print(f"{options.tool}: {scheme}://{shown}:{port}{path}", flush=True)
+    if not options.has_control:
+        print("Clients can only read. With --control they can also change the system.", file=sys.stderr)
+    if options.is_local:
+        return
+    if secret is None:
+        what = "see and change" if options.has_control else "see"
+        print(f"Everyone on this network can {what} the system; --token-file restricts it.", file=sys.stderr)
+    if options.certificate is None:
+        print("The connection is not encrypted; --cert and --key encrypt it.", file=sys.stderr)
+    elif fingerprint := fingerprint_of(options.certificate):
+        print(f"Encrypted with TLS; the certificate's SHA-256 fingerprint is {fingerprint}.", file=sys.stderr)

@@ -1,0 +1,97 @@
+"""Program that serves the page, rosbridge and Foxglove on one port."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from pipros.basics.errors import PiprosError
+from pipros.bridges.door import Handler
+from pipros.bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
+from pipros.bridges.rosapi import RosApi
+from pipros.bridges.rosbridge.protocol import Settings
+from pipros.bridges.rosbridge.server import RosbridgeHandler
+from pipros.bridges.rosbridge.session import Bridge
+from pipros.bridges.serve import DoorOptions, secret_of, serve
+from pipros.graph.client import GraphClient
+from pipros.graph.services import type_of
+from pipros.net.loop import BackgroundLoop
+from pipros.net.workers import Workers
+from pipros.node import Node
+from pipros.web.secret import Secret
+from pipros.web.serve_page import CHANGING, services
+from pipros.web.server import PageServer
+from pipros.web.watched_system import MASTER_DEADLINE_S, WatchedSystem
+
+ROSAPI = "rosapi"
+
+
+class AllProtocols:
+    """What `pipros serve` offers, for `pipros.bridges.serve.serve`."""
+
+    def __init__(
+        self,
+        node: Node,
+        loop: BackgroundLoop,
+        graph: GraphClient,
+        secret: Secret | None,
+        *,
+        has_control: bool,
+    ) -> None:
+        """`secret` is that of the page; None makes one for it."""
+        self._node = node
+        self._loop = loop
+        self._system = WatchedSystem(graph, node)
+        self._workers = Workers("timers of a bridge")
+        self._rosapi: Node | None = None
+        self.page = PageServer(services(self._system, CHANGING if has_control else frozenset()), secret)
+        self._foxglove = FoxgloveHandler(node, loop, Rules(has_control=has_control))
+        self._bridge = Bridge(node, self._call_later, Settings(has_control=has_control))
+
+    def handlers(self) -> Mapping[str, Handler]:
+        return {**dict.fromkeys(SUBPROTOCOLS, self._foxglove), "": RosbridgeHandler(self._bridge)}
+
+    def start(self) -> None:
+        self._system.start()
+        self._foxglove.start()
+        self._workers.run(self._serve_rosapi)
+
+    def close(self) -> None:
+        self._foxglove.close()
+        self._bridge.close()
+        self._system.close()
+        self._workers.close()
+        if self._rosapi is not None:
+            self._rosapi.shutdown()
+
+    def _serve_rosapi(self) -> None:
+        """Offer the services that clients of rosbridge need, unless another node does. Blocks."""
+        try:
+            if type_of(self._node.master, f"/{ROSAPI}/topics") is not None:
+                return
+        except PiprosError:  # it does not answer any more, or the master is away
+            pass
+        self._rosapi = Node(ROSAPI, environment=self._node.environment)
+        self._rosapi.start()
+        RosApi(self._rosapi).serve()
+
+    def _call_later(self, delay_s: float, function: Callable[[], object]) -> None:
+        self._loop.call(self._schedule, delay_s, function)
+
+    def _schedule(self, delay_s: float, function: Callable[[], object]) -> None:
+        self._loop.asyncio.call_later(delay_s, self._workers.run, function)
+
+
+def serve_all(node: Node, options: DoorOptions) -> int:
+    """Serve the page, rosbridge and Foxglove until Ctrl-C; see `pipros.bridges.serve.serve`.
+
+    On a network all clients need a token: one of the file, or else that of the page.
+    """
+    secret = secret_of(options)
+    if secret is None and not options.is_local:
+        secret = Secret()
+    with GraphClient(options.tool.replace(" ", "_"), timeout_s=MASTER_DEADLINE_S) as graph:
+
+        def make(node: Node, loop: BackgroundLoop) -> AllProtocols:
+            return AllProtocols(node, loop, graph, secret, has_control=options.has_control)
+
+        return serve(node, options, make, secret)

@@ -1,0 +1,82 @@
+"""`pipros clients`: lists the clients of a bridge, and what each of them receives, publishes and has lost."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from pipros.cli.runner import CommandError, option_parser, run
+from pipros.cli.serve import PORT
+
+TIMEOUT_S = 10.0
+LIMIT_BYTES = 16 * 1024 * 1024
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    return run(lambda: _main(sys.argv[1:] if argv is None else argv))
+
+
+def _main(argv: Sequence[str]) -> int:
+    parser = option_parser("pipros clients", "[HOST:PORT] [options]")
+    parser.add_option("--token-file", metavar="FILE", help="the tokens of the server")
+    parser.add_option("--token", help="its token; other users of this machine can read command lines")
+    parser.add_option("--cert", metavar="FILE", help="the certificate of a server with TLS")
+    options, arguments = parser.parse_args(list(argv))
+    if len(arguments) > 1:
+        parser.error(f"unexpected argument: {arguments[1]}")
+    place = arguments[0] if arguments else f"localhost:{PORT}"
+    token = options.token
+    if options.token_file:
+        from pipros.web.token_file import read_tokens
+
+        token = read_tokens(options.token_file)[0]
+    rows = _clients(place, token, options.cert)
+    print(f"{len(rows)} client{'' if len(rows) == 1 else 's'}")
+    for row in rows:
+        print("\n".join(_lines(row)))
+    return 0
+
+
+def _clients(place: str, token: str | None, certificate: str | None) -> list[Mapping[str, Any]]:
+    """Return the rows of `GET /clients`."""
+    import contextlib
+    import http.client
+    import json
+    import ssl
+
+    headers = {} if token is None else {"Authorization": f"Bearer {token}"}
+    try:
+        if certificate is None:
+            connection = http.client.HTTPConnection(place, timeout=TIMEOUT_S)
+        else:
+            context = ssl.create_default_context(cafile=certificate)
+            connection = http.client.HTTPSConnection(place, timeout=TIMEOUT_S, context=context)
+        with contextlib.closing(connection):
+            connection.request("GET", "/clients", headers=headers)
+            answer = connection.getresponse()
+            text = answer.read(LIMIT_BYTES).decode("utf-8", "replace")
+        if answer.status != http.HTTPStatus.OK:
+            raise CommandError(f"{place} refuses: {text}")
+        rows: list[Mapping[str, Any]] = json.loads(text)
+    except (OSError, ValueError, http.client.HTTPException) as error:
+        raise CommandError(f"no bridge answers at {place}: {error}") from None
+    return rows
+
+
+def _lines(row: Mapping[str, Any]) -> Iterator[str]:
+    from pipros.basics.printable import printable
+
+    agent = f" ({printable(row['agent'], 60)})" if row["agent"] else ""
+    yield f"\n{row['number']}: {row['protocol']} from {row['address']}{agent}"
+    for topic, traffic in row["topics"].items():
+        yield f"  receives {printable(topic)}: {_traffic(traffic)}"
+    for topic in row["publishes"]:
+        yield f"  publishes {printable(topic)}"
+    waiting = f"; {row['waiting_bytes']} bytes wait" if row["waiting_bytes"] else ""
+    yield f"  sent in all: {_traffic(row['sent'])}{waiting}"
+
+
+def _traffic(counts: Mapping[str, int]) -> str:
+    lost = f", {counts['lost']} lost" if counts["lost"] else ""
+    return f"{counts['messages']} messages, {counts['bytes']} bytes{lost}"

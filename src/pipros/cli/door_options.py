@@ -1,0 +1,49 @@
+"""Options of the commands that serve clients over WebSockets."""
+
+from __future__ import annotations
+
+from optparse import OptionParser
+from typing import TYPE_CHECKING, Any
+
+from pipros.cli.page_command import bind_address
+from pipros.cli.runner import add_flag
+
+if TYPE_CHECKING:
+    from pipros.bridges.serve import DoorOptions
+
+
+def add_door_options(parser: OptionParser, port: int) -> None:
+    """Add the options to a parser; `port` is the default."""
+    parser.add_option("--port", type="int", default=port, help=f"the port ({port}); 0 selects a free one")
+    parser.add_option("--bind", metavar="HOST[:PORT]", default="127.0.0.1", help="where to listen (loopback)")
+    parser.add_option("--cert", metavar="FILE", help="a certificate: serve with TLS")
+    parser.add_option("--key", metavar="FILE", help="its private key, if not in the same file")
+    add_flag(parser, "--control", help="let clients change the system")
+    parser.add_option(
+        "--token-file", metavar="FILE", help="tokens, one per line; clients must present one of them"
+    )
+    parser.add_option(
+        "--origin",
+        metavar="URL",
+        action="append",
+        help="let pages of this origin connect, such as https://app.example.org; may be repeated",
+    )
+
+
+def door_options(tool: str, options: Any) -> DoorOptions:
+    """Return the values of these options."""
+    from pipros.bridges.serve import DoorOptions
+
+    host, port = bind_address(options.bind)
+    origins = options.origin or []
+    return DoorOptions(
+        tool,
+        port or options.port,
+        host,
+        options.cert,
+        options.key,
+        options.token_file,
+        [origin for origin in origins if origin != "null"],
+        "null" in origins,
+        bool(options.control),
+    )

@@ -1,0 +1,127 @@
+"""`pipros foxglove`: serves the running system to Foxglove and Lichtblick; and the node `foxglove_bridge`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from pipros.cli.door_options import add_door_options, door_options
+from pipros.cli.page_command import without_remappings
+from pipros.cli.runner import CommandError, option_parser, run
+
+if TYPE_CHECKING:
+    from pipros.node import Node
+
+PORT = 8765
+MAX_UPDATE_MS = 5000
+BUFFER_BYTES = 10_000_000
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    return run(lambda: _main(sys.argv[1:] if argv is None else argv))
+
+
+def _main(argv: Sequence[str]) -> int:
+    parser = option_parser("pipros foxglove", "[options]")
+    add_door_options(parser, PORT)
+    for name, what in (("topic", "topics"), ("service", "services"), ("param", "parameters")):
+        parser.add_option(
+            f"--{name}",
+            metavar="REGEX",
+            action="append",
+            help=f"the {what} that clients may use (all); may be repeated",
+        )
+    parser.add_option(
+        "--max-update-ms",
+        metavar="MS",
+        type="int",
+        default=MAX_UPDATE_MS,
+        help="longest interval of looks at the graph",
+    )
+    options, arguments = parser.parse_args(without_remappings(argv))
+    if arguments:
+        parser.error(f"unexpected argument: {arguments[0]}")
+    from pipros.bridges.foxglove.handler import Rules
+    from pipros.bridges.foxglove.serve import compiled, serve_foxglove
+    from pipros.node import Node
+
+    rules = Rules(
+        compiled(options.topic or [".*"]),
+        compiled(options.service or [".*"]),
+        compiled(options.param or [".*"]),
+        has_control=bool(options.control),
+        longest_look_s=options.max_update_ms / 1000,
+    )
+    node = Node("foxglove_bridge", anonymous=True, argv=argv)
+    return serve_foxglove(node, door_options("pipros foxglove", options), rules)
+
+
+def node_main(argv: Sequence[str] | None = None) -> int:
+    """Run the node of foxglove_bridge.launch, whose private parameters are those of Noetic's."""
+    return run(lambda: _node_main(sys.argv if argv is None else argv))
+
+
+def _node_main(argv: Sequence[str]) -> int:
+    from pipros.basics.limits import process_limits
+    from pipros.bridges.foxglove.handler import CAPABILITIES, Rules
+    from pipros.bridges.foxglove.serve import compiled, serve_foxglove
+    from pipros.bridges.serve import DoorOptions
+    from pipros.node import Node
+
+    given = _PrivateParameters(Node("foxglove_bridge", argv=argv))
+    limits = process_limits()._replace(
+        bridge_queue_bytes=max(1, given.number("send_buffer_limit", BUFFER_BYTES))
+    )
+    has_tls = bool(given.get("tls", False))
+    options = DoorOptions(
+        "foxglove_bridge",
+        given.number("port", PORT),
+        given.text("address", "127.0.0.1"),
+        given.text("certfile", "") if has_tls else None,
+        given.text("keyfile", "") or None if has_tls else None,
+        given.text("token_file", "") or None,
+        given.texts("origins", []),
+        has_control=True,
+    )
+    everything = [".*"]
+    rules = Rules(
+        compiled(given.texts("topic_whitelist", everything)),
+        compiled(given.texts("service_whitelist", everything)),
+        compiled(given.texts("param_whitelist", everything)),
+        has_control=True,
+        capabilities=given.texts("capabilities", list(CAPABILITIES)),
+        longest_look_s=given.number("max_update_ms", MAX_UPDATE_MS) / 1000,
+    )
+    return serve_foxglove(Node("foxglove_bridge", argv=argv, limits=limits), options, rules)
+
+
+class _PrivateParameters:
+    """The private parameters of a node that has not started."""
+
+    def __init__(self, node: Node) -> None:
+        from pipros.node.start_params import set_private_params
+
+        set_private_params(node)
+        self._node = node
+
+    def get(self, name: str, default: Any) -> Any:
+        try:
+            return self._node.params.get(f"~{name}")
+        except LookupError:
+            return default
+
+    def text(self, name: str, default: str) -> str:
+        return str(self.get(name, default))
+
+    def number(self, name: str, default: int) -> int:
+        value = self.get(name, default)
+        if not isinstance(value, (int, float)) or isinstance(value, bool) or value < 0:
+            raise CommandError(f"parameter ~{name} must be a number >= 0, got {value!r}")
+        return int(value)
+
+    def texts(self, name: str, default: list[str]) -> list[str]:
+        value = self.get(name, default)
+        if not isinstance(value, list) or not all(isinstance(each, str) for each in value):
+            raise CommandError(f"parameter ~{name} must be a list of strings, got {value!r}")
+        return value

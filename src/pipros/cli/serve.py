@@ -1,0 +1,28 @@
+"""`pipros serve`: the page, rosbridge and Foxglove on one port."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from pipros.cli.door_options import add_door_options, door_options
+from pipros.cli.page_command import without_remappings
+from pipros.cli.runner import option_parser, run
+
+PORT = 9090
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    return run(lambda: _main(sys.argv[1:] if argv is None else argv))
+
+
+def _main(argv: Sequence[str]) -> int:
+    parser = option_parser("pipros serve", "[options]")
+    add_door_options(parser, PORT)
+    options, arguments = parser.parse_args(without_remappings(argv))
+    if arguments:
+        parser.error(f"unexpected argument: {arguments[0]}")
+    from pipros.bridges.serve_all import serve_all
+    from pipros.node import Node
+
+    return serve_all(Node("pipros_serve", anonymous=True, argv=argv), door_options("pipros serve", options))

@@ -1,0 +1,38 @@
+"""The page in examples/browser, opened as a file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from playwright.sync_api import Browser, expect
+
+from pipros.basics.env import Environment
+from pipros.msg import load_message_class
+from pipros.node import Node
+from tests.support.environments import REPOSITORY
+from tests.support.nodes import Inbox
+from tests.support.ros import RosSystem
+from tests.support.rosbridge import rosbridge_server
+
+STRING: Any = load_message_class("std_msgs/String")
+
+
+def test_the_example_shows_and_publishes_messages(chromium: Browser, ros: RosSystem) -> None:
+    ros.serve_master()
+    environment = Environment(master_uri=ros.master_uri)
+    inbox = Inbox()
+    with (
+        Node("bridge", environment=environment) as bridge,
+        Node("robot", environment=environment) as robot,
+        rosbridge_server(bridge) as url,
+    ):
+        robot.advertise("/chatter", STRING, latch=True).publish(STRING("from the robot"))
+        robot.subscribe("/chatter", STRING, inbox)
+        tab = chromium.new_page()
+        tab.goto(f"file://{REPOSITORY}/examples/browser/index.html?bridge={url}")
+        expect(tab.locator("li")).to_have_text(["from the robot"])
+        tab.locator("input").fill("from the page")
+        tab.locator("button").click()
+        expect(tab.locator("li").first).to_have_text("from the page")
+        assert inbox.wait(2)[-1].data == "from the page"
+        tab.close()

@@ -1,0 +1,133 @@
+"""Topics of a bridge, with real nodes."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+import pytest
+
+from pipros.basics.errors import InvalidName, LimitExceeded, PiprosError
+from pipros.basics.limits import Limits
+from pipros.bridges.shared_topics import SharedTopics, TopicMessage, WrongType
+from pipros.master.master import Master
+from pipros.msg import load_message_class
+from tests.support.nodes import MakeNode
+from tests.support.waiting import wait_until
+
+String = load_message_class("std_msgs/String")
+
+
+def subscribers_of(master: Master, topic: str) -> list[str]:
+    return list(dict(master.registry.system_state()[1]).get(topic, []))
+
+
+@pytest.fixture
+def topics(make_node: MakeNode) -> SharedTopics:
+    return SharedTopics(make_node("bridge"))
+
+
+def text_of(message: TopicMessage) -> str:
+    return message.body[4:].decode()
+
+
+def test_all_takers_share_one_subscription_and_its_messages(
+    topics: SharedTopics, make_node: MakeNode
+) -> None:
+    publisher = make_node("talker").advertise("/chatter", String)
+    first: list[TopicMessage] = []
+    second: list[TopicMessage] = []
+    taken = [topics.take("chatter", None, first.append), topics.take("/chatter", None, second.append)]
+    wait_until(lambda: publisher.connection_count == 1 and topics.counts() == {"/chatter": 2})
+
+    wait_until(lambda: publisher.publish(String("hello")) or (first and second))
+    assert text_of(first[-1]) == "hello"
+    assert any(message in second for message in first)  # the same object
+    assert first[-1].header["type"] == "std_msgs/String"
+    assert first[-1].header["callerid"] == "/talker"
+    assert topics.type_of("/chatter") == "std_msgs/String"
+
+    taken[0].close()
+    wait_until(lambda: topics.counts() == {"/chatter": 1})
+    assert publisher.connection_count == 1
+    taken[1].close()
+    taken[1].close()
+    wait_until(lambda: publisher.connection_count == 0)
+    wait_until(lambda: not topics.counts())
+
+
+def test_later_takers_get_the_last_message_of_each_latching_publisher(
+    topics: SharedTopics, make_node: MakeNode
+) -> None:
+    for name in "ab":
+        publisher = make_node(name).advertise("/map", String, latch=True)
+        publisher.publish(String("old"))
+        publisher.publish(String(name))
+    first: list[str] = []
+    topics.take("/map", "std_msgs/String", lambda message: first.append(text_of(message)))
+    wait_until(lambda: sorted(first) == ["a", "b"])
+
+    later: list[TopicMessage] = []
+    topics.take("/map", None, later.append)
+    wait_until(lambda: sorted(map(text_of, later)) == ["a", "b"])
+    assert all(message.is_latched for message in later)
+
+
+def test_a_taker_of_another_type_gets_one_error_and_no_message(
+    topics: SharedTopics, make_node: MakeNode
+) -> None:
+    publisher = make_node("talker").advertise("/chatter", String)
+    messages: list[TopicMessage] = []
+    wrong: list[TopicMessage] = []
+    errors: list[PiprosError] = []
+    topics.take("/chatter", "std_msgs/Int32", wrong.append, errors.append)
+    topics.take("/chatter", "std_msgs/String", messages.append)
+    wait_until(lambda: publisher.publish(String("x")) or len(messages) > 3)
+
+    assert not wrong
+    assert [str(error) for error in errors] == [
+        "[/chatter]: /talker publishes [std_msgs/String], which is not [std_msgs/Int32]"
+    ]
+    assert isinstance(errors[0], WrongType)
+
+
+def test_a_failing_taker_does_not_harm_the_others(topics: SharedTopics, make_node: MakeNode) -> None:
+    publisher = make_node("talker").advertise("/chatter", String)
+    messages: list[TopicMessage] = []
+    topics.take("/chatter", None, lambda _: 1 / 0)
+    topics.take("/chatter", None, messages.append)
+    wait_until(lambda: publisher.publish(String("x")) or len(messages) > 1)
+
+
+def test_taking_returns_at_once_if_the_master_does_not(make_node: MakeNode, master: Master) -> None:
+    node = make_node("bridge")
+    topics = SharedTopics(node)
+    is_held = threading.Event()
+    ask = node.master.register_subscriber
+
+    def hang(*args: str) -> list[str]:
+        is_held.wait(20)
+        return ask(*args)
+
+    node.master.register_subscriber = hang  # type: ignore[method-assign]
+    taken = topics.take("/chatter", None, list[TopicMessage]().append)
+    taken.close()
+    is_held.set()
+    wait_until(lambda: not topics.counts())
+
+
+def test_the_type_of_a_silent_topic_is_known_by_the_master(topics: SharedTopics, make_node: MakeNode) -> None:
+    make_node("talker").advertise("/chatter", String)
+    assert topics.type_of("chatter") == "std_msgs/String"
+    assert topics.type_of("nothing") is None
+
+
+def test_the_number_of_topics_is_limited(make_node: MakeNode) -> None:
+    topics = SharedTopics(make_node("bridge", limits=Limits(bridge_topics=1)))
+    ignore: Callable[[TopicMessage], object] = list[TopicMessage]().append
+    topics.take("/a", None, ignore)
+    topics.take("/a", None, ignore)
+    with pytest.raises(LimitExceeded, match="bridge_topics"):
+        topics.take("/b", None, ignore)
+    with pytest.raises(InvalidName):
+        topics.take("not a name", None, ignore)

@@ -1,0 +1,48 @@
+"""A client of rosbridge and a node of genuine roscpp: topics and services in both directions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cbor2
+
+from pipros.basics.env import Environment
+from pipros.node import Node
+from tests.support.ros import RosSystem
+from tests.support.rosbridge import RosbridgeClient, rosbridge_server
+from tests.support.roscpp import compile_program
+
+SOURCE = Path(__file__).parent / "programs" / "web_robot.cpp"
+
+
+def test_a_client_and_a_cpp_node_use_each_others_topics_and_services(ros: RosSystem) -> None:
+    ros.serve_master()
+    ros.genuine.start(compile_program(SOURCE, "sensor_msgs", "std_srvs"))
+    ros.wait_for_publisher("/imu", 60)
+    with (
+        Node("bridge", environment=Environment(master_uri=ros.master_uri)) as node,
+        rosbridge_server(node) as url,
+        RosbridgeClient(url) as client,
+        RosbridgeClient(url) as binary,
+    ):
+        client.send("subscribe", topic="/imu", type="sensor_msgs/Imu")
+        imu = client.wait_for("publish")["msg"]
+        assert (imu["header"]["frame_id"], imu["orientation_covariance"][8]) == ("base", 0.5)
+        binary.send("subscribe", topic="/imu", compression="cbor")
+        assert binary.receive(cbor2.loads)["msg"]["orientation"]["w"] == 1.0
+
+        assert client.call("/enable", {"data": True})["values"] == {"success": True, "message": "from roscpp"}
+
+        client.send("subscribe", topic="/echo")
+        client.send("advertise", topic="/cmd", type="std_msgs/String")
+        ros.wait_for_subscriber("/echo")
+        client.send("publish", topic="/cmd", msg={"data": "to C++"})
+        assert client.wait_for("publish", topic="/echo")["msg"] == {"data": "to C++"}
+
+        client.send("subscribe", topic="/answers")
+        client.send("advertise_service", service="/from_browser", type="std_srvs/SetBool")
+        request = client.wait_for("call_service", service="/from_browser")
+        assert request["args"] == {"data": True}
+        values = {"success": True, "message": "from a browser"}
+        client.send("service_response", service="/from_browser", id=request["id"], values=values, result=True)
+        assert client.wait_for("publish", topic="/answers")["msg"] == {"data": "from a browser"}

@@ -1,0 +1,339 @@
+"""The port of bridges: who enters, and what a client that misbehaves costs the others."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import http.client
+import json
+import logging
+import socket
+from collections.abc import AsyncIterator, Coroutine, Hashable, Mapping, Sequence
+from typing import Any
+
+import pytest
+from websockets import Origin
+from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+
+from pipros.basics.limits import Limits
+from pipros.bridges.admission import Admission
+from pipros.bridges.client import Client
+from pipros.bridges.door import Door
+from pipros.bridges.outbox import Frame, text_frame
+from pipros.web.secret import Secret
+from tests.support.waiting import wait_until
+
+TOKEN = "-".join(["a", "token", "of", "16", "characters"])
+PROTOCOL = "echo.v1"
+
+
+class Echo:
+    """A session that sends each message back, and a handler of such sessions."""
+
+    def __init__(self) -> None:
+        self.sessions: list[Echo] = []
+        self.is_closed = False
+        self.client: Client
+
+    def open(self, client: Client) -> Echo:
+        session = Echo()
+        session.client = client
+        client.outbox.open("topic")
+        self.sessions.append(session)
+        return session
+
+    def is_login(self, first: str | bytes) -> bool:
+        return first == "let me in"
+
+    async def receive(self, data: str | bytes) -> None:
+        if data == "defect":
+            raise RuntimeError("a defect")
+        self.client.send(text_frame(data) if isinstance(data, str) else Frame((data[:1], data[1:])))
+
+    def takes(self) -> Mapping[Hashable, str]:
+        return {"topic": "/chatter"}
+
+    def sends(self) -> Sequence[str]:
+        return ["/command"]
+
+    def close(self) -> None:
+        self.is_closed = True
+
+
+@contextlib.asynccontextmanager
+async def opened(
+    admission: Admission | None = None, limits: Limits | None = None, handler: Echo | None = None
+) -> AsyncIterator[Door]:
+    door = Door({PROTOCOL: handler or Echo()}, admission or Admission(), limits=limits)
+    await door.open("127.0.0.1", 0)
+    try:
+        yield door
+    finally:
+        await door.close()
+
+
+def connected(door: Door, path: str = "/", **options: Any) -> connect:
+    options = {"subprotocols": [PROTOCOL], "max_size": None, **options}
+    return connect(f"ws://127.0.0.1:{door.port}{path}", proxy=None, open_timeout=30, **options)
+
+
+async def condition(check: Any) -> None:
+    """Wait for a condition in the loop of the door."""
+    await asyncio.to_thread(wait_until, check)
+
+
+def run(body: Coroutine[Any, Any, None]) -> None:
+    asyncio.run(asyncio.wait_for(body, 60))
+
+
+def test_messages_of_any_size_arrive_in_order() -> None:
+    async def body() -> None:
+        async with opened() as door, connected(door) as client:
+            sent = ["", "é" * 60, "x" * 126, "y" * 70_000, b"\1" * 200, b"\2" * 17_000, b"\3" * 3_000_000]
+            for message in sent:
+                await client.send(message)
+            assert [await client.recv() for _ in sent] == sent
+
+    run(body())
+
+
+@pytest.mark.parametrize("path", ["/", f"/{TOKEN}x"])
+def test_a_client_without_the_token_is_turned_away(path: str) -> None:
+    async def body() -> None:
+        handler = Echo()
+        async with opened(Admission(Secret(tokens=[TOKEN])), handler=handler) as door:
+            async with connected(door, path) as client:
+                await client.send("open sesame")
+                with pytest.raises(ConnectionClosed) as closed:
+                    await client.recv()
+            assert closed.value.rcvd is not None
+            assert closed.value.rcvd.code == 1008
+            assert not handler.sessions
+
+    run(body())
+
+
+@pytest.mark.parametrize(
+    ("path", "headers", "first"),
+    [
+        (f"/{TOKEN}", {}, None),
+        (f"/?token={TOKEN}", {}, None),
+        ("/", {"Authorization": f"Bearer {TOKEN}"}, None),
+        ("/", {}, json.dumps({"token": TOKEN})),
+        ("/", {}, "let me in"),
+    ],
+)
+def test_a_client_with_the_token_enters(path: str, headers: dict[str, str], first: str | None) -> None:
+    async def body() -> None:
+        async with (
+            opened(Admission(Secret(tokens=[TOKEN]))) as door,
+            connected(door, path, additional_headers=headers) as client,
+        ):
+            if first is not None:
+                await client.send(first)
+            await client.send("hello")
+            assert await client.recv() == "hello"
+
+    run(body())
+
+
+def test_a_silent_stranger_is_disconnected() -> None:
+    async def body() -> None:
+        limits = Limits(login_s=0.1)
+        async with opened(Admission(Secret(tokens=[TOKEN])), limits) as door, connected(door) as client:
+            with pytest.raises(ConnectionClosed):
+                await client.recv()
+
+    run(body())
+
+
+def test_a_stranger_cannot_send_much() -> None:
+    async def body() -> None:
+        limits = Limits(login_bytes=10_000)
+        async with opened(Admission(Secret(tokens=[TOKEN])), limits) as door, connected(door) as client:
+            with contextlib.suppress(ConnectionClosed):
+                await client.send("x" * 1_000_000)
+            with pytest.raises(ConnectionClosed):
+                await client.recv()
+
+    run(body())
+
+
+def test_a_page_of_another_site_cannot_connect() -> None:
+    async def body() -> None:
+        async with opened() as door:
+            with pytest.raises(InvalidStatus) as refused:
+                await connected(door, origin=Origin("https://evil.example"))
+            assert refused.value.response.status_code == 403
+            assert b"https://evil.example may not connect" in (refused.value.response.body or b"")
+            async with connected(door, origin=Origin("http://localhost:3000")) as client:
+                await client.send("hello")
+                assert await client.recv() == "hello"
+
+    run(body())
+
+
+@pytest.mark.parametrize("offered", [None, ["something.else"]])
+def test_unknown_subprotocols_are_refused(offered: Any) -> None:
+    async def body() -> None:
+        async with opened() as door:
+            with pytest.raises(InvalidStatus) as refused:
+                await connected(door, subprotocols=offered)
+            assert refused.value.response.status_code == 400
+            assert PROTOCOL.encode() in (refused.value.response.body or b"")
+
+    run(body())
+
+
+def test_a_client_that_never_reads_costs_the_others_nothing_and_is_disconnected() -> None:
+    async def body() -> None:
+        handler = Echo()
+        limits = Limits(bridge_stall_s=0.2, bridge_queue_bytes=1_000_000)
+        async with opened(limits=limits, handler=handler) as door, connected(door) as stuck:
+            await condition(lambda: handler.sessions)
+            first = handler.sessions[0]
+            stuck.transport.pause_reading()
+            async with connected(door) as other:
+                await condition(lambda: len(handler.sessions) == 2)
+                second = handler.sessions[1]
+                for number in range(200):
+                    frame = Frame((b"%d" % number, b"x" * 100_000))
+                    first.client.outbox.put("topic", frame)
+                    second.client.outbox.put("topic", frame)
+                    assert await other.recv() == b"".join(frame.parts)
+                assert first.client.outbox.waiting_bytes <= 1_000_000
+                assert first.client.outbox.total.lost > 0
+                await condition(lambda: first.is_closed)
+                await other.send("still here")
+                assert await other.recv() == "still here"
+
+    run(body())
+
+
+def test_a_client_that_does_not_read_its_answers_is_disconnected() -> None:
+    async def body() -> None:
+        handler = Echo()
+        limits = Limits(bridge_queue_bytes=100_000)
+        async with opened(limits=limits, handler=handler) as door, connected(door) as client:
+            await condition(lambda: handler.sessions)
+            client.transport.pause_reading()
+            for _ in range(500):
+                handler.sessions[0].client.send(Frame((b"x" * 90_000,)))
+            assert handler.sessions[0].client.outbox.is_overrun
+            await condition(lambda: handler.sessions[0].is_closed)
+
+    run(body())
+
+
+def test_a_message_that_is_too_large_ends_the_connection() -> None:
+    async def body() -> None:
+        async with opened(limits=Limits(bridge_message_bytes=100_000)) as door, connected(door) as client:
+            await client.send("x" * 200_000)
+            with pytest.raises(ConnectionClosed) as closed:
+                await client.recv()
+            assert closed.value.rcvd is not None
+            assert closed.value.rcvd.code == 1009
+
+    run(body())
+
+
+def test_a_deflate_bomb_is_not_decompressed() -> None:
+    async def body() -> None:
+        async with opened() as door, connected(door, compression="deflate") as client:
+            assert client.protocol.extensions == []
+
+    run(body())
+
+
+def test_too_many_clients_are_refused() -> None:
+    async def body() -> None:
+        async with opened(limits=Limits(bridge_clients=1)) as door, connected(door) as first:
+            await first.send("hello")
+            await first.recv()
+            async with connected(door) as second:
+                with pytest.raises(ConnectionClosed, match="bridge_clients"):
+                    await second.recv()
+
+    run(body())
+
+
+def test_a_defect_ends_the_client_that_met_it_only(caplog: pytest.LogCaptureFixture) -> None:
+    async def body() -> None:
+        handler = Echo()
+        async with opened(handler=handler) as door, connected(door) as client, connected(door) as other:
+            await client.send("defect")
+            with pytest.raises(ConnectionClosed):
+                await client.recv()
+            await other.send("hello")
+            assert await other.recv() == "hello"
+            await condition(lambda: any(session.is_closed for session in handler.sessions))
+
+    run(body())
+    assert "a defect" in caplog.text
+
+
+def test_half_open_connections_leave_room_for_others() -> None:
+    async def body() -> None:
+        limits = Limits(bridge_clients=5, handshakes=5)
+        async with opened(limits=limits) as door:
+            with contextlib.ExitStack() as stack:
+                for _ in range(50):
+                    stack.enter_context(socket.create_connection(("127.0.0.1", door.port)))
+                async with connected(door) as client:
+                    await client.send("hello")
+                    assert await client.recv() == "hello"
+
+    run(body())
+
+
+def get(door: Door, path: str, headers: dict[str, str]) -> tuple[int, bytes]:
+    connection = http.client.HTTPConnection("127.0.0.1", door.port, timeout=30)
+    with contextlib.closing(connection):
+        connection.request("GET", path, headers=headers)
+        answer = connection.getresponse()
+        return answer.status, answer.read()
+
+
+def test_the_list_of_clients_has_what_each_takes_and_lost() -> None:
+    async def body() -> None:
+        handler = Echo()
+        agent = "robot app"
+        async with opened(handler=handler) as door, connected(door, user_agent_header=agent) as client:
+            await client.send("hello")
+            await client.recv()
+            handler.sessions[0].client.outbox.put("topic", Frame((b"12345",)))
+            await client.recv()
+            status, text = await asyncio.to_thread(get, door, "/clients", {})
+            assert status == 200
+            [row] = json.loads(text)
+            assert row["agent"] == agent
+            assert row["protocol"] == PROTOCOL
+            assert row["publishes"] == ["/command"]
+            assert row["received"] == {"messages": 1, "bytes": 5, "lost": 0}
+            assert row["topics"] == {"/chatter": {"messages": 1, "bytes": 5, "lost": 0}}
+            status, _ = await asyncio.to_thread(get, door, "/clients", {"Host": "evil.example"})
+            assert status == 403
+            assert (await asyncio.to_thread(get, door, "/", {}))[0] == 426
+        async with opened(Admission(Secret(tokens=[TOKEN]))) as door:
+            assert (await asyncio.to_thread(get, door, "/clients", {}))[0] == 403
+            bearer = {"Authorization": f"Bearer {TOKEN}"}
+            assert await asyncio.to_thread(get, door, "/clients", bearer) == (200, b"[]")
+
+    run(body())
+
+
+def test_tokens_are_not_logged(caplog: pytest.LogCaptureFixture) -> None:
+    async def body() -> None:
+        silent = logging.Logger("client")
+        async with (
+            opened(Admission(Secret(tokens=[TOKEN]))) as door,
+            connected(door, f"/{TOKEN}", logger=silent) as client,
+        ):
+            await client.send("defect")
+            with pytest.raises(ConnectionClosed):
+                await client.recv()
+
+    with caplog.at_level(logging.DEBUG):
+        run(body())
+    assert TOKEN not in caplog.text

@@ -1,0 +1,170 @@
+"""Hostile clients of rosbridge and hostile publishers: refused or limited, while other clients go on."""
+
+from __future__ import annotations
+
+import json
+import struct
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import bson
+import pytest
+from websockets.exceptions import ConnectionClosed
+
+from pipros.basics.limits import Limits
+from pipros.bridges.rosbridge.protocol import Settings
+from pipros.msg import load_message_class, load_service_class
+from pipros.node import Node
+from pipros.node.any_msg import AnyMsg
+from tests.support.node_fixtures import make_node as make_node
+from tests.support.node_fixtures import master as master
+from tests.support.nodes import MakeNode
+from tests.support.rosbridge import RosbridgeClient, rosbridge_server
+from tests.support.waiting import wait_until
+
+STRING: Any = load_message_class("std_msgs/String")
+LIMITS = Limits()._replace(bridge_message_bytes=10_000, bridge_topics=20, bridge_queue_bytes=100_000)
+
+
+@pytest.fixture
+def robot(make_node: MakeNode) -> Node:
+    robot = make_node("robot")
+    robot.advertise("/state", STRING, latch=True).publish(STRING("well"))
+    return robot
+
+
+@pytest.fixture
+def url(make_node: MakeNode, robot: Node) -> Iterator[str]:
+    with rosbridge_server(make_node("bridge", limits=LIMITS)) as found:
+        yield found
+
+
+def is_served(url: str) -> None:
+    """Assert that another client gets a message."""
+    with RosbridgeClient(url) as other:
+        other.send("subscribe", topic="/state")
+        assert other.wait_for("publish")["msg"] == {"data": "well"}
+
+
+def test_an_oversized_message_ends_its_client_only(url: str) -> None:
+    with RosbridgeClient(url) as client:
+        client.socket.send(json.dumps({"op": "publish", "topic": "/x", "msg": "x" * 20_000}))
+        with pytest.raises(ConnectionClosed):
+            client.receive()
+    is_served(url)
+
+
+def test_endless_fragments_and_texts_are_dropped(url: str) -> None:
+    with RosbridgeClient(url) as client:
+        for number in range(200):
+            client.send("fragment", id=number, data="x" * 500, num=0, total=2)
+        assert "the incomplete fragments are too long" in client.wait_for("status")["msg"]
+        for _ in range(30):
+            client.socket.send('{"a": "' + "x" * 900)
+        while "a JSON object is too long" not in client.wait_for("status")["msg"]:
+            pass
+        assert client.call("/none")["result"] is False
+    is_served(url)
+
+
+class Hostile(AnyMsg):
+    """A type whose definition is an attack."""
+
+    _type = "hostile/Type"
+    _md5sum = "0" * 32
+    _full_text = "".join(f"Type{number}[1000] a{number}\n" for number in range(500))
+
+
+class Lying(AnyMsg):
+    """Bytes that do not fit their type."""
+
+    _type = STRING._type
+    _md5sum = STRING._md5sum
+    _full_text = STRING._full_text
+
+
+@pytest.mark.parametrize("message", [Hostile(b"\0" * 100), Lying(b"\xff\xff\xff\x7fx")])
+def test_hostile_messages_of_a_publisher_are_reported(url: str, robot: Node, message: AnyMsg) -> None:
+    publisher = robot.advertise("/hostile", type(message))
+    with RosbridgeClient(url) as client:
+        client.send("subscribe", topic="/hostile")
+        end = threading.Event()
+
+        def publish() -> None:
+            while not end.wait(0.05):
+                publisher.publish(message)
+
+        thread = threading.Thread(target=publish, daemon=True)
+        thread.start()
+        text = client.wait_for("status")["msg"]
+        end.set()
+        thread.join()
+        assert text.startswith("[/hostile]: ")
+    is_served(url)
+
+
+def test_the_topics_of_clients_that_come_and_go_are_limited(url: str) -> None:
+    for number in range(3):
+        with RosbridgeClient(url) as client:
+            for each in range(15):
+                client.send("advertise", topic=f"/t{number}_{each}", type="std_msgs/String")
+            assert client.call("/none")["result"] is False
+    with RosbridgeClient(url) as client:
+        for each in range(30):
+            client.send("subscribe", topic=f"/s{each}")
+        assert "too many topics are subscribed" in client.wait_for("status")["msg"]
+    is_served(url)
+
+
+def test_the_open_calls_of_a_client_are_limited(url: str, robot: Node) -> None:
+    empty: Any = load_service_class("std_srvs/Empty")
+    release = threading.Event()
+
+    def wait(_: Any) -> Any:
+        release.wait(30)
+        return empty._response_class()
+
+    robot.serve("/slow", empty, wait)
+    wait_until(lambda: _is_offered(robot, "/slow"))
+    with RosbridgeClient(url) as client:
+        for number in range(300):
+            client.send("call_service", service="/slow", id=number)
+        refused = client.wait_for("service_response")
+        assert (refused["result"], "calls of this client are open" in refused["values"]) == (False, True)
+        is_served(url)
+        release.set()
+
+
+def _is_offered(robot: Node, service: str) -> bool:
+    try:
+        robot.master.lookup_service(service)
+    except Exception:
+        return False
+    return True
+
+
+def test_a_client_that_asks_without_reading_is_disconnected(url: str) -> None:
+    with RosbridgeClient(url, max_queue=1) as client:
+
+        def ask_for_ever() -> None:
+            while True:
+                client.send("call_service", service="x" * 3000 + " ")
+
+        with pytest.raises(ConnectionClosed):
+            ask_for_ever()
+    is_served(url)
+
+
+def test_deep_bson_is_refused(make_node: MakeNode, robot: Node) -> None:
+    deep = b"\x05\0\0\0\0"
+    for _ in range(1000):
+        body = b"\x03a\0" + deep + b"\0"
+        deep = struct.pack("<i", len(body) + 4) + body
+    node = make_node("bson_bridge", limits=LIMITS)
+    with rosbridge_server(node, settings=Settings(is_bson=True)) as url, RosbridgeClient(url) as client:
+        client.socket.send(deep)
+        answer = client.receive(bson.decode)
+        assert answer["op"] == "status"
+        client.socket.send(bson.encode({"op": "subscribe", "topic": "/state"}))
+        assert client.receive(bson.decode)["msg"] == {"data": "well"}

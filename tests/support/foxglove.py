@@ -1,0 +1,140 @@
+"""A Foxglove server in the test's process, and a plain client of its protocol."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import re
+import struct
+import time
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Subprotocol
+
+from pipros.bridges.admission import Admission
+from pipros.bridges.door import Door
+from pipros.bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
+from pipros.net.loop import BackgroundLoop
+from pipros.node import Node
+
+CONTROL = Rules(has_control=True, longest_look_s=0.2)
+
+
+@contextlib.contextmanager
+def serving(node: Node, rules: Rules = CONTROL) -> Iterator[str]:
+    """Serve Foxglove clients on a node; yield the address."""
+    loop = BackgroundLoop("foxglove")
+    loop.start()
+    handler = FoxgloveHandler(node, loop, rules)
+    door = Door(dict.fromkeys(SUBPROTOCOLS, handler), Admission(), limits=node.limits)
+    loop.run(door.open("127.0.0.1", 0))
+    handler.start()
+    try:
+        yield f"ws://127.0.0.1:{door.port}"
+    finally:
+        loop.run(door.close())
+        handler.close()
+        loop.stop()
+
+
+class Client:
+    """A client that keeps what it has received.
+
+    Attributes:
+        channels, services: by name, as offered now.
+        news: all other messages, in order: JSON objects, or binary data.
+    """
+
+    def __init__(self, socket: ClientConnection) -> None:
+        self.socket = socket
+        self.channels: dict[str, Any] = {}
+        self.services: dict[str, Any] = {}
+        self.news: list[Any] = []
+
+    def send(self, op: str, **fields: Any) -> None:
+        self.socket.send(json.dumps({"op": op, **fields}))
+
+    def receive(self, timeout_s: float = 30.0) -> Any:
+        """The next message, which is kept."""
+        data = self.socket.recv(timeout=timeout_s)
+        message = data if isinstance(data, bytes) else json.loads(data)
+        if isinstance(message, bytes):
+            self.news.append(message)
+            return message
+        match message["op"]:
+            case "advertise":
+                self.channels |= {each["topic"]: each for each in message["channels"]}
+            case "unadvertise":
+                ids = message["channelIds"]
+                self.channels = {name: each for name, each in self.channels.items() if each["id"] not in ids}
+            case "advertiseServices":
+                self.services |= {each["name"]: each for each in message["services"]}
+            case "unadvertiseServices":
+                ids = message["serviceIds"]
+                self.services = {name: each for name, each in self.services.items() if each["id"] not in ids}
+            case _:
+                self.news.append(message)
+        return message
+
+    def until(self, check: Callable[[], Any]) -> Any:
+        """Receive until a condition is met; return its value."""
+        end = time.monotonic() + 30
+        while not (found := check()):
+            self.receive(end - time.monotonic())
+        return found
+
+    def next(self, op: str, **fields: Any) -> Any:
+        """Receive the next message with this operation and these fields, and forget it."""
+
+        def find() -> Any:
+            for message in self.news:
+                if isinstance(message, dict) and {"op": op, **fields}.items() <= message.items():
+                    self.news.remove(message)
+                    return message
+            return None
+
+        return self.until(find)
+
+    def next_binary(self, opcode: int) -> bytes:
+        """Receive the next binary message with this opcode, and return what follows the opcode."""
+
+        def find() -> bytes | None:
+            for message in self.news:
+                if isinstance(message, bytes) and message[0] == opcode:
+                    self.news.remove(message)
+                    return message[1:]
+            return None
+
+        found: bytes = self.until(find)
+        return found
+
+    def subscribe(self, number: int, topic: str) -> Mapping[str, Any]:
+        """Wait until a topic is offered, and subscribe to it."""
+        channel: Mapping[str, Any] = self.until(lambda: self.channels.get(topic))
+        self.send("subscribe", subscriptions=[{"id": number, "channelId": channel["id"]}])
+        return channel
+
+    def next_message(self) -> tuple[int, int, bytes]:
+        """The subscription, time and body of the next message."""
+        data = self.next_binary(1)
+        return (*struct.unpack_from("<IQ", data), data[12:])
+
+    def call(self, service: str, number: int, body: bytes, encoding: str = "ros1") -> None:
+        offered = self.until(lambda: self.services.get(service))
+        name = encoding.encode()
+        self.socket.send(struct.pack("<BIII", 2, offered["id"], number, len(name)) + name + body)
+
+
+@contextlib.contextmanager
+def connected(address: str, subprotocol: str = SUBPROTOCOLS[0]) -> Iterator[Client]:
+    with connect(
+        address, subprotocols=[Subprotocol(subprotocol)], proxy=None, open_timeout=30, max_size=None
+    ) as socket:
+        yield Client(socket)
+
+
+def only(pattern: str) -> tuple[re.Pattern[str]]:
+    """A whitelist with one pattern."""
+    return (re.compile(pattern),)

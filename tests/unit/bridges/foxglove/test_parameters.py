@@ -1,0 +1,77 @@
+"""Parameters as Foxglove clients see them."""
+
+from __future__ import annotations
+
+from typing import Any
+from xmlrpc.client import Binary
+
+import pytest
+
+from pipros.bridges.foxglove.parameters import InvalidParameter, flattened, from_client, selected, to_client
+
+TREE = {"a": 1, "robot": {"speed": 1.0, "names": ["x"], "deep": {"y": True}}}
+
+
+def test_each_value_has_its_full_name() -> None:
+    assert flattened(TREE) == {
+        "/a": 1,
+        "/robot/speed": 1.0,
+        "/robot/names": ["x"],
+        "/robot/deep/y": True,
+    }
+    assert flattened(3) == {}
+
+
+def test_a_name_selects_a_parameter_or_those_below_it() -> None:
+    found = flattened(TREE)
+    assert list(selected(found, "/a")) == [("/a", 1)]
+    assert [name for name, _ in selected(found, "/robot")] == [
+        "/robot/speed",
+        "/robot/names",
+        "/robot/deep/y",
+    ]
+    assert list(selected(found, "/rob")) == []
+
+
+@pytest.mark.parametrize(
+    ("value", "row"),
+    [
+        (1, {"value": 1}),
+        (True, {"value": True}),
+        ("x", {"value": "x"}),
+        (1.0, {"value": 1.0, "type": "float64"}),
+        ([1.0, 2.0], {"value": [1.0, 2.0], "type": "float64_array"}),
+        ([1, 2.0], {"value": [1, 2.0]}),
+        ([], {"value": []}),
+        (Binary(b"\0\1"), {"value": "AAE=", "type": "byte_array"}),
+    ],
+)
+def test_values_keep_their_type_both_ways(value: Any, row: dict[str, Any]) -> None:
+    sent = to_client("/x", value)
+    assert sent == {"name": "/x", **row}
+    back = from_client(sent)
+    assert back == value
+    assert type(back) is type(value)
+
+
+@pytest.mark.parametrize(
+    ("value", "kind"),
+    [
+        ("no base64!", "byte_array"),
+        (5, "byte_array"),
+        ("x", "float64"),
+        (True, "float64"),
+        (10**400, "float64"),
+        (1, "float64_array"),
+        ([None], "float64_array"),
+        (1, "color"),
+        (1, ["float64"]),
+    ],
+)
+def test_values_of_another_type_are_refused(value: object, kind: object) -> None:
+    with pytest.raises(InvalidParameter, match="/x"):
+        from_client({"name": "/x", "value": value, "type": kind})
+
+
+def test_whole_numbers_become_floats_by_their_type() -> None:
+    assert repr(from_client({"name": "/x", "value": 3, "type": "float64"})) == "3.0"

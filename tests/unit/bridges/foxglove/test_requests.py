@@ -1,0 +1,109 @@
+"""Messages of Foxglove clients, literally."""
+
+from __future__ import annotations
+
+import pytest
+
+from pipros.bridges.foxglove.requests import (
+    REQUEST_CHARACTERS,
+    Advertise,
+    CallService,
+    ClientChannel,
+    ClientRequest,
+    FetchAsset,
+    GetParameters,
+    Malformed,
+    Publish,
+    SetParameters,
+    Subscribe,
+    SubscribeGraph,
+    SubscribeParameters,
+    Unadvertise,
+    Unsubscribe,
+    UnsubscribeParameters,
+    read_request,
+)
+
+
+@pytest.mark.parametrize(
+    ("data", "request_read"),
+    [
+        (
+            '{"op": "subscribe", "subscriptions": [{"id": 0, "channelId": 3}, {"id": 1, "channelId": 5}]}',
+            Subscribe([(0, 3), (1, 5)]),
+        ),
+        ('{"op": "unsubscribe", "subscriptionIds": [0, 4294967295]}', Unsubscribe([0, 4294967295])),
+        (
+            '{"op": "advertise", "channels": [{"id": 2, "topic": "/tf", "encoding": "ros1", '
+            '"schemaName": "tf2_msgs/TFMessage"}]}',
+            Advertise([ClientChannel(2, "/tf", "ros1", "tf2_msgs/TFMessage", "")]),
+        ),
+        (
+            '{"op": "advertise", "channels": [{"id": 2, "topic": "a", "encoding": "json", '
+            '"schemaName": "p/T", "schema": "int8 x", "schemaEncoding": "ros1msg"}]}',
+            Advertise([ClientChannel(2, "a", "json", "p/T", "int8 x")]),
+        ),
+        ('{"op": "unadvertise", "channelIds": [2]}', Unadvertise([2])),
+        ('{"op": "getParameters", "parameterNames": ["/a"], "id": "1"}', GetParameters(["/a"], "1")),
+        ('{"op": "getParameters"}', GetParameters([], None)),
+        (
+            '{"op": "setParameters", "id": "x", '
+            '"parameters": [{"name": "/a", "value": 1.5}, {"name": "/b"}]}',
+            SetParameters([{"name": "/a", "value": 1.5}, {"name": "/b"}], "x"),
+        ),
+        ('{"op": "subscribeParameterUpdates", "parameterNames": []}', SubscribeParameters([])),
+        ('{"op": "unsubscribeParameterUpdates", "parameterNames": ["/a"]}', UnsubscribeParameters(["/a"])),
+        ('{"op": "subscribeConnectionGraph"}', SubscribeGraph(True)),
+        ('{"op": "unsubscribeConnectionGraph"}', SubscribeGraph(False)),
+        (
+            '{"op": "fetchAsset", "uri": "package://a/b.stl", "requestId": 7}',
+            FetchAsset("package://a/b.stl", 7),
+        ),
+        (b"\x01\x02\x00\x00\x00body", Publish(2, b"body")),
+        (b"\x01\xff\xff\xff\xff", Publish(4294967295, b"")),
+        (
+            b"\x02\x01\x00\x00\x00\x02\x00\x00\x00\x04\x00\x00\x00ros1body",
+            CallService(1, 2, "ros1", b"body"),
+        ),
+    ],
+)
+def test_each_operation_is_read(data: str | bytes, request_read: ClientRequest) -> None:
+    assert read_request(data) == request_read
+
+
+@pytest.mark.parametrize(
+    ("data", "reason"),
+    [
+        ("", "not JSON"),
+        ("{", "not JSON"),
+        ("[" * 100_000, "not JSON"),
+        ('{"op": ' + "9" * 10_000 + "}", "not JSON"),
+        ("x" * (REQUEST_CHARACTERS + 1), "at most"),
+        ("1", "must be a JSON object, got int"),
+        ("{}", "no operation None"),
+        ('{"op": ["subscribe"]}', "no operation"),
+        ('{"op": "fly"}', "no operation 'fly'"),
+        ('{"op": "subscribe"}', "subscriptions must be a list, got NoneType"),
+        ('{"op": "subscribe", "subscriptions": [1]}', "subscriptions must have objects, got int"),
+        ('{"op": "subscribe", "subscriptions": [{"id": 1}]}', "channelId must be a whole number"),
+        ('{"op": "unsubscribe", "subscriptionIds": [-1]}', "whole number of 32 bits, got -1"),
+        ('{"op": "unsubscribe", "subscriptionIds": [4294967296]}', "whole number"),
+        ('{"op": "unsubscribe", "subscriptionIds": [true]}', "whole number"),
+        ('{"op": "unsubscribe", "subscriptionIds": [1.0]}', "whole number"),
+        (
+            '{"op": "advertise", "channels": [{"id": 1, "topic": null}]}',
+            "topic must be a string, got NoneType",
+        ),
+        ('{"op": "getParameters", "parameterNames": [1]}', "parameterNames must have strings"),
+        ('{"op": "setParameters", "parameters": [{"value": 1}]}', "name must be a string"),
+        ('{"op": "getParameters", "id": 5}', "id must be a string, got int"),
+        (b"", "no binary opcode None"),
+        (b"\x03abcd", "no binary opcode 3"),
+        (b"\x01\x00\x00\x00", "opcode 1 is too short"),
+        (b"\x02\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00", "opcode 2 is too short"),
+        (b"\x02\x00\x00\x00\x00\x00\x00\x00\x00\xff\xff\xff\xffros1", "exceeds the message"),
+    ],
+)
+def test_malformed_messages_are_refused_with_the_field(data: str | bytes, reason: str) -> None:
+    with pytest.raises(Malformed, match=reason):
+        read_request(data)

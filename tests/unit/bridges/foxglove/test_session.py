@@ -1,0 +1,301 @@
+"""One Foxglove client on a bridge without ROS and without sockets."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import struct
+from collections.abc import Awaitable, Callable, Mapping
+from typing import Any
+
+from pipros.basics.errors import LimitExceeded, PiprosError
+from pipros.basics.limits import Limits
+from pipros.bridges.foxglove.assets import AssetRefused
+from pipros.bridges.foxglove.catalog import Catalog, Definition
+from pipros.bridges.foxglove.parameter_watch import DELETED
+from pipros.bridges.foxglove.session import ClientSession
+from pipros.bridges.outbox import Frame, Outbox
+from pipros.bridges.shared_topics import TopicMessage
+from pipros.graph.system_state import SystemState
+from pipros.node import Node
+from pipros.web.daemon_pool import DaemonPool
+
+MD5SUM = "a" * 32
+TEXT = Definition("std_msgs/String", MD5SUM, "string data")
+
+
+class FakeTaken:
+    is_closed = False
+
+    def close(self) -> None:
+        self.is_closed = True
+
+
+class FakeTopics:
+    """Topics that a test publishes."""
+
+    def __init__(self) -> None:
+        self.taken: list[tuple[str, str | None, Callable[[TopicMessage], object], FakeTaken]] = []
+        self.error: PiprosError | None = None
+
+    def take(self, topic: str, kind: str | None, on_message: Any, on_error: Any = None) -> FakeTaken:
+        if self.error is not None:
+            raise self.error
+        taken = FakeTaken()
+        self.taken.append((topic, kind, on_message, taken))
+        return taken
+
+    def publish(self, body: bytes, md5sum: str = MD5SUM) -> None:
+        for topic, _, on_message, taken in self.taken:
+            if not taken.is_closed:
+                on_message(TopicMessage(topic, body, {"md5sum": md5sum}, 5))
+
+
+class FakeBridge:
+    """What sessions share, without ROS."""
+
+    def __init__(self, *, has_control: bool = True, limits: Limits | None = None) -> None:
+        self.node = Node("bridge", limits=limits)
+        self.topics: Any = FakeTopics()
+        self.catalog = Catalog()
+        self.catalog.update_channels({"/chatter": TEXT})
+        self.state = SystemState({"/chatter": ["/talker"]}, {}, {})
+        self.has_control = has_control
+        self.threads = DaemonPool("test", 2)
+        self.call_threads = DaemonPool("test calls", 2)
+        self.corrected: list[str] = []
+        self.left: list[ClientSession] = []
+        self.watched = 0
+
+    def offers(self, capability: str) -> bool:
+        return self.has_control or capability not in ("clientPublish", "services")
+
+    def allows_topic(self, name: str) -> bool:
+        return name != "/hidden"
+
+    def allows_parameter(self, name: str) -> bool:
+        return name != "/hidden"
+
+    def leave(self, session: ClientSession) -> None:
+        self.left.append(session)
+
+    def correct(self, topic: str, header: Mapping[str, str]) -> None:
+        self.corrected.append(topic)
+
+    def watch_parameters(self) -> None:
+        self.watched += 1
+
+    def parameters(self) -> Mapping[str, Any]:
+        return {"/a": 1, "/robot/b": 2.0}
+
+    def read_asset(self, uri: str) -> bytes:
+        if uri != "package://p/a.stl":
+            raise AssetRefused("not there")
+        return b"solid"
+
+
+class FakeClient:
+    """The connection of the client: what it would be sent."""
+
+    def __init__(self) -> None:
+        self.outbox = Outbox(1_000_000, lambda: None)
+
+    def send(self, *frames: Frame) -> None:
+        self.outbox.answer(*frames)
+
+    async def send_large(self, frame: Frame) -> None:
+        self.outbox.answer(frame)
+
+    def received(self) -> list[Any]:
+        """Everything that was sent since the last call: JSON values, or bytes."""
+        found: list[Any] = []
+        while (frames := self.outbox.pop()) is not None:
+            for frame in frames:
+                data = b"".join(frame.parts)
+                found.append(json.loads(data) if frame.is_text else data)
+        return found
+
+
+class Conversation:
+    """A session, and what its client sends and receives."""
+
+    def __init__(self, **options: Any) -> None:
+        self.bridge = FakeBridge(**options)
+        self.client = FakeClient()
+        self.session = ClientSession(self.client, self.bridge)
+
+    async def say(self, op: str | bytes, **fields: Any) -> list[Any]:
+        """Send a message, and return the answers."""
+        await self.session.receive(op if isinstance(op, bytes) else json.dumps({"op": op, **fields}))
+        return self.client.received()
+
+    async def answer(self) -> Any:
+        """The next answer of a request that takes time."""
+        while not (found := self.client.received()):
+            await asyncio.sleep(0)
+        return found[0]
+
+
+def run(body: Callable[[], Awaitable[None]]) -> None:
+    async def bounded() -> None:
+        await asyncio.wait_for(body(), 30)
+
+    asyncio.run(bounded())
+
+
+def text_of(answers: list[Any]) -> str:
+    [status] = answers
+    assert status["op"] == "status"
+    return str(status["message"])
+
+
+def test_a_subscription_passes_messages_on_until_it_ends() -> None:
+    async def body() -> None:
+        talk = Conversation()
+        assert await talk.say("subscribe", subscriptions=[{"id": 7, "channelId": 1}]) == []
+        assert [each[:2] for each in talk.bridge.topics.taken] == [("/chatter", "std_msgs/String")]
+        assert talk.session.takes() == {7: "/chatter"}
+        talk.bridge.topics.publish(b"body")
+        assert talk.client.received() == [struct.pack("<BIQ", 1, 7, 5) + b"body"]
+        assert await talk.say("unsubscribe", subscriptionIds=[7]) == []
+        talk.bridge.topics.publish(b"later")
+        assert talk.client.received() == []
+        assert "no subscription 7" in text_of(await talk.say("unsubscribe", subscriptionIds=[7]))
+
+    run(body)
+
+
+def test_messages_of_another_definition_correct_the_channel() -> None:
+    async def body() -> None:
+        talk = Conversation()
+        await talk.say("subscribe", subscriptions=[{"id": 7, "channelId": 1}])
+        talk.bridge.topics.publish(b"other", "b" * 32)
+        assert talk.client.received() == []
+        assert talk.bridge.corrected == ["/chatter"]
+        change = talk.bridge.catalog.update_channels({})
+        talk.session.remove_channels(change.removed)
+        assert talk.session.takes() == {}
+        assert talk.bridge.topics.taken[0][3].is_closed
+
+    run(body)
+
+
+def test_wrong_subscriptions_are_reported() -> None:
+    async def body() -> None:
+        talk = Conversation(limits=Limits(bridge_subscriptions=2))
+        twice = [{"id": 1, "channelId": 1}] * 2
+        assert "exists already" in text_of(await talk.say("subscribe", subscriptions=twice))
+        assert "no channel 9" in text_of(
+            await talk.say("subscribe", subscriptions=[{"id": 2, "channelId": 9}])
+        )
+        more = [{"id": number, "channelId": 1} for number in (2, 3)]
+        assert "bridge_subscriptions" in text_of(await talk.say("subscribe", subscriptions=more))
+        talk.bridge.topics.error = LimitExceeded("too many topics")
+        await talk.say("unsubscribe", subscriptionIds=[2])
+        assert "too many topics" in text_of(await talk.say("subscribe", subscriptions=more[:1]))
+        assert talk.session.takes() == {1: "/chatter"}
+
+    run(body)
+
+
+def test_a_read_only_bridge_refuses_changes() -> None:
+    async def body() -> None:
+        talk = Conversation(has_control=False)
+        channel = {"id": 1, "topic": "/a", "encoding": "json", "schemaName": "std_msgs/String"}
+        assert "read-only" in text_of(await talk.say("advertise", channels=[channel]))
+        assert "read-only" in text_of(await talk.say(b"\1\0\0\0\0"))
+        assert "read-only" in text_of(
+            await talk.say("setParameters", parameters=[{"name": "/a", "value": 1}])
+        )
+        await talk.say(struct.pack("<BIII", 2, 3, 4, 4) + b"ros1")
+        failure = await talk.answer()
+        assert (failure["op"], failure["serviceId"], failure["callId"]) == ("serviceCallFailure", 3, 4)
+        assert "read-only" in failure["message"]
+
+    run(body)
+
+
+def test_hidden_names_cannot_be_used() -> None:
+    async def body() -> None:
+        talk = Conversation()
+        channel = {"id": 1, "topic": "hidden", "encoding": "json", "schemaName": "std_msgs/String"}
+        assert "[/hidden] is not allowed" in text_of(await talk.say("advertise", channels=[channel]))
+        answers = await talk.say("setParameters", parameters=[{"name": "hidden", "value": 1}])
+        assert text_of(answers) == "parameter [hidden]: it is not allowed by the whitelist"
+
+    run(body)
+
+
+def test_parameters_are_answered_by_name_or_namespace() -> None:
+    async def body() -> None:
+        talk = Conversation()
+        a, b = {"name": "/a", "value": 1}, {"name": "/robot/b", "value": 2.0, "type": "float64"}
+        assert (await talk.say("getParameters", parameterNames=[], id="x")) == [
+            {"op": "parameterValues", "parameters": [a, b], "id": "x"}
+        ]
+        assert (await talk.say("getParameters", parameterNames=["robot", "/none"]))[0]["parameters"] == [b]
+
+    run(body)
+
+
+def test_only_subscribed_parameters_are_shown() -> None:
+    async def body() -> None:
+        talk = Conversation()
+        changes = {"/a": 3, "/b": DELETED, "/c": 4}
+        talk.session.show_parameters(changes)
+        assert talk.client.received() == []
+        await talk.say("subscribeParameterUpdates", parameterNames=["/a", "b"])
+        assert talk.session.takes_parameters
+        talk.session.show_parameters(changes)
+        [update] = talk.client.received()
+        assert update["parameters"] == [{"name": "/a", "value": 3}, {"name": "/b"}]
+        await talk.say("subscribeParameterUpdates", parameterNames=[])
+        talk.session.show_parameters(changes)
+        assert len(talk.client.received()[0]["parameters"]) == 3
+        await talk.say("unsubscribeParameterUpdates", parameterNames=[])
+        await talk.say("unsubscribeParameterUpdates", parameterNames=["/a", "/b"])
+        assert not talk.session.takes_parameters
+        assert talk.bridge.watched == 4
+
+    run(body)
+
+
+def test_the_graph_is_shown_while_it_is_wanted() -> None:
+    async def body() -> None:
+        talk = Conversation()
+        talk.session.show_graph(talk.bridge.state)
+        assert talk.client.received() == []
+        [first] = await talk.say("subscribeConnectionGraph")
+        assert first["publishedTopics"] == [{"name": "/chatter", "publisherIds": ["/talker"]}]
+        talk.session.show_graph(talk.bridge.state)
+        assert talk.client.received() == []
+        talk.session.show_graph(SystemState({}, {}, {}))
+        assert talk.client.received()[0]["removedTopics"] == ["/chatter"]
+        await talk.say("unsubscribeConnectionGraph")
+        talk.session.show_graph(talk.bridge.state)
+        assert talk.client.received() == []
+
+    run(body)
+
+
+def test_assets_are_found_or_refused() -> None:
+    async def body() -> None:
+        talk = Conversation()
+        await talk.say("fetchAsset", uri="package://p/a.stl", requestId=1)
+        assert await talk.answer() == struct.pack("<BIBI", 4, 1, 0, 0) + b"solid"
+        await talk.say("fetchAsset", uri="package://p/b.stl", requestId=2)
+        assert await talk.answer() == struct.pack("<BIBI", 4, 2, 1, 9) + b"not there"
+
+    run(body)
+
+
+def test_everything_ends_with_the_client() -> None:
+    async def body() -> None:
+        talk = Conversation()
+        await talk.say("subscribe", subscriptions=[{"id": 7, "channelId": 1}])
+        talk.session.close()
+        assert talk.bridge.left == [talk.session]
+        assert talk.bridge.topics.taken[0][3].is_closed
+        assert talk.session.takes() == {}
+
+    run(body)

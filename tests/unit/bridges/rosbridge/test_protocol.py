@@ -1,0 +1,360 @@
+"""Operations of one client as literal JSON, and the effects or answers that they have."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import random
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+
+from pipros.basics.limits import Limits
+from pipros.basics.names import InvalidName
+from pipros.bridges.rosbridge.authentication import Authenticator
+from pipros.bridges.rosbridge.effects import (
+    Advertise,
+    AnswerCall,
+    CallService,
+    Disconnect,
+    LeaveTopic,
+    OfferService,
+    Publish,
+    Reply,
+    TakeTopic,
+    Unadvertise,
+    WithdrawService,
+)
+from pipros.bridges.rosbridge.encoding import Encoding
+from pipros.bridges.rosbridge.globs import Globs
+from pipros.bridges.rosbridge.protocol import ClientProtocol, Settings
+
+
+def resolve(name: str) -> str:
+    if " " in name:
+        raise InvalidName(f"[{name}] is not a name")
+    return name if name.startswith("/") else f"/{name}"
+
+
+class Peer:
+    """A client whose operations are written as JSON."""
+
+    def __init__(self, settings: Settings | None = None, limits: Limits | None = None) -> None:
+        self.now_s = 0.0
+        self.protocol = ClientProtocol(settings or Settings(), resolve, limits, lambda: self.now_s)
+
+    def sends(self, data: str | bytes) -> list[Any]:
+        return list(self.protocol.receive(data))
+
+    def gets(self, data: str | bytes) -> str:
+        """The only answer to a frame, as JSON."""
+        (reply,) = self.sends(data)
+        assert isinstance(reply, Reply)
+        return json.dumps(reply.operation)
+
+
+def error(text: str, **more: Any) -> str:
+    return json.dumps({"op": "status", "level": "error", "msg": text, **more})
+
+
+def test_each_operation_has_its_effect() -> None:
+    peer = Peer()
+    cases = {
+        '{"op": "subscribe", "topic": "/a"}': TakeTopic,
+        '{"op": "unsubscribe", "topic": "/a"}': LeaveTopic,
+        '{"op": "advertise", "topic": "/b", "type": "std_msgs/String"}': Advertise,
+        '{"op": "publish", "topic": "/b", "msg": {"data": "x"}}': Publish,
+        '{"op": "unadvertise", "topic": "/b"}': Unadvertise,
+        '{"op": "call_service", "service": "/s"}': CallService,
+        '{"op": "advertise_service", "service": "/s", "type": "std_srvs/Empty"}': OfferService,
+        '{"op": "service_response", "service": "/s", "id": "1", "values": {}, "result": true}': AnswerCall,
+        '{"op": "unadvertise_service", "service": "/s"}': WithdrawService,
+    }
+    for text, kind in cases.items():
+        assert [type(effect) for effect in peer.sends(text)] == [kind], text
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("3", "expected a JSON object, got '3'"),
+        ("true", "expected a JSON object, got 'true'"),
+        ('"op"', "expected a JSON object, got '\"op\"'"),
+        ('{"op": ["subscribe"]}', "['subscribe']: unknown operation ['subscribe']"),
+        ("{}", "null: unknown operation null"),
+        ('{"op": "x"}', "'x': unknown operation 'x'"),
+        (
+            '{"op": "send_action_goal"}',
+            "'send_action_goal': unknown operation 'send_action_goal': actions are for ROS 2",
+        ),
+        ('{"op": "subscribe", "topic": 3}', "'subscribe': topic must be a name, got 3"),
+        ('{"op": "subscribe", "topic": "a b"}', "'subscribe': [a b] is not a name"),
+        (
+            '{"op": "subscribe", "topic": "/a", "throttle_rate": "1"}',
+            "'subscribe': throttle_rate must be a number >= 0, got '1'",
+        ),
+        (
+            '{"op": "subscribe", "topic": "/a", "fragment_size": -1}',
+            "'subscribe': fragment_size must be a number >= 0, got -1",
+        ),
+        (
+            '{"op": "subscribe", "topic": "/a", "queue_length": Infinity}',
+            "'subscribe': queue_length must be a number >= 0, got inf",
+        ),
+        ('{"op": "subscribe", "topic": "/a", "type": 1}', "'subscribe': type must be package/Name, got 1"),
+        ('{"op": "advertise", "topic": "/a"}', "'advertise': type must be package/Name, got null"),
+        (
+            '{"op": "advertise", "topic": "/a", "type": "a/B", "latch": 1}',
+            "'advertise': latch must be true or false, got 1",
+        ),
+        (
+            '{"op": "service_response", "service": "/s", "result": true}',
+            "'service_response': this client does not offer /s",
+        ),
+        (
+            '{"op": "set_level", "level": "loud"}',
+            "'set_level': level must be none, error, warning, info, got 'loud'",
+        ),
+    ],
+)
+def test_a_malformed_operation_has_an_error_and_the_next_one_is_read(text: str, message: str) -> None:
+    peer = Peer()
+    assert peer.gets(text) == error(message)
+    assert [type(effect) for effect in peer.sends('{"op": "subscribe", "topic": "/a"}')] == [TakeTopic]
+
+
+def test_an_id_of_any_type_comes_back_and_null_is_left_out() -> None:
+    peer = Peer()
+    for identity in ("5", '[1, {"a": null}]', '"x"', "false", "0.5"):
+        answer = json.loads(peer.gets(f'{{"op": "x", "id": {identity}}}'))
+        assert answer["id"] == json.loads(identity)
+    assert "id" not in json.loads(peer.gets('{"op": "x", "id": null}'))
+
+
+def test_only_a_service_call_answers_with_result_false() -> None:
+    answer = json.loads(Peer().gets('{"op": "call_service", "service": "", "id": 3}'))
+    assert answer == {
+        "op": "service_response",
+        "service": "",
+        "values": "service must be a name, got ''",
+        "result": False,
+        "id": 3,
+    }
+
+
+def test_status_levels_are_respected() -> None:
+    peer = Peer()
+    assert peer.sends('{"op": "set_level", "level": "none"}') == []
+    assert peer.sends('{"op": "x"}') == []
+    assert peer.sends('{"op": "set_level", "level": "error"}') == []
+    assert len(peer.sends('{"op": "x"}')) == 1
+
+
+def test_subscriptions_to_a_topic_share_the_greatest_encoding_and_the_lowest_throttle_and_queue() -> None:
+    peer = Peer()
+    peer.sends('{"op": "subscribe", "topic": "a", "id": 1, "throttle_rate": 100.0, "queue_length": 5}')
+    (second,) = peer.sends(
+        '{"op": "subscribe", "topic": "a", "id": 2, "compression": "png", "throttle_rate": 50, '
+        '"queue_length": 2, "fragment_size": 100}'
+    )
+    shared = second.delivery
+    assert (shared.encoding, shared.throttle_s, shared.queue_length) == (Encoding.PNG, 0.05, 2)
+    assert shared.fragment_size == 100
+    (left,) = peer.sends('{"op": "unsubscribe", "topic": "a", "id": 2}')
+    assert (left.delivery.encoding, left.delivery.throttle_s) == (Encoding.JSON, 0.1)
+    assert peer.sends('{"op": "unsubscribe", "topic": "a", "id": 1}') == [LeaveTopic("a")]
+
+
+@pytest.mark.parametrize("compression", ["none", "gzip", None, 3, ["cbor"]])
+def test_unknown_compressions_mean_json(compression: object) -> None:
+    operation = {"op": "subscribe", "topic": "/a", "compression": compression}
+    (taken,) = Peer().sends(json.dumps(operation))
+    assert taken.delivery.encoding is Encoding.JSON
+
+
+def test_null_values_of_a_subscription_are_the_defaults() -> None:
+    (taken,) = Peer().sends(
+        '{"op": "subscribe", "topic": "/a", "type": null, "throttle_rate": null, "queue_length": null, '
+        '"fragment_size": null}'
+    )
+    assert (taken.kind, taken.delivery.throttle_s, taken.delivery.fragment_size) == (None, 0.0, 0)
+
+
+def test_types_as_ros_2_writes_them_are_understood() -> None:
+    (taken,) = Peer().sends('{"op": "subscribe", "topic": "/a", "type": "std_msgs/msg/String"}')
+    assert taken.kind == "std_msgs/String"
+
+
+def test_split_and_joined_texts_are_put_together() -> None:
+    text = '{"op": "subscribe", "topic": "/a", "id": "}\\"{"}{"op": "unsubscribe", "topic": "/a"}'
+    for position in range(1, len(text)):
+        peer = Peer()
+        effects = [*peer.sends(text[:position]), *peer.sends(text[position:])]
+        assert [type(effect) for effect in effects] == [TakeTopic, LeaveTopic], position
+
+
+def test_json_in_binary_frames_is_accepted() -> None:
+    assert [type(effect) for effect in Peer().sends(b'{"op": "subscribe", "topic": "/a"}')] == [TakeTopic]
+
+
+def test_a_complete_operation_ends_a_text_that_was_not_complete() -> None:
+    peer = Peer()
+    assert peer.sends('{"op": "publish", "msg": {') == []
+    status, taken = peer.sends('{"op": "subscribe", "topic": "/a"}')
+    assert "dropped" in status.operation["msg"]
+    assert isinstance(taken, TakeTopic)
+
+
+def test_deep_json_is_refused() -> None:
+    deep = '{"op": "publish", "topic": "/a", "msg": ' + "[" * 100_000 + "]" * 100_000 + "}"
+    assert Peer().gets(deep) == error("the JSON is nested too deeply")
+
+
+def test_an_endless_object_is_dropped() -> None:
+    peer = Peer(limits=Limits()._replace(bridge_message_bytes=1000))
+    assert peer.sends('{"a": "') == []
+    answers = [effect for _ in range(3) for effect in peer.sends("x" * 600)]
+    assert "a JSON object is too long; the limit is 1000" in answers[0].operation["msg"]
+    assert [type(effect) for effect in peer.sends('{"op": "subscribe", "topic": "/a"}')] == [TakeTopic]
+
+
+def fragments(text: str, size: int, identity: object = "x") -> list[str]:
+    parts = [text[start : start + size] for start in range(0, len(text), size)]
+    return [
+        json.dumps({"op": "fragment", "id": identity, "data": part, "num": number, "total": len(parts)})
+        for number, part in enumerate(parts)
+    ]
+
+
+def test_fragments_are_joined_in_any_order_even_twice() -> None:
+    text = '{"op": "subscribe", "topic": "/a"}'
+    for seed in range(20):
+        peer = Peer()
+        first, second = fragments(text, 7), fragments(text, 5, identity=["other", 2])
+        frames = [*first, *second]
+        random.Random(seed).shuffle(frames)  # noqa: S311
+        effects = [effect for frame in frames for effect in peer.sends(frame)]
+        assert [type(effect) for effect in effects] == [TakeTopic, TakeTopic]
+
+
+def test_endless_fragments_are_dropped() -> None:
+    peer = Peer(limits=Limits()._replace(bridge_message_bytes=10_000))
+    answers: list[Any] = []
+    for number in range(1000):
+        operation = {"op": "fragment", "id": number, "data": "", "num": 0, "total": 2}
+        answers += peer.sends(json.dumps(operation))
+    assert "the incomplete fragments are too long; the limit is 10000" in answers[0].operation["msg"]
+    assert len(answers) < 50
+
+
+def test_old_fragments_are_forgotten() -> None:
+    peer = Peer(Settings(fragment_timeout_s=10))
+    first, second = fragments('{"op": "x"}', 6)
+    peer.sends(first)
+    peer.now_s = 11
+    assert peer.sends(second) == []
+
+
+@pytest.mark.parametrize(
+    "fragment",
+    [
+        '"num": 2, "total": 2, "data": "x"',
+        '"num": -1, "total": 2, "data": "x"',
+        '"num": "0", "total": 2, "data": "x"',
+        '"num": 0, "total": 2, "data": 3',
+        '"num": 0, "data": "x"',
+    ],
+)
+def test_malformed_fragments_are_refused(fragment: str) -> None:
+    assert "'fragment': fragment: " in Peer().gets(f'{{"op": "fragment", {fragment}}}')
+
+
+def test_fragments_of_fragments_are_refused() -> None:
+    (inner,) = fragments('{"op": "subscribe", "topic": "/a"}', 100)
+    (outer,) = fragments(inner, 1000)
+    assert "unknown operation 'fragment'" in Peer().gets(outer)
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ('{"op": "subscribe", "topic": "secret"}', "/secret"),
+        ('{"op": "publish", "topic": "/secret"}', "/secret"),
+        ('{"op": "advertise", "topic": "/secret", "type": "a/B"}', "/secret"),
+        ('{"op": "call_service", "service": "/secret"}', "/secret"),
+        ('{"op": "advertise_service", "service": "/secret", "type": "a/B"}', "/secret"),
+    ],
+)
+def test_globs_are_access_control(text: str, name: str) -> None:
+    globs = Globs.parse("[/open/*, '/also']")
+    answer = json.loads(Peer(Settings(topics=globs, services=globs)).gets(text))
+    assert f"clients may not use {name}; they may use /open/*, /also" in str(answer)
+
+
+def test_globs_allow_what_matches_and_everything_without_patterns() -> None:
+    assert Globs.parse("[/open/*]").allow("/open/a/b")
+    assert not Globs.parse("[/open/*]").allow("/a/open/b")
+    assert Globs.parse("[*]").allow("/x")
+    assert Globs.parse("").allow("/x")
+    assert Globs.parse(["/a"]).allow("/a")
+
+
+def test_the_names_of_a_client_are_limited() -> None:
+    peer = Peer(limits=Limits()._replace(bridge_subscriptions=2))
+    answers = [peer.sends(f'{{"op": "subscribe", "topic": "/t{number}"}}') for number in range(3)]
+    assert [type(effects[0]) for effects in answers] == [TakeTopic, TakeTopic, Reply]
+    ids = [peer.sends(f'{{"op": "subscribe", "topic": "/t0", "id": {number}}}') for number in range(3)]
+    assert isinstance(ids[2][0], Reply)
+
+
+def test_a_read_only_server_answers_questions_only() -> None:
+    peer = Peer(Settings(has_control=False))
+    assert [type(each) for each in peer.sends('{"op": "subscribe", "topic": "/a"}')] == [TakeTopic]
+    assert [type(each) for each in peer.sends('{"op": "call_service", "service": "/rosapi/topics"}')] == [
+        CallService
+    ]
+    for text in (
+        '{"op": "publish", "topic": "/a"}',
+        '{"op": "advertise", "topic": "/a", "type": "a/B"}',
+        '{"op": "advertise_service", "service": "/a", "type": "a/B"}',
+        '{"op": "call_service", "service": "/rosapi/set_param"}',
+        '{"op": "call_service", "service": "/a"}',
+    ):
+        assert "this server is read-only" in peer.gets(text)
+
+
+SECRET = "0123456789abcdef"  # noqa: S105 # of these tests
+
+
+def claims(rand: str = "r", t: int = 1000, secret: str = SECRET, **changed: Any) -> dict[str, Any]:
+    values = {"client": "1.2.3.4", "dest": "5.6.7.8", "rand": rand, "t": t, "level": "user", "end": 2000}
+    text = f"{secret}1.2.3.45.6.7.8{rand}{t}user2000"
+    return {"op": "auth", "mac": hashlib.sha512(text.encode()).hexdigest(), **values, **changed}
+
+
+def test_a_client_that_knows_the_secret_may_go_on_and_no_other() -> None:
+    def attempts(operations: Sequence[dict[str, Any]], authenticator: Authenticator) -> list[type]:
+        peer = Peer(Settings(authenticator=authenticator))
+        return [type(each) for operation in operations for each in peer.sends(json.dumps(operation))]
+
+    authenticator = Authenticator(SECRET, lambda: 1001.0)
+    subscribe = {"op": "subscribe", "topic": "/a"}
+    assert attempts([claims(), subscribe], authenticator) == [TakeTopic]
+    assert attempts([claims(), subscribe], authenticator)[0] is Disconnect  # the same (rand, t) again
+    assert attempts([subscribe], authenticator) == [Disconnect]
+    for wrong in (
+        claims("a", secret="x" * 16),
+        claims("b", t=990),
+        claims("c", end=900),
+        claims("d", mac=None),
+        claims("e", mac="ä"),
+        claims("f", t="1000"),
+        {"op": "auth"},
+    ):
+        assert attempts([wrong], authenticator) == [Disconnect], wrong
+
+
+def test_a_secret_of_another_length_is_refused() -> None:
+    with pytest.raises(ValueError, match="must have 16 characters, got 3"):
+        Authenticator("abc", lambda: 0.0)

@@ -1,0 +1,79 @@
+"""Who may connect to a bridge: origins and tokens."""
+
+from __future__ import annotations
+
+import pytest
+
+from pipros.bridges.admission import Admission
+from pipros.web.secret import Denied, Secret
+
+TOKEN = "-".join(["a", "token", "of", "16", "characters"])
+
+
+@pytest.mark.parametrize(
+    "origin",
+    [None, "http://localhost:3000", "https://127.0.0.1", "http://[::1]:8080", "http://app.localhost"],
+)
+def test_programs_and_pages_of_this_machine_may_connect(origin: str | None) -> None:
+    Admission().check_origin(origin)
+
+
+@pytest.mark.parametrize(
+    "origin",
+    [
+        "https://evil.example",
+        "http://localhost.evil.example",
+        "http://127.0.0.1.evil.example",
+        "http://evil.example:80@localhost",
+        "http://localhost@evil.example",
+        "http://127.0.0.1:80, http://evil.example",
+        "http://[::1",
+        "file://localhost",
+        "null",
+        "",
+    ],
+)
+def test_pages_of_others_may_not(origin: str) -> None:
+    with pytest.raises(Denied):
+        Admission().check_origin(origin)
+
+
+def test_options_allow_further_origins() -> None:
+    Admission(origins=["https://app.example"]).check_origin("https://app.example")
+    with pytest.raises(Denied, match="--origin"):
+        Admission(origins=["https://app.example"]).check_origin("https://app.example.evil")
+    Admission(origins=["*"]).check_origin("https://evil.example")
+    Admission(allows_null_origin=True).check_origin("null")
+
+
+@pytest.mark.parametrize(
+    ("path", "authorization"),
+    [
+        (f"/{TOKEN}", None),
+        (f"/robot/{TOKEN}?x=1", None),
+        (f"/?token={TOKEN}", None),
+        ("/", f"Bearer {TOKEN}"),
+    ],
+)
+def test_the_token_is_in_the_url_or_the_header(path: str, authorization: str | None) -> None:
+    assert Admission(Secret(tokens=["another-token-of-mine", TOKEN])).has_token(path, authorization)
+
+
+@pytest.mark.parametrize(
+    ("path", "authorization"),
+    [
+        ("/", None),
+        ("", None),
+        (f"/{TOKEN}/", None),
+        (f"/{TOKEN}x", None),
+        (f"/?token=x&token={TOKEN}", None),
+        ("/", f"Basic {TOKEN}"),
+        ("/\N{LATIN SMALL LETTER E WITH ACUTE}", "Bearer"),
+    ],
+)
+def test_other_requests_have_no_token(path: str, authorization: str | None) -> None:
+    assert not Admission(Secret(tokens=[TOKEN])).has_token(path, authorization)
+
+
+def test_without_a_secret_no_token_is_needed() -> None:
+    assert Admission().has_token("/", None)

@@ -1,0 +1,131 @@
+"""The queue of one client: order, limits, losses."""
+
+from __future__ import annotations
+
+from pipros.bridges.outbox import Frame, Outbox, Traffic, text_frame
+
+
+class Client:
+    """An outbox that counts how often it wakes the event loop."""
+
+    def __init__(self, limit_bytes: int = 100) -> None:
+        self.wakes = 0
+        self.outbox = Outbox(limit_bytes, self.wake)
+        for key in "ab":
+            self.outbox.open(key)
+
+    def wake(self) -> None:
+        self.wakes += 1
+
+    def put(self, key: str, data: bytes) -> None:
+        self.outbox.put(key, Frame((data,)))
+
+    def taken(self) -> list[bytes]:
+        """Pop everything."""
+        found = []
+        while (frames := self.outbox.pop()) is not None:
+            found.append(b"|".join(b"".join(frame.parts) for frame in frames))
+        return found
+
+
+def test_messages_and_answers_keep_their_order() -> None:
+    client = Client()
+    client.put("a", b"1")
+    client.outbox.answer(text_frame("2"))
+    client.put("b", b"3")
+    client.outbox.answer(text_frame("4"))
+    client.put("a", b"5")
+
+    assert client.taken() == [b"1", b"2", b"3", b"4", b"5"]
+    assert client.wakes == 1
+
+
+def test_the_loop_is_woken_again_after_the_outbox_was_empty() -> None:
+    client = Client()
+    client.put("a", b"1")
+    client.taken()
+    client.put("a", b"2")
+
+    assert client.wakes == 2
+
+
+def test_a_queue_length_drops_the_oldest_messages_of_its_subscription_only() -> None:
+    client = Client()
+    client.outbox.open("a", queue_length=2)
+    for number in range(4):
+        client.put("a", b"a%d" % number)
+        client.put("b", b"b%d" % number)
+
+    assert client.taken() == [b"b0", b"b1", b"a2", b"b2", b"a3", b"b3"]
+    assert client.outbox.traffic() == {"a": Traffic(2, 4, 2), "b": Traffic(4, 8, 0)}
+
+
+def test_more_bytes_than_the_limit_drop_the_oldest_messages_of_all() -> None:
+    client = Client(limit_bytes=10)
+    client.put("a", b"aaaa")
+    client.put("b", b"bbbb")
+    client.put("a", b"AAAA")
+
+    assert client.outbox.waiting_bytes == 8
+    assert client.taken() == [b"bbbb", b"AAAA"]
+    assert client.outbox.total == Traffic(2, 8, 1)
+
+
+def test_a_message_larger_than_the_limit_waits_alone() -> None:
+    client = Client(limit_bytes=10)
+    client.put("a", b"1")
+    client.put("b", b"x" * 50)
+    assert client.taken() == [b"x" * 50]
+
+
+def test_answers_are_not_dropped_for_messages() -> None:
+    client = Client(limit_bytes=10)
+    client.outbox.answer(Frame((b"answer",)))
+    client.put("a", b"1")
+    client.put("a", b"123456789")
+    client.put("a", b"2")
+
+    assert client.taken() == [b"answer", b"2"]
+
+
+def test_a_client_whose_answers_do_not_fit_is_overrun() -> None:
+    client = Client(limit_bytes=10)
+    client.put("a", b"1")
+    client.outbox.answer(Frame((b"12345678",)))
+    client.outbox.answer(Frame((b"too much",)))
+
+    assert client.outbox.is_overrun
+    assert client.wakes == 2
+    assert client.taken() == []
+
+
+def test_frames_of_one_message_are_dropped_together() -> None:
+    client = Client()
+    client.outbox.open("a", queue_length=1)
+    client.outbox.put("a", Frame((b"1",)), Frame((b"2", b"3")))
+    client.outbox.put("a", Frame((b"4",)), Frame((b"5", b"6")))
+
+    assert client.taken() == [b"4|56"]
+
+
+def test_messages_of_ended_subscriptions_are_not_sent() -> None:
+    client = Client()
+    client.put("a", b"1")
+    client.put("b", b"2")
+    client.outbox.forget("a")
+    client.put("a", b"3")
+
+    assert client.outbox.waiting_bytes == 1
+    assert client.taken() == [b"2"]
+    assert client.outbox.total.lost == 0
+
+
+def test_a_closed_outbox_accepts_nothing() -> None:
+    client = Client()
+    client.put("a", b"1")
+    client.outbox.close()
+    client.put("a", b"2")
+    client.outbox.answer(Frame((b"3",)))
+
+    assert client.taken() == []
+    assert client.outbox.waiting_bytes == 0
