@@ -8,11 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.support import browser, genuine, pyright
+from tests.support import bridge_clients, browser, genuine, pyright
 from tests.support.environments import REPOSITORY
 
 PLUGIN = """
-from tests.support import browser, genuine, pyright
+from tests.support import bridge_clients, browser, genuine, pyright
+bridge_clients.missing = lambda: ["roslib"]
+bridge_clients.missing_foxglove = lambda: ["ws"]
 browser.find_chromium = lambda: None
 genuine._FILES = {"/no/such/file": "python3-rospy"}
 genuine._MODULES = {}
@@ -49,13 +51,18 @@ def test_interop_is_left_out_and_the_last_lines_say_so(run_without_genuine: Path
     ended = run(run_without_genuine, "tests/interop", "tests/unit/test_support_genuine.py")
 
     assert "interop/" not in ended.stdout.partition("left out")[0]
-    *_, checker, how, page, get, what, lacking, cure, last = ended.stdout.rstrip("\n").splitlines()
+    *_, checker, how, page, get, clients, install, what, lacking, cure, last = ended.stdout.rstrip(
+        "\n"
+    ).splitlines()
     assert checker == "tests/typing: what pyright says is not tested, for it is not on this machine"
     assert how == f"to have it where Node.js is: {pyright.INSTALL}"
     assert page.startswith(
         "tests/browser: the page is not tried in a browser, for this machine lacks: chromium"
     )
     assert get == f"to have it on Debian 12, as root: {browser.INSTALL}"
+    assert clients.startswith("tests/clients: ")
+    assert clients.endswith("this machine lacks: roslib, ws")
+    assert install == f"to have them where Node.js is: {bridge_clients.INSTALL}"
     assert what == "tests/interop: genuine ROS 1 is not complete on this machine"
     assert lacking == "lacking: python3-rospy"
     assert cure.startswith("to have it on Debian 12, as root: apt-get install --no-install-recommends ")
