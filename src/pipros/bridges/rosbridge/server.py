@@ -189,6 +189,7 @@ class WebSocketServer:
     def close(self) -> None:
         """Disconnect the clients and close the port."""
         self._runtime.close(self.door.close())
+        self._clients.close()
 
     def _report(self) -> None:
         self._clients.report([(row.address, row.since) for row in self.door.clients()])
@@ -208,6 +209,10 @@ class ClientTopics:
     def report(self, clients: Collection[tuple[str, float]]) -> None:
         """Publish the addresses of all clients, and when they connected, in a thread."""
         self._thread.run(self._publish, list(clients))
+
+    def close(self) -> None:
+        """Publish nothing more."""
+        self._thread.close()
 
     def _publish(self, clients: Collection[tuple[str, float]]) -> None:
         rows = [

@@ -20,6 +20,10 @@ from pipros.node import Node
 from pipros.web.daemon_pool import DaemonPool
 
 CHUNK_BYTES: Final = 64 * 1024
+ACCEPTING_TURNS: Final = 3
+"""Iterations of the event loop for asyncio to accept a connection that is pending at the end. If the server
+is closed meanwhile, its socket stays open.
+"""
 SILENT_S: Final = 600.0
 """A UDP client that is silent for this long is forgotten, because UDP has no end of a connection."""
 WAITING_DATAGRAMS: Final = 100
@@ -60,6 +64,7 @@ class _Server:
     def close(self) -> None:
         """Disconnect the clients and close the port."""
         self._runtime.close(self._end())
+        self._topics.close()
 
     async def _open(self) -> int:
         raise NotImplementedError
@@ -85,16 +90,36 @@ class _Server:
 class TcpServer(_Server):
     """A rosbridge server for TCP on a node."""
 
+    def __init__(self, node: Node, options: ServerOptions) -> None:
+        super().__init__(node, options)
+        self._connections: dict[asyncio.StreamWriter, asyncio.Task[None]] = {}
+
     async def _open(self) -> int:
         self._wakeups = Wakeups(asyncio.get_running_loop())
         self._server = await asyncio.start_server(
-            self._attend, self._options.host, self._options.port, limit=CHUNK_BYTES
+            self._welcome, self._options.host, self._options.port, limit=CHUNK_BYTES
         )
         port: int = self._server.sockets[0].getsockname()[1]
         return port
 
     async def _end(self) -> None:
+        for _ in range(ACCEPTING_TURNS):
+            await asyncio.sleep(0)
         self._server.close()
+        for writer in list(self._connections):
+            writer.transport.abort()
+        await asyncio.gather(*self._connections.values(), return_exceptions=True)
+
+    def _welcome(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Begin to serve a client, in a task that closes the connection even if it is cancelled at once."""
+
+        def close(_: object) -> None:
+            self._connections.pop(writer, None)
+            writer.transport.abort()
+
+        task = asyncio.create_task(self._attend(reader, writer))
+        self._connections[writer] = task
+        task.add_done_callback(close)
 
     async def _attend(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Serve one client until it disconnects."""
@@ -102,7 +127,6 @@ class TcpServer(_Server):
         host = plain_address(str(writer.get_extra_info("peername")[0]))
         session = self._connect(writer, host, has_data.set)
         if session is None:
-            writer.close()
             return
         sender = asyncio.create_task(self._send(session.outbox, has_data, writer))
         receive = self._receive_bson if self._options.settings.is_bson else self._receive_json
@@ -114,7 +138,6 @@ class TcpServer(_Server):
             pass
         finally:
             sender.cancel()
-            writer.transport.abort()
             self._disconnect(writer, session)
 
     async def _receive_json(

@@ -8,6 +8,7 @@ import random
 from collections.abc import Sequence
 from typing import Any
 
+import bson
 import pytest
 
 from pipros.basics.limits import Limits
@@ -306,6 +307,35 @@ def test_the_names_of_a_client_are_limited() -> None:
     assert [type(effects[0]) for effects in answers] == [TakeTopic, TakeTopic, Reply]
     ids = [peer.sends(f'{{"op": "subscribe", "topic": "/t0", "id": {number}}}') for number in range(3)]
     assert isinstance(ids[2][0], Reply)
+
+
+def test_binary_frames_are_bson_in_bson_mode() -> None:
+    peer = Peer(Settings(is_bson=True))
+    (taken,) = peer.sends(bson.encode({"op": "subscribe", "topic": "/a"}))
+    assert isinstance(taken, TakeTopic)
+    assert "not BSON" in peer.gets(b"\1\2\3")
+
+
+def test_operations_on_unknown_names_have_no_effect_or_an_error() -> None:
+    peer = Peer()
+    assert peer.sends('{"op": "unsubscribe", "topic": "/a"}') == []
+    assert peer.sends('{"op": "unadvertise", "topic": "/a"}') == []
+    assert "does not offer /s" in peer.gets('{"op": "unadvertise_service", "service": "/s"}')
+
+
+def test_a_second_subscription_of_another_type_is_refused() -> None:
+    peer = Peer()
+    peer.sends('{"op": "subscribe", "topic": "/a", "type": "std_msgs/String"}')
+    answer = peer.gets('{"op": "subscribe", "topic": "/a", "type": "std_msgs/Int32", "id": 1}')
+    assert "/a is subscribed to with the type std_msgs/String, not std_msgs/Int32" in answer
+
+
+def test_a_topic_is_advertised_until_its_last_advertisement_is_withdrawn() -> None:
+    peer = Peer()
+    for identity in (1, 2):
+        peer.sends(f'{{"op": "advertise", "topic": "/a", "type": "std_msgs/String", "id": {identity}}}')
+    assert peer.sends('{"op": "unadvertise", "topic": "/a", "id": 1}') == []
+    assert peer.sends('{"op": "unadvertise", "topic": "/a", "id": 2}') == [Unadvertise("/a")]
 
 
 def test_a_read_only_server_answers_questions_only() -> None:
