@@ -256,7 +256,8 @@ class BagReader:
 
         Args:
             connections: connections to read; by default all.
-            start_ns, end_ns: first and last timestamp, inclusive.
+            start_ns: timestamp of the first message.
+            end_ns: timestamp of the last message, inclusive.
 
         Raises:
             BagFormatError: the file is damaged at the position of the next message.
