@@ -8,13 +8,16 @@ import http.client
 import json
 import logging
 import socket
+import ssl
 from collections.abc import AsyncIterator, Coroutine, Hashable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import pytest
 from websockets import Origin
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.typing import Subprotocol
 
 from pipros.basics.limits import Limits
 from pipros.bridges.admission import Admission
@@ -26,6 +29,7 @@ from tests.support.waiting import wait_until
 
 TOKEN = "-".join(["a", "token", "of", "16", "characters"])
 PROTOCOL = "echo.v1"
+CERTIFICATES = Path(__file__).parents[1] / "support" / "certificates"
 
 
 class Echo:
@@ -94,6 +98,42 @@ def test_messages_of_any_size_arrive_in_order() -> None:
             for message in sent:
                 await client.send(message)
             assert [await client.recv() for _ in sent] == sent
+
+    run(body())
+
+
+@pytest.mark.parametrize("is_encrypted", [False, True])
+def test_control_frames_wait_for_the_end_of_a_large_message(is_encrypted: bool) -> None:
+    async def body() -> None:
+        handler = Echo()
+        door = Door({PROTOCOL: handler}, Admission(), limits=Limits(bridge_queue_bytes=100_000_000))
+        tls = None
+        if is_encrypted:
+            tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+            tls.load_cert_chain(CERTIFICATES / "cert.pem", CERTIFICATES / "key.pem")
+        await door.open("127.0.0.2", 0, tls=tls)
+        scheme = "wss" if is_encrypted else "ws"
+        trusting = ssl.create_default_context(cafile=str(CERTIFICATES / "cert.pem")) if is_encrypted else None
+        async with connect(
+            f"{scheme}://127.0.0.2:{door.port}",
+            subprotocols=[Subprotocol(PROTOCOL)],
+            ssl=trusting,
+            proxy=None,
+            max_size=None,
+        ) as client:
+            await condition(lambda: handler.sessions)
+            outbox = handler.sessions[0].client.outbox
+            client.transport.pause_reading()
+            large = bytes(range(256)) * 40_000
+            for number in range(2):  # more than the buffers of the system take
+                outbox.put("topic", Frame((b"%d" % number, large)), Frame((b"|", large)))
+            pong = await client.ping()
+            client.transport.resume_reading()
+            for number in range(2):
+                assert await client.recv() == b"%d" % number + large
+                assert await client.recv() == b"|" + large
+            await pong
+        await door.close()
 
     run(body())
 

@@ -2,10 +2,10 @@
 
 Theory of operation. `Outbox` wakes the event loop, once for all clients. A client's frames are written
 without a task: until its connection is full, and again when asyncio says that there is room. A connection
-that stays full without any progress is aborted after `bridge_stall_s`. Frames go to the transport directly:
-`send` of websockets would copy a large message twice and take several times as long for a small one, and
-`broadcast` would not say when to stop. (The head of a frame without mask and extensions, by RFC 6455, is
-three lines.)
+that stays full without any progress is aborted after `bridge_stall_s`. Frames do not go through `send` of
+websockets, which copies a large message twice and takes several times as long for a small one, nor through
+`broadcast`, which does not say when to stop. The head of a frame without mask and extensions, by RFC 6455, is
+three lines. A large frame is sent from its own memory; while it is being written, control frames wait.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 import asyncio
 import struct
 import threading
+from collections import deque
 from collections.abc import Callable
 from typing import Final
 
@@ -25,6 +26,10 @@ from pipros.web.server_port import PortConnection
 
 JOINED_BYTES: Final = 16 * 1024
 """Up to this size, copying the parts of a frame takes less time than another system call."""
+CHUNK_BYTES: Final = 16 * 1024
+"""Bytes of a large frame that the transport gets when the socket is full, to wait for room."""
+ENCRYPTED_BYTES: Final = 256 * 1024
+"""The same with TLS, where the transport gets all of them."""
 TURN_BYTES: Final = 1024 * 1024
 """Bytes that a client is written before other clients have their turn."""
 CLOSING_S: Final = 1.0
@@ -72,6 +77,14 @@ class BridgeConnection(PortConnection):
     is_known = False
     on_room: Callable[[], object] | None = None
     on_full: Callable[[], object] | None = None
+    _is_encrypted = False
+    _rest: memoryview | None = None  # of a frame that is being written
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        self._is_encrypted = transport.get_extra_info("ssl_object") is not None
+        if not self._is_encrypted:  # with TLS, asyncio would pause at an empty buffer, too
+            self.transport.set_write_buffer_limits(high=0)
 
     def pause_writing(self) -> None:
         super().pause_writing()
@@ -80,23 +93,52 @@ class BridgeConnection(PortConnection):
 
     def resume_writing(self) -> None:
         super().resume_writing()
+        self._write_rest()
         if self.on_room is not None:
             self.on_room()
+
+    def send_data(self) -> None:
+        """Write control frames, but never within another frame: `_write_rest` continues."""
+        if self._rest is None:
+            super().send_data()
 
     @property
     def has_room(self) -> bool:
         """Whether a frame may be written now."""
-        return not self.paused and self.protocol.state is State.OPEN and not self.transport.is_closing()
+        is_free = not self.paused and self._rest is None
+        return is_free and self.protocol.state is State.OPEN and not self.transport.is_closing()
 
     def write(self, frame: Frame) -> None:
-        """Write a frame. Only while `has_room`, or to complete a message."""
+        """Begin to write a frame. Only while `has_room`, which is False until all of it is written."""
         head = frame_head(frame.size, is_text=frame.is_text)
         if frame.size <= JOINED_BYTES:
             self.transport.write(b"".join((head, *frame.parts)))
             return
         *before, last = frame.parts
-        self.transport.write(b"".join((head, *before)))
-        self.transport.write(last)
+        rest = memoryview(last)
+        self.transport.write(b"".join((head, *before, rest[:JOINED_BYTES])))
+        self._rest = rest[JOINED_BYTES:] or None
+        self._write_rest()
+
+    def _write_rest(self) -> None:
+        """Write the rest of a large frame while the socket takes it, and then the delayed control frames."""
+        while self._rest is not None and not self.paused:
+            sent = self._send_now(self._rest)
+            if not sent:  # the transport says when there is room again
+                sent = ENCRYPTED_BYTES if self._is_encrypted else CHUNK_BYTES
+                self.transport.write(self._rest[:sent])
+            self._rest = self._rest[sent:] or None
+            if self._rest is None:
+                self.send_data()
+
+    def _send_now(self, data: memoryview) -> int:
+        """Send what the socket takes without copying it; return the number of bytes, 0 if it is full."""
+        if self._is_encrypted or self.transport.get_write_buffer_size():
+            return 0
+        try:
+            return self._visitor.send(data)
+        except OSError:  # full, or broken: the transport finds out
+            return 0
 
 
 def frame_head(size: int, *, is_text: bool) -> bytes:
@@ -134,6 +176,7 @@ class Client:
         self._connection = connection
         self._stall_s = limits.bridge_stall_s
         self._loop = asyncio.get_running_loop()
+        self._frames: deque[Frame] = deque()  # of the message that is being written
         self._watch: asyncio.TimerHandle | None = None
         self._turn = asyncio.Lock()
         self._sent: asyncio.Future[None] | None = None  # set once no answer waits
@@ -177,12 +220,13 @@ class Client:
         connection = self._connection
         left = TURN_BYTES
         while connection.has_room:
-            frames = self.outbox.pop()
-            if frames is None:
-                return
-            for frame in frames:
-                connection.write(frame)
-                left -= frame.size
+            if not self._frames:
+                self._frames.extend(self.outbox.pop() or ())
+                if not self._frames:
+                    return
+            frame = self._frames.popleft()
+            connection.write(frame)
+            left -= frame.size
             if self._sent is not None and not self._sent.done() and not self.outbox.has_answers:
                 self._sent.set_result(None)
             if left < 0:
