@@ -137,7 +137,7 @@ def test_roslib_in_chromium_has_every_encoding_services_and_parameters(page_url:
         browser = playwright.chromium.launch(executable_path=find_chromium(), args=["--no-sandbox"])
         tab = browser.new_page()
         tab.goto(page_url)
-        tab.wait_for_function("window.ask !== undefined")
+        tab.wait_for_function("window.ask !== undefined", timeout=90_000)
         found = tab.evaluate("url => window.ask(url)", f"ws://127.0.0.1:{port}")
         browser.close()
     assert found == FROM_JAVASCRIPT
