@@ -1,18 +1,23 @@
 // Filters of texts as users type them.
 
-// Returns a function of a text: whether it contains every word, and none that begins with "-". "/…/" is a regular
+// Returns a function of a text: whether it contains the typed words as they stand. "-word" excludes, "/…/" is a regular
 // expression, "-/…/" excludes what it matches; one that is malformed is taken as a part of the text. Case is ignored.
 export function textFilter(typed) {
   const conditions = split(typed).map(condition);
   return (text) => conditions.every((holds) => holds(text));
 }
 
-const split = (typed) => typed.match(/-?\/(?:[^/\\]|\\.)+\/(?=\s|$)|\S+/g) ?? [];
+// Words without a sign stay together.
+function split(typed) {
+  const parts = typed.trim().split(/(?:^|\s+)(-?\/(?:[^/\\]|\\.)+\/|-\S+)(?=\s|$)/);
+  return parts.map((part) => part.trim()).filter(Boolean);
+}
 
-function condition(word) {
-  const isExcluded = word.startsWith("-") && word.length > 1;
-  const part = isExcluded ? word.slice(1) : word;
-  const matches = part.length > 2 && part.startsWith("/") && part.endsWith("/") ? matcher(part.slice(1, -1)) : contains(part);
+function condition(part) {
+  const isExcluded = part.startsWith("-") && part.length > 1;
+  const wanted = isExcluded ? part.slice(1) : part;
+  const isExpression = wanted.length > 2 && wanted.startsWith("/") && wanted.endsWith("/");
+  const matches = isExpression ? matcher(wanted.slice(1, -1)) : contains(wanted);
   return (text) => matches(text) !== isExcluded;
 }
 
