@@ -9,7 +9,7 @@ import pytest
 
 from pipros.bridges.rosbridge.authentication import Authenticator
 
-SECRET = "0123456789abcdef"
+SECRET = "0123456789abcdef"  # noqa: S105 # of these tests
 NOW = 1000
 
 
