@@ -16,7 +16,7 @@ class Pace:
     """How long to wait before reading the next message of a client.
 
     The client's connection fills up meanwhile, so a client that sends too much is slowed down; nothing is
-    stored or lost. Each limit has a due time, at which a client that keeps to the limit would have sent as much.
+    stored or lost. Each limit has a due time, at which a client that keeps to it would have sent as much.
     """
 
     def __init__(self, limits: Limits, clock: Callable[[], float] = time.monotonic) -> None:
