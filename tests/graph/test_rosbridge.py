@@ -140,9 +140,11 @@ def publishing(publisher: Any, text: str) -> Iterator[None]:
 
     thread = threading.Thread(target=publish, daemon=True)
     thread.start()
-    yield
-    end.set()
-    thread.join()
+    try:
+        yield
+    finally:
+        end.set()
+        thread.join()
 
 
 def test_a_long_message_comes_in_fragments_for_that_subscription_only(url: str, robot: Node) -> None:
@@ -523,6 +525,22 @@ def test_tcp_clients_may_use_bson(node: Node, robot: Node) -> None:
             assert bson.decode(document)["msg"] == {"data": "x"}
             connection.sendall(b"\xff\xff\xff\x7f")
             assert connection.recv(1) == b""
+    finally:
+        server.close()
+
+
+def test_a_client_that_sends_too_much_is_read_more_slowly(make_node: MakeNode) -> None:
+    limits = Limits()._replace(bridge_client_messages_s=5)
+    server = WebSocketServer(make_node("bridge", limits=limits), ServerOptions(port=0))
+    url = f"ws://127.0.0.1:{server.start()}"
+    try:
+        with RosbridgeClient(url) as flooding, RosbridgeClient(url) as other:
+            for _ in range(500):
+                flooding.send("set_level", level="none")
+            wait_until(lambda: server.door.clients()[0].received.messages > limits.bridge_client_messages_s)
+            other.send("unknown")
+            assert other.wait_for("status")["level"] == "error"
+            assert server.door.clients()[0].received.messages < 500
     finally:
         server.close()
 

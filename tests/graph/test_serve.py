@@ -5,7 +5,10 @@ from __future__ import annotations
 import asyncio
 import http.client
 import json
+import os
+import signal
 import ssl
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -16,7 +19,12 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect as connect_sync
 from websockets.typing import Subprotocol
 
+from pipros.basics.env import Environment
+from pipros.bridges import serve
+from pipros.bridges.door import Handler
 from pipros.bridges.foxglove.handler import SUBPROTOCOLS
+from pipros.master.master import Master
+from pipros.node import Node
 from tests.support.foxglove import Client, connected
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -47,6 +55,31 @@ def test_a_foxglove_server_ends_with_ctrl_c(ros: RosSystem) -> None:
         assert server.wait() == 0
         assert time.monotonic() - before < 5  # with much to spare on a busy machine
     assert server.stderr[-1].startswith("Clients can only read")
+
+
+def test_the_node_ends_while_connections_and_protocols_end(
+    master: Master, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(serve, "CLOSING_S", 30.0)
+    node = Node("bridge", environment=Environment(master_uri=master.uri))
+    node_ends = threading.Event()
+    outcome: list[bool] = []
+
+    class Waiting:
+        page = None
+
+        def handlers(self) -> dict[str, Handler]:
+            return {}
+
+        def start(self) -> None:
+            os.kill(os.getpid(), signal.SIGINT)
+
+        def close(self) -> None:
+            outcome.append(node_ends.wait(20))
+
+    node.on_shutdown(node_ends.set)
+    assert serve.serve(node, serve.DoorOptions("test", 0), lambda *_: Waiting(), None) == 0
+    assert outcome == [True]
 
 
 def test_it_waits_for_a_master_that_is_not_there_yet(ros: RosSystem) -> None:
@@ -83,6 +116,7 @@ def test_clients_need_a_token_of_the_file(ros: RosSystem, token_file: Path) -> N
         (["--cert", "missing"], "cannot use the certificate missing"),
         (["--topic", "["], "[[] is not a regular expression"),
         (["--bind", "127.0.0.1:x"], "--bind must be HOST or HOST:PORT"),
+        (["--client-bytes", "0"], "--client-bytes must be > 0, got 0"),
         (["--bind", "192.0.2.1"], "cannot listen at 192.0.2.1:8765"),
     ],
 )

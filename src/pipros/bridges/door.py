@@ -29,6 +29,7 @@ from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.bridges.admission import Admission
 from pipros.bridges.client import BridgeConnection, Client, Wakeups
 from pipros.bridges.outbox import Traffic
+from pipros.bridges.pace import Pace
 from pipros.web.access import LOOPBACK_HOSTS, Access
 from pipros.web.entrance import Entrance
 from pipros.web.secret import Denied, Secret
@@ -260,11 +261,14 @@ class Door:
         client = Client(connection, next(self._numbers), name or "rosbridge", self._limits, self._wakeups)
         session = handler.open(client)
         self._clients[client] = session, time.time()
+        pace = Pace(self._limits)
         try:
             async for data in connection:
                 client.received.messages += 1
                 client.received.bytes += len(data)
                 await session.receive(data)
+                if delay_s := pace.delay_s(len(data)):
+                    await asyncio.sleep(delay_s)
         except ConnectionClosed:
             pass
         except Exception:

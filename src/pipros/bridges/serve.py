@@ -27,7 +27,7 @@ from pipros.web.token_file import read_tokens
 
 CLOSING_S: Final = 0.4
 ENDING_S: Final = 0.1
-"""How long connections, and then each of threads and tasks, can delay the end of the process."""
+"""How long connections, node and protocols together, and then tasks, can delay the end of the process."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,12 +123,17 @@ def serve(
             reason = error.strerror or error
             raise ServerFailed(f"cannot listen at {options.host}:{options.port}: {reason}") from None
         finally:
-            ending = threading.Thread(target=protocols.close, name="end of the protocols", daemon=True)
             end_s = time.monotonic() + CLOSING_S
-            ending.start()
+            endings = [
+                threading.Thread(target=end, name=f"end of {what}", daemon=True)
+                for what, end in (("the node", node.shutdown), ("the protocols", protocols.close))
+            ]
+            for ending in endings:
+                ending.start()
             with contextlib.suppress(TimeoutError):
                 loop.run(door.close(), CLOSING_S)
-            ending.join(max(end_s - time.monotonic(), ENDING_S))
+            for ending in endings:
+                ending.join(max(end_s - time.monotonic(), 0.0))
             loop.stop(ENDING_S)
     return 0
 

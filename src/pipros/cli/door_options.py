@@ -6,9 +6,10 @@ from optparse import OptionParser
 from typing import TYPE_CHECKING, Any
 
 from pipros.cli.page_command import bind_address
-from pipros.cli.runner import add_flag
+from pipros.cli.runner import CommandError, add_flag
 
 if TYPE_CHECKING:
+    from pipros.basics.limits import Limits
     from pipros.bridges.serve import DoorOptions
 
 
@@ -28,6 +29,13 @@ def add_door_options(parser: OptionParser, port: int) -> None:
         action="append",
         help="let pages of this origin connect, such as https://app.example.org; may be repeated",
     )
+    parser.add_option(
+        "--client-messages",
+        metavar="N",
+        type="int",
+        help="messages per second that one client may send (10000); beyond that it is slowed down",
+    )
+    parser.add_option("--client-bytes", metavar="N", type="int", help="likewise, bytes per second (256 MiB)")
 
 
 def door_options(tool: str, options: Any) -> DoorOptions:
@@ -47,3 +55,17 @@ def door_options(tool: str, options: Any) -> DoorOptions:
         "null" in origins,
         bool(options.control),
     )
+
+
+def client_limits(options: Any) -> Limits:
+    """Return the limits of the process with those of the options."""
+    from pipros.basics.limits import process_limits
+
+    given = {
+        "bridge_client_messages_s": options.client_messages,
+        "bridge_client_bytes_s": options.client_bytes,
+    }
+    for name, value in given.items():
+        if value is not None and value <= 0:
+            raise CommandError(f"--client-{name.split('_')[2]} must be > 0, got {value}")
+    return process_limits()._replace(**{name: value for name, value in given.items() if value is not None})

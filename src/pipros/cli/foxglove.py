@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from pipros.cli.door_options import add_door_options, door_options
+from pipros.cli.door_options import add_door_options, client_limits, door_options
 from pipros.cli.page_command import without_remappings
 from pipros.cli.runner import CommandError, option_parser, run
 
@@ -53,7 +53,7 @@ def _main(argv: Sequence[str]) -> int:
         has_control=bool(options.control),
         longest_look_s=options.max_update_ms / 1000,
     )
-    node = Node("foxglove_bridge", anonymous=True, argv=argv)
+    node = Node("foxglove_bridge", anonymous=True, argv=argv, limits=client_limits(options))
     return serve_foxglove(node, door_options("pipros foxglove", options), rules)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.door_options import add_door_options, door_options
+from pipros.cli.door_options import add_door_options, client_limits, door_options
 from pipros.cli.page_command import without_remappings
 from pipros.cli.runner import option_parser, run
 
@@ -25,4 +25,5 @@ def _main(argv: Sequence[str]) -> int:
     from pipros.bridges.serve_all import serve_all
     from pipros.node import Node
 
-    return serve_all(Node("pipros_serve", anonymous=True, argv=argv), door_options("pipros serve", options))
+    node = Node("pipros_serve", anonymous=True, argv=argv, limits=client_limits(options))
+    return serve_all(node, door_options("pipros serve", options))

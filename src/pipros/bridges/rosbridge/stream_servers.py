@@ -13,6 +13,7 @@ from typing import Any, Final
 from pipros.basics.errors import PiprosError
 from pipros.bridges.client import Wakeups
 from pipros.bridges.outbox import Outbox
+from pipros.bridges.pace import Pace
 from pipros.bridges.rosbridge.server import BridgeRuntime, ClientTopics, ServerOptions
 from pipros.bridges.rosbridge.session import ClientSession
 from pipros.net.address import plain_address
@@ -129,28 +130,28 @@ class TcpServer(_Server):
         if session is None:
             return
         sender = asyncio.create_task(self._send(session.outbox, has_data, writer))
+        pace = Pace(self._limits)
         receive = self._receive_bson if self._options.settings.is_bson else self._receive_json
         try:
-            async for _ in receive(session, reader):
+            async for size in receive(session, reader):
                 if session.ended or sender.done():
                     break
+                await asyncio.sleep(pace.delay_s(size))
         except (OSError, EOFError, ValueError, asyncio.TimeoutError):
             pass
         finally:
             sender.cancel()
             self._disconnect(writer, session)
 
-    async def _receive_json(
-        self, session: ClientSession, reader: asyncio.StreamReader
-    ) -> AsyncIterator[None]:
+    async def _receive_json(self, session: ClientSession, reader: asyncio.StreamReader) -> AsyncIterator[int]:
+        """Handle what the client sends, and yield the size of each part."""
         decoder = codecs.getincrementaldecoder("utf-8")("replace")
         while data := await self._first_in_time(session, reader.read(CHUNK_BYTES)):
             await self._threads.run(session.receive_stream, decoder.decode(data))
-            yield
+            yield len(data)
 
-    async def _receive_bson(
-        self, session: ClientSession, reader: asyncio.StreamReader
-    ) -> AsyncIterator[None]:
+    async def _receive_bson(self, session: ClientSession, reader: asyncio.StreamReader) -> AsyncIterator[int]:
+        """Handle what the client sends, and yield the size of each document."""
         while True:
             head = await self._first_in_time(session, reader.readexactly(_LENGTH_BYTES))
             size = int.from_bytes(head, "little")
@@ -164,7 +165,7 @@ class TcpServer(_Server):
                     return
                 left -= len(parts[-1])
             await self._threads.run(session.receive, b"".join(parts))
-            yield
+            yield size
 
     async def _first_in_time(self, session: ClientSession, read: Any) -> bytes:
         """Read, within the time for a login if the client has not logged in."""
@@ -230,10 +231,12 @@ class UdpServer(_Server):
             client.datagrams.put_nowait(data)
 
     async def _attend(self, client: _UdpClient, address: Any) -> None:
+        pace = Pace(self._limits)
         try:
             while not client.session.ended:
                 data = await asyncio.wait_for(client.datagrams.get(), SILENT_S)
                 await self._threads.run(client.session.receive_stream, data.decode(errors="replace"))
+                await asyncio.sleep(pace.delay_s(len(data)))
         except asyncio.TimeoutError:
             pass
         finally:

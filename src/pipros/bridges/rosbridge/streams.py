@@ -64,8 +64,8 @@ class TopicStream:
             is_new, is_first[0] = is_first[0], False
             self._on_message(message, is_new=is_new)
 
-        taken = self._topics.take(self._topic, kind, on_message, lambda error: self._report(str(error)))
-        with self._lock:
+        with self._lock:  # the first message may arrive before `take` returns, and is delivered as requested
+            taken = self._topics.take(self._topic, kind, on_message, lambda error: self._report(str(error)))
             self._delivery = delivery
             self._taken.append(taken)
 

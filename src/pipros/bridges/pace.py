@@ -1,0 +1,35 @@
+"""Rate limits for what one client of a bridge sends. No sockets."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Final
+
+from pipros.basics.limits import Limits
+
+BURST_S: Final = 1.0
+"""A client may send as much at once as it may send in this time."""
+
+
+class Pace:
+    """How long to wait before reading the next message of a client.
+
+    The client's connection fills up meanwhile, so a client that sends too much is slowed down; nothing is
+    stored or lost. Each limit has a due time, at which a client that keeps to it would have sent as much.
+    """
+
+    def __init__(self, limits: Limits, clock: Callable[[], float] = time.monotonic) -> None:
+        """`clock` returns seconds."""
+        self._message_s = 1 / limits.bridge_client_messages_s
+        self._byte_s = 1 / limits.bridge_client_bytes_s
+        self._clock = clock
+        self._due_by_messages_s = self._due_by_bytes_s = clock() - BURST_S
+
+    def delay_s(self, size: int) -> float:
+        """Count a message of `size` bytes, and return the delay in seconds; 0.0 within the limits."""
+        now_s = self._clock()
+        earliest_s = now_s - BURST_S
+        self._due_by_messages_s = max(self._due_by_messages_s, earliest_s) + self._message_s
+        self._due_by_bytes_s = max(self._due_by_bytes_s, earliest_s) + self._byte_s * size
+        return max(self._due_by_messages_s - now_s, self._due_by_bytes_s - now_s, 0.0)
