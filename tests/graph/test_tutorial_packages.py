@@ -160,6 +160,23 @@ def test_a_second_turtle_follows_the_first(ros: RosSystem, package: str, launch:
     terminal.wait_for_prompt()
 
 
+@pytest.mark.parametrize("package", ["turtle_tf", "turtle_tf2"])
+def test_positions_of_a_turtle_are_printed_in_the_frame_of_another(ros: RosSystem, package: str) -> None:
+    ros.pipros.start_master()
+    launched = ros.pipros.start("roslaunch", package, f"{package}_sensor.launch")
+    found = launched.wait_for(
+        r"[Pp]oint of turtle 3 in frame of turtle 1 Position\(x:(\S+) y:(\S+) z:0\.000000\)", 60
+    )
+    x, y = map(float, found.groups())
+    assert math.hypot(x + 1.544445, y + 2.544445) < 2.5  # on its circle, seen from the centre of the picture
+
+
+def test_the_debugging_demo_shows_both_mistakes(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    launched = ros.pipros.start("roslaunch", "turtle_tf", "start_debug_demo.launch")
+    launched.wait_for('"turtle3" passed to lookupTransform argument target_frame does not exist', 60)
+
+
 def test_carrots_are_sent_by_both_libraries(ros: RosSystem) -> None:
     ros.pipros.start_master()
     for package, program in (
