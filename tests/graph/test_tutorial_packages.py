@@ -12,6 +12,7 @@ from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
 from tests.support.nodes import Inbox
+from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
@@ -219,3 +220,19 @@ def test_a_package_of_the_workspace_comes_first(ros: RosSystem, package: str) ->
     (folder / "package.xml").write_text(f"<package><name>{package}</name></package>")
     found = ros.pipros.run("rospack", "find", package, ROS_PACKAGE_PATH=str(folder.parent))
     assert found.stdout == [str(folder)]
+
+
+def test_the_example_of_diagnostics_reports_a_rate(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    node = ros.pipros.start("rosrun", "diagnostic_updater", "example")
+    echo = ros.pipros.start("rostopic", "echo", "/diagnostics/status")
+    echo.wait_for('name: "diagnostic_updater_example: topic1 topic status"')
+    echo.wait_for("Desired frequency met")
+    node.press_ctrl_c()
+    assert node.wait() == 0
+
+
+def test_the_former_name_of_rqt_reconfigure_opens_its_page(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    page = Page.of(ros.pipros.start("rosrun", "dynamic_reconfigure", "reconfigure_gui", "--no-browser"))
+    assert page.place == "reconfigure"
