@@ -179,10 +179,6 @@ def test_teleop_ends_with_its_input(ros: RosSystem) -> None:
     assert code == 0
 
 
-def named(arrows: list[Any]) -> set[tuple[str, str]]:
-    return {(arrow["start"]["name"], arrow["end"]["name"]) for arrow in arrows}
-
-
 def test_mimic_makes_a_second_turtlesim_follow_the_first(ros: RosSystem) -> None:
     launch = ros.home / "turtlemimic.launch"
     launch.write_text(
@@ -210,7 +206,9 @@ def test_mimic_makes_a_second_turtlesim_follow_the_first(ros: RosSystem) -> None
             ("/turtlesim2/turtle1/cmd_vel", "/turtlesim2/sim"),
         }
         shown = (value.get("scene", {}).get("arrows", ()) for value in browser.watch("graph"))
-        assert any(arrows <= named(scene) for scene in shown)
+        assert any(
+            arrows <= {(arrow["start"]["name"], arrow["end"]["name"]) for arrow in scene} for scene in shown
+        )
     launched.press_ctrl_c()
     assert launched.wait() == 0
 
