@@ -1,4 +1,4 @@
-"""`urdf_to_graphviz`: draws the links and joints of a robot description with Graphviz."""
+"""`urdf_to_graphviz`: draws the links and joints of a robot description, with Graphviz if it is installed."""
 
 from __future__ import annotations
 
@@ -11,6 +11,10 @@ from pathlib import Path
 from pipros.cli.check_urdf import FAILED, read_robot_file
 from pipros.cli.entry_point import command
 from pipros.cli.runner import CommandError, run
+from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
+from pipros.graph.drawing.pdf import to_pdf
+from pipros.graph.drawing.scene import Scene, draw
+from pipros.libraries.robot_model.urdf import Robot
 from pipros.libraries.robot_model.urdf_text import dot_lines
 
 USAGE = (
@@ -54,13 +58,27 @@ def _draw(arguments: list[str]) -> int:
         raise CommandError(f"cannot write {drawing}: {error.strerror}") from None
     print(f"Created file {drawing}")
     dot = shutil.which("dot")
-    if dot is None:
-        raise CommandError(f"{pdf} needs Graphviz: apt-get install graphviz")
     try:
-        subprocess.run(  # noqa: S603
-            [dot, "-Tpdf", Path(drawing).resolve(), "-o", Path(pdf).resolve()], check=True, timeout=DOT_S
-        )
+        if dot is None:
+            Path(pdf).write_bytes(to_pdf(_scene_of(robot)))
+        else:
+            subprocess.run(  # noqa: S603
+                [dot, "-Tpdf", Path(drawing).resolve(), "-o", Path(pdf).resolve()], check=True, timeout=DOT_S
+            )
     except (OSError, subprocess.SubprocessError) as error:
-        raise CommandError(f"Graphviz cannot draw {drawing}: {error}") from None
+        raise CommandError(f"cannot draw {pdf}: {error}") from None
     print(f"Created file {pdf}")
     return 0
+
+
+def _scene_of(robot: Robot) -> Scene:
+    """Lay out links, as boxes, and the joints between them."""
+    links = {name: Key("topic", name) for name in robot.links}
+    joints = {joint: Key("node", joint.name) for joint in robot.joints}
+    arrows = [
+        arrow
+        for joint, key in joints.items()
+        for arrow in (Arrow(links[joint.parent], key, ""), Arrow(key, links[joint.child], ""))
+    ]
+    keys = (*links.values(), *joints.values())
+    return draw(NodeGraph({key: Vertex(key) for key in keys}, tuple(arrows)))

@@ -107,13 +107,13 @@ def test_urdf_to_graphviz_writes_the_drawing_of_urdfdom(
     assert Path("mine.gv").read_text() == DRAWING
 
 
-def test_without_graphviz_the_drawing_is_kept_and_the_package_named(
+def test_without_graphviz_pipros_draws_the_robot(
     robot: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(shutil, "which", lambda _: None)
-    assert urdf_to_graphviz.main([str(robot)]) == 255
-    assert "apt-get install graphviz" in capsys.readouterr().err
-    assert Path("test_robot.gv").read_text() == DRAWING
+    assert urdf_to_graphviz.main([str(robot)]) == 0
+    assert capsys.readouterr().out == "Created file test_robot.gv\nCreated file test_robot.pdf\n"
+    assert Path("test_robot.pdf").read_bytes().startswith(b"%PDF-")
 
 
 def test_the_name_of_a_robot_names_no_file_elsewhere(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
