@@ -12,6 +12,7 @@ from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
 from tests.support.nodes import Inbox
+from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
@@ -160,6 +161,23 @@ def test_a_second_turtle_follows_the_first(ros: RosSystem, package: str, launch:
     terminal.wait_for_prompt()
 
 
+@pytest.mark.parametrize("package", ["turtle_tf", "turtle_tf2"])
+def test_positions_of_a_turtle_are_printed_in_the_frame_of_another(ros: RosSystem, package: str) -> None:
+    ros.pipros.start_master()
+    launched = ros.pipros.start("roslaunch", package, f"{package}_sensor.launch")
+    found = launched.wait_for(
+        r"[Pp]oint of turtle 3 in frame of turtle 1 Position\(x:(\S+) y:(\S+) z:0\.000000\)", 60
+    )
+    x, y = map(float, found.groups())
+    assert math.hypot(x + 1.544445, y + 2.544445) < 2.5  # on its circle, seen from the centre of the picture
+
+
+def test_the_debugging_demo_shows_both_mistakes(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    launched = ros.pipros.start("roslaunch", "turtle_tf", "start_debug_demo.launch")
+    launched.wait_for('"turtle3" passed to lookupTransform argument target_frame does not exist', 60)
+
+
 def test_carrots_are_sent_by_both_libraries(ros: RosSystem) -> None:
     ros.pipros.start_master()
     for package, program in (
@@ -202,3 +220,19 @@ def test_a_package_of_the_workspace_comes_first(ros: RosSystem, package: str) ->
     (folder / "package.xml").write_text(f"<package><name>{package}</name></package>")
     found = ros.pipros.run("rospack", "find", package, ROS_PACKAGE_PATH=str(folder.parent))
     assert found.stdout == [str(folder)]
+
+
+def test_the_example_of_diagnostics_reports_a_rate(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    node = ros.pipros.start("rosrun", "diagnostic_updater", "example")
+    echo = ros.pipros.start("rostopic", "echo", "/diagnostics/status")
+    echo.wait_for('name: "diagnostic_updater_example: topic1 topic status"')
+    echo.wait_for("Desired frequency met")
+    node.press_ctrl_c()
+    assert node.wait() == 0
+
+
+def test_the_former_name_of_rqt_reconfigure_opens_its_page(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    page = Page.of(ros.pipros.start("rosrun", "dynamic_reconfigure", "reconfigure_gui", "--no-browser"))
+    assert page.place == "reconfigure"

@@ -102,6 +102,11 @@ class Terminal:
         self._typed_at = len(self._screen)
         os.write(self._keyboard, keys.encode())
 
+    def press_in_program(self, keys: str) -> None:
+        """Press keys for the running program, without Enter."""
+        self._typed_at = len(self._screen)
+        os.write(self._keyboard, keys.encode())
+
     def answer(self, line: str) -> None:
         """Type a line and Enter for the running program, which reads it."""
         self._typed_at = len(self._screen)

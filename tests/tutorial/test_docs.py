@@ -36,7 +36,7 @@ OTHERS = {
     ("testing.md", "xml"): "tests/graph/test_pytest_plugin.py",
 }
 # Other tests cover installation, settings for several computers, and options of rosbag.
-NOT_RUN = {("start.md", "sh"), ("robot.md", "sh"), ("bags.md", "sh")}
+NOT_RUN = {("start.md", "sh"), ("classroom.md", "sh"), ("robot.md", "sh"), ("bags.md", "sh")}
 OUTPUT = {"text"}
 
 

@@ -37,7 +37,7 @@ LAYERS: list[list[set[str]]] = [
             "vision",
             "markers",
         },
-        {"maps", "robot_model", "topic_tools"},
+        {"maps", "robot_model", "teleoperation", "topic_tools"},
     ],
     [{"testing", "web", "health"}, {"bridges", "simulation"}],
     [{"cli"}],
@@ -62,6 +62,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "map_server": {"rospy"},
     "message_filters": {"rospy"},  # topics, the clock and logs of rospy's node
     "joint_state_publisher": {"rospy"},
+    "joint_state_publisher_gui": {"joint_state_publisher", "rospy"},
     "robot_state_publisher": {"rospy", "tf2_ros"},
     "roslaunch": {"rosgraph"},  # its server is a rosgraph.xmlrpc.XmlRpcNode
     "roslib": {"genmsg", "genpy", "rosgraph"},  # the former home of their names, messages and network
@@ -75,6 +76,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "rosparam": {"rosgraph"},  # get_param_server returns a rosgraph.Master
     "rospy": {"rosgraph"},  # rospy.names has functions of rosgraph.names
     "rostest": {"rosgraph", "roslaunch", "rospy", "rosunit"},  # ROSTestLaunchParent is a launch; logs
+    "usb_cam": {"camera_info_manager", "rospy"},
     "tf": {"rospy", "roswtf", "tf2_ros"},  # it has rules for roswtf
     "tf2_geometry_msgs": {"tf2_ros"},  # registers its types there
     "tf2_kdl": {"tf2_geometry_msgs", "tf2_ros"},  # registers its types there

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import importlib.metadata
 import os
@@ -113,6 +114,8 @@ def test_the_wheel_is_small_and_has_executable_programs_and_stubs(wheel: Path) -
             "pipros/share/ros/README",
             "pipros/share/turtlesim/launch/multisim.launch",
             "pipros/simulation/turtlesim/page/index.html",
+            "pipros/web/sliders/page/index.html",
+            "pipros/share/teleop_twist_joy/config/ps3.config.yaml",
             "sensor_msgs-stubs/point_cloud2.pyi",
         } <= set(archive.namelist())
         programs = {
@@ -124,22 +127,42 @@ def test_the_wheel_is_small_and_has_executable_programs_and_stubs(wheel: Path) -
     assert set(programs.values()) == {0o755}
 
 
+SHARE = SRC / "pipros/share"
+PROGRAMS = {
+    str(path.relative_to(SHARE)): path.read_text(encoding="utf-8")
+    for path in sorted(SHARE.rglob("*"))
+    if path.is_file() and os.access(path, os.X_OK) and path.suffix in ("", ".py")
+}
+
+
+def test_programs_of_packages_import_what_exists() -> None:
+    assert len(PROGRAMS) > 80
+    imports = {
+        (node.module, alias.name)
+        for text in PROGRAMS.values()
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "pipros"
+        for alias in node.names
+    }
+    missing = []
+    for module, name in sorted(imports, key=str):
+        try:
+            found = hasattr(importlib.import_module(str(module)), name)
+        except ModuleNotFoundError:
+            found = False
+        if not found:
+            missing.append((module, name))
+    assert missing == []
+
+
 def test_programs_of_packages_end_quietly_when_a_pipe_is_closed() -> None:
     """Each program is a command of pipros or is started like one; the test nodes print little."""
-    share = SRC / "pipros/share"
-    scripts = (path for path in share.rglob("*") if path.is_file() and os.access(path, os.X_OK))
-    programs = {
-        str(path.relative_to(share)): path.read_text(encoding="utf-8")
-        for path in scripts
-        if path.suffix in ("", ".py")
-    }
-    assert len(programs) > 80
     for_students = re.compile(
         r"(rospy|actionlib)_tutorials/|turtle_\w+/"
     )  # they show what a student would write
     others = {
         name
-        for name, text in programs.items()
+        for name, text in PROGRAMS.items()
         if "from pipros.cli" not in text and not for_students.match(name)
     }
     assert others == {

@@ -60,6 +60,11 @@ COMMANDS: dict[str, dict[str, str]] = {
         "rosmsg-proto": "print a prototype of a message to fill in",
         "pipros stubs": "write type stubs for editors",
     },
+    "Look at robot descriptions": {
+        "check_urdf": "check a URDF, and print the tree of its links",
+        "urdf_to_graphviz": "draw its links and joints",
+        "urdf_to_graphiz": "the same, by its former name",
+    },
     "Make packages and workspaces": {
         "catkin_create_pkg": "make a package",
         "catkin_init_workspace": "create the CMakeLists.txt of a workspace",

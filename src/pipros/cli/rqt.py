@@ -59,6 +59,13 @@ rqt_tf_tree = _tool("rqt_tf_tree", "tf")
 rqt_top = _tool("rqt_top", "nodes")
 rqt_topic = _tool("rqt_topic", "topics", "[topic]")
 
+
+def _robot_steering(argv: Sequence[str] | None = None) -> int:
+    from pipros.web.robot_steering import main
+
+    return main(argv)
+
+
 _PLUGINS: Mapping[str, Main] = {
     "console": rqt_console,
     "graph": rqt_graph,
@@ -69,6 +76,7 @@ _PLUGINS: Mapping[str, Main] = {
     "publisher": rqt_publisher,
     "reconfigure": rqt_reconfigure,
     "robot_monitor": rqt_robot_monitor,
+    "robot_steering": _robot_steering,
     "service_caller": rqt_service_caller,
     "tf_tree": rqt_tf_tree,
     "top": rqt_top,

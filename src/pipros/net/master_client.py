@@ -9,6 +9,7 @@ from pipros.basics.printable import printable
 from pipros.net.rpc_client import TIMEOUT_OF_CLIENT, RpcClient
 
 CURE = "Is roscore running there? Start it, or set ROS_MASTER_URI to its address"
+CURE_OF_OTHERS = f"{CURE}. Without ROS_IP, ROS_HOSTNAME or --bind, roscore listens for its own computer only"
 
 
 class MasterClient:
@@ -52,7 +53,11 @@ class MasterClient:
         try:
             answer = self._rpc.call(method, self.caller_id, *params, timeout_s=timeout_s)
         except Unreachable as error:
-            raise Unreachable(f"master [{self.uri}]", error.reason, CURE) from error.__cause__
+            from pipros.net.address import is_loopback
+            from pipros.net.unreachable import host_of
+
+            cure = CURE if is_loopback(host_of(self.uri)) else CURE_OF_OTHERS
+            raise Unreachable(f"master [{self.uri}]", error.reason, cure) from error.__cause__
         if not isinstance(answer, list) or len(answer) != 3 or type(answer[0]) is not int:
             raise self._malformed(method, answer)
         return answer[0], str(answer[1]), answer[2]

@@ -12,12 +12,12 @@ _NAMES = """
     amcl carrot_planner cartographer_ros controller_manager costmap_2d depth_image_proc
     depthimage_to_laserscan dwa_local_planner filters freenect_launch gazebo gazebo_plugins
     gazebo_ros gazebo_ros_control global_planner gmapping hector_mapping hokuyo_node image_proc
-    image_rotate image_view joy laser_assembler laser_filters move_base move_group
+    image_rotate laser_assembler laser_filters move_base move_group
     moveit_ros_move_group moveit_ros_visualization navfn nodelet octomap_server openni2_camera
     openni2_launch pcl_ros pointcloud_to_laserscan realsense2_camera robot_localization
     robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros rviz slam_gmapping
     slam_karto spatio_temporal_voxel_layer stage_ros stereo_image_proc teb_local_planner
-    teleop_twist_joy turtlebot3_fake turtlebot3_gazebo urg_node usb_cam uvc_camera velodyne_driver
+    turtlebot3_fake turtlebot3_gazebo urg_node uvc_camera velodyne_driver
     velodyne_pointcloud web_video_server
 """
 
@@ -25,7 +25,7 @@ COMPILED = frozenset(_NAMES.split())
 """Packages of Noetic whose programs are mostly C++."""
 
 _PYTHON_NAMES = """
-    executive_smach ros_numpy rosserial_python smach smach_msgs smach_ros sound_play teleop_twist_keyboard
+    executive_smach ros_numpy rosserial_python smach smach_msgs smach_ros sound_play
     turtlebot3_bringup turtlebot3_description turtlebot3_example turtlebot3_msgs turtlebot3_teleop
     turtlebot_teleop turtlesim_cleaner urdf_tutorial
 """
@@ -36,7 +36,7 @@ _PYTHON = frozenset(_PYTHON_NAMES.split())
 _QT_NAMES = """
     rqt_action rqt_bag rqt_bag_plugins rqt_common_plugins rqt_controller_manager rqt_dep
     rqt_joint_trajectory_controller rqt_launch rqt_msg rqt_nav_view rqt_pose_view rqt_py_console
-    rqt_robot_dashboard rqt_robot_plugins rqt_robot_steering rqt_runtime_monitor rqt_rviz rqt_shell rqt_srv
+    rqt_robot_dashboard rqt_robot_plugins rqt_runtime_monitor rqt_rviz rqt_shell rqt_srv
     rqt_web
 """
 

@@ -55,8 +55,8 @@ def test_rosrun_adds_advice_after_noetics_line(
 
 
 def test_sources_are_enough_for_packages_without_c_plus_plus() -> None:
-    assert why_missing("teleop_twist_keyboard") == (
-        "teleop_twist_keyboard does not come with pipros, but needs no compiler: its sources on "
+    assert why_missing("rosserial_python") == (
+        "rosserial_python does not come with pipros, but needs no compiler: its sources on "
         "ROS_PACKAGE_PATH are enough. git clone them into the src folder of a workspace."
     )
     assert why_not_here("smach", "viewer", (), ["viewer"]) is None
@@ -67,7 +67,7 @@ def test_rviz_is_a_package_of_debian() -> None:
     assert "(apt-get install ros-noetic-rviz, on Debian rviz)" in str(why_missing("rviz"))
 
 
-@pytest.mark.parametrize("package", ["gazebo_ros", "teleop_twist_keyboard", "rqt_bag"])
+@pytest.mark.parametrize("package", ["gazebo_ros", "rosserial_python", "rqt_bag"])
 def test_all_tools_give_the_same_advice(
     package: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import select
-import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.terminals import single_keys
+from pipros.libraries.teleoperation.pressed_keys import pressed_keys
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.roscpp_program import roscpp_program
@@ -22,8 +20,6 @@ Use arrow keys to move the turtle. 'q' to quit."""
 
 KEYS: Final = {"A": (1.0, 0.0), "B": (-1.0, 0.0), "C": (0.0, -1.0), "D": (0.0, 1.0)}
 """The last letter of the escape sequence of an arrow key, with its share of the linear and angular scale."""
-POLL_S: Final = 0.1
-"""How soon the end of the node is noticed while no key is pressed."""
 
 
 @exits_after_ctrl_c()
@@ -35,7 +31,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         commands = node.advertise("turtle1/cmd_vel", twist_class, queue_size=1)
         print(TEXT, flush=True)
         with single_keys(of_launcher=True):
-            for key in _keys(node):
+            for key in pressed_keys(node):
                 if key == "q":
                     break
                 if key in KEYS:
@@ -52,14 +48,3 @@ def _scale(node: Node, parameter: str) -> float:
     except (LookupError, PiprosError):
         return 2.0
     return float(value) if isinstance(value, int | float) else 2.0
-
-
-def _keys(node: Node) -> Iterator[str]:
-    """Yield the characters of standard input until its end or that of the node."""
-    descriptor = sys.stdin.fileno()
-    while not node.is_ending:
-        if select.select([descriptor], [], [], POLL_S)[0]:
-            read = os.read(descriptor, 1)
-            if not read:
-                return
-            yield read.decode("latin-1")

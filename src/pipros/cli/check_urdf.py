@@ -1,0 +1,48 @@
+"""`check_urdf`: checks a robot description, and prints the tree of its links."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from pipros.basics.input_file import read_text
+from pipros.basics.printable import printable_lines
+from pipros.cli.entry_point import command
+from pipros.cli.runner import CommandError, run
+from pipros.libraries.robot_model.urdf import Robot, UrdfError, read_robot
+from pipros.libraries.robot_model.urdf_text import tree_lines
+
+FAILED = 255
+"""The exit code of urdfdom's programs after any error."""
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print the tree of the links, and return the exit code."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    return run(lambda: _check(arguments), error_code=FAILED)
+
+
+def _check(arguments: list[str]) -> int:
+    if not arguments or arguments[0] in ("-h", "--help"):
+        print("Usage: check_urdf FILE", file=sys.stderr)
+        return FAILED
+    print(printable_lines("\n".join(tree_lines(read_robot_file(arguments[0])))))
+    return 0
+
+
+def read_robot_file(path: str) -> Robot:
+    """Return the robot that a file describes.
+
+    Raises:
+        CommandError: it cannot be read, or is not a valid description of a robot with a name.
+    """
+    try:
+        robot = read_robot(read_text(path))
+    except OSError as error:
+        raise CommandError(f"cannot read {path}: {error.strerror}") from None
+    except (UnicodeDecodeError, UrdfError) as error:
+        raise CommandError(f"{path}: {error}") from None
+    if not robot.name:
+        raise CommandError(f"{path}: <robot> must have the attribute name")
+    return robot

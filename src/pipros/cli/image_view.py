@@ -1,0 +1,29 @@
+"""`rosrun image_view image_view image:=TOPIC`: shows the images of a topic on the page."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from pipros.basics.names import parse_arguments
+from pipros.cli.entry_point import command
+from pipros.cli.rqt import rqt_image_view
+
+NOT_REMAPPED = "image_view: topic 'image' has not been remapped; type image_view image:=TOPIC"
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Open the page at the topic that `image` is remapped to, and return the exit code.
+
+    `compressed` as an argument or as `_image_transport` selects the compressed topic.
+    """
+    arguments = parse_arguments(list(sys.argv[1:] if argv is None else argv))
+    words = list(arguments.rest)
+    transport = words.pop(0) if words and not words[0].startswith("-") else "raw"
+    transport = arguments.params.get("image_transport", transport)
+    topic = arguments.remappings.get("image", "")
+    if not topic:
+        print(NOT_REMAPPED, file=sys.stderr)
+    topic = topic or "image"
+    return rqt_image_view([*words, topic if transport == "raw" else f"{topic}/{transport}"])

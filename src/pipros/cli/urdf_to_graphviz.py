@@ -1,0 +1,84 @@
+"""`urdf_to_graphviz`: draws the links and joints of a robot description, with Graphviz if it is installed."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipros.cli.check_urdf import FAILED, read_robot_file
+from pipros.cli.entry_point import command
+from pipros.cli.runner import CommandError, run
+from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
+from pipros.graph.drawing.pdf import to_pdf
+from pipros.graph.drawing.scene import Scene, draw
+from pipros.libraries.robot_model.urdf import Robot
+from pipros.libraries.robot_model.urdf_text import dot_lines
+
+USAGE = (
+    "Usage: urdf_to_graphviz FILE [OUTPUT]: writes OUTPUT.gv and OUTPUT.pdf; without OUTPUT, both are named "
+    "after the robot"
+)
+DOT_S = 60.0
+"""Longest run of Graphviz."""
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Write the drawing, and return the exit code."""
+    return _run(argv)
+
+
+@command
+def graphiz(argv: Sequence[str] | None = None) -> int:
+    """Run `urdf_to_graphiz`, the former name of the command."""
+    print("WARNING: urdf_to_graphiz is deprecated; use urdf_to_graphviz", file=sys.stderr)
+    return _run(argv)
+
+
+def _run(argv: Sequence[str] | None) -> int:
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    return run(lambda: _draw(arguments), error_code=FAILED)
+
+
+def _draw(arguments: list[str]) -> int:
+    if len(arguments) not in (1, 2) or arguments[0] in ("-h", "--help"):
+        print(USAGE, file=sys.stderr)
+        return FAILED
+    robot = read_robot_file(arguments[0])
+    if len(arguments) == 1 and Path(robot.name).name != robot.name:
+        raise CommandError(f"the name of the robot, {robot.name!r}, is not a file name: add OUTPUT")
+    output = arguments[1] if len(arguments) == 2 else robot.name
+    drawing, pdf = f"{output}.gv", f"{output}.pdf"
+    try:
+        Path(drawing).write_text("\n".join(dot_lines(robot)) + "\n")
+    except OSError as error:
+        raise CommandError(f"cannot write {drawing}: {error.strerror}") from None
+    print(f"Created file {drawing}")
+    dot = shutil.which("dot")
+    try:
+        if dot is None:
+            Path(pdf).write_bytes(to_pdf(_scene_of(robot)))
+        else:
+            subprocess.run(  # noqa: S603
+                [dot, "-Tpdf", Path(drawing).resolve(), "-o", Path(pdf).resolve()], check=True, timeout=DOT_S
+            )
+    except (OSError, subprocess.SubprocessError) as error:
+        raise CommandError(f"cannot draw {pdf}: {error}") from None
+    print(f"Created file {pdf}")
+    return 0
+
+
+def _scene_of(robot: Robot) -> Scene:
+    """Lay out links, as boxes, and the joints between them."""
+    links = {name: Key("topic", name) for name in robot.links}
+    joints = {joint: Key("node", joint.name) for joint in robot.joints}
+    arrows = [
+        arrow
+        for joint, key in joints.items()
+        for arrow in (Arrow(links[joint.parent], key, ""), Arrow(key, links[joint.child], ""))
+    ]
+    keys = (*links.values(), *joints.values())
+    return draw(NodeGraph({key: Vertex(key) for key in keys}, tuple(arrows)))

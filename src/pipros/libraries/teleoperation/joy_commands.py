@@ -1,0 +1,89 @@
+"""Velocity commands from a joystick, by the parameters of `teleop_twist_joy`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from pipros.basics.errors import PiprosError
+
+LINEAR = ("x", "y", "z")
+ANGULAR = ("yaw", "pitch", "roll")
+
+
+class InvalidAxes(PiprosError, ValueError):
+    """A parameter is neither a number nor a mapping of directions to numbers."""
+
+
+def by_direction(value: Any, name: str, first: str, known: Sequence[str]) -> dict[str, float]:
+    """Return the numbers of a parameter by direction; a number alone is that of the direction `first`.
+
+    Raises:
+        InvalidAxes: the value is neither.
+    """
+    given = value if isinstance(value, Mapping) else {first: value}
+    for direction, number in given.items():
+        if direction not in known or isinstance(number, bool) or not isinstance(number, int | float):
+            raise InvalidAxes(f"{name} must have a number for one of {', '.join(known)}, got {value!r}")
+    return {direction: float(number) for direction, number in given.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class AxisMap:
+    """The axes for the directions of a linear or angular velocity, and their scales.
+
+    Attributes:
+        axes: index of the joystick's axis by direction.
+        scales, turbo_scales: velocity at full deflection by direction; 0 for those not listed.
+    """
+
+    axes: Mapping[str, float]
+    scales: Mapping[str, float]
+    turbo_scales: Mapping[str, float]
+
+    def velocity(self, direction: str, axes: Sequence[float], *, is_turbo: bool) -> float:
+        """Return the velocity in a direction; 0 if the joystick lacks the axis."""
+        index = int(self.axes.get(direction, -1))
+        if not 0 <= index < len(axes):
+            return 0.0
+        return (self.turbo_scales if is_turbo else self.scales).get(direction, 0.0) * axes[index]
+
+
+@dataclass(slots=True)
+class JoyCommands:
+    """The commands for a robot, which moves only while a button is held.
+
+    Attributes:
+        enable_button: moves the robot with the usual scales.
+        turbo_button: moves it with the turbo scales; -1 for none.
+    """
+
+    linear: AxisMap
+    angular: AxisMap
+    enable_button: int = 0
+    turbo_button: int = -1
+    _is_moving: bool = field(default=False, init=False)
+
+    def command(
+        self, axes: Sequence[float], buttons: Sequence[int]
+    ) -> tuple[dict[str, float], dict[str, float]] | None:
+        """Return linear and angular velocities by direction; None if there is nothing to publish.
+
+        When the button is released, one command of zeros stops the robot.
+        """
+        is_turbo = _is_pressed(buttons, self.turbo_button)
+        if is_turbo or _is_pressed(buttons, self.enable_button):
+            self._is_moving = True
+            return (
+                {name: self.linear.velocity(name, axes, is_turbo=is_turbo) for name in LINEAR},
+                {name: self.angular.velocity(name, axes, is_turbo=is_turbo) for name in ANGULAR},
+            )
+        if not self._is_moving:
+            return None
+        self._is_moving = False
+        return dict.fromkeys(LINEAR, 0.0), dict.fromkeys(ANGULAR, 0.0)
+
+
+def _is_pressed(buttons: Sequence[int], number: int) -> bool:
+    return 0 <= number < len(buttons) and bool(buttons[number])

@@ -1,0 +1,129 @@
+"""`joy_node`: publishes the state of a joystick as `joy`."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import select
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from typing import Any, Final
+
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.libraries.teleoperation.joystick import EVENT, Change, Joystick
+from pipros.libraries.teleoperation.parameters import number, private, stamp
+from pipros.msg import load_message_class
+from pipros.node import Node
+from pipros.node.roscpp_program import roscpp_program
+
+RETRY_S: Final = 1.0
+POLL_S: Final = 0.1
+"""How soon the end of the node is noticed while the joystick rests."""
+INITIAL_S: Final = 0.1
+"""How long to collect the events that describe the state, before it is published."""
+_GET_NAME: Final = 0x80806A13
+"""JSIOCGNAME for 128 bytes."""
+
+
+@exits_after_ctrl_c()
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run `joy_node` until the node is shut down. Open a missing or lost device again every second."""
+    with roscpp_program("joy_node", "joy", argv) as (node, log):
+        device = str(private(node, "dev", "/dev/input/js0"))
+        publisher = JoyPublisher(node, device)
+        is_reported = False
+        while not node.is_ending:
+            try:
+                descriptor = os.open(device, os.O_RDONLY | os.O_NONBLOCK)
+            except OSError as error:
+                if not is_reported:
+                    log.error(
+                        "Couldn't open joystick %s (%s). Will retry every second.", device, error.strerror
+                    )
+                    is_reported = True
+                node.wait_for_shutdown(RETRY_S)
+                continue
+            with contextlib.closing(os.fdopen(descriptor, "rb", buffering=0)):
+                is_reported = False
+                name = _name(descriptor)
+                log.info("Opened joystick: %s (%s). deadzone_: %f.", device, name, publisher.deadzone)
+                publisher.run(descriptor)
+            if not node.is_ending:
+                log.error("Connection to joystick device lost unexpectedly. Will reopen.")
+                node.wait_for_shutdown(RETRY_S)
+    return 0
+
+
+class JoyPublisher:
+    """Publishes the state of one joystick after each opening, with the parameters of the node."""
+
+    def __init__(self, node: Node, device: str) -> None:
+        self._node = node
+        self._device = device
+        self._message_class: Any = load_message_class("sensor_msgs/Joy")
+        self._topic = node.advertise("joy", self._message_class, queue_size=1)
+        self.deadzone = min(max(number(node, "deadzone", 0.05), 0.0), 0.9)
+        rate = number(node, "autorepeat_rate", 0.0)
+        self._repeat_s = 1.0 / rate if rate > 0 else math.inf
+        self._due_s = math.inf
+        """When to publish next, by `time.monotonic`."""
+        self._coalesce_s = max(number(node, "coalesce_interval", 0.001), 0.0)
+
+    def run(self, descriptor: int) -> None:
+        """Publish the state while it changes, until the device or the node ends.
+
+        Buttons are published at once, axes after the interval in which further changes are collected.
+        """
+        stick = Joystick(
+            self.deadzone,
+            is_sticky=private(self._node, "sticky_buttons", False) is True,
+            has_triggers=private(self._node, "default_trig_val", False) is True,
+        )
+        delays = {Change.BUTTON: 0.0, Change.AXIS: self._coalesce_s, Change.INITIAL: INITIAL_S}
+        self._due_s = math.inf
+        for event in self._events(descriptor):
+            now_s = time.monotonic()
+            change = stick.apply(event) if event else Change.NOTHING
+            self._due_s = min(self._due_s, now_s + delays.get(change, math.inf))
+            if now_s >= self._due_s:
+                self._publish(stick)
+                self._due_s = now_s + self._repeat_s
+
+    def _publish(self, stick: Joystick) -> None:
+        message = self._message_class(axes=stick.axes, buttons=stick.buttons)
+        message.header.stamp, message.header.frame_id = stamp(self._node), self._device
+        self._topic.publish(message)
+
+    def _events(self, descriptor: int) -> Iterator[bytes]:
+        """Yield events until the device or the node ends, and b"" whenever something may be due."""
+        rest = b""
+        while not self._node.is_ending:
+            wait_s = min(max(self._due_s - time.monotonic(), 0.0), POLL_S)
+            if select.select([descriptor], [], [], wait_s)[0]:
+                try:
+                    read = os.read(descriptor, 64 * EVENT.size)
+                except OSError:
+                    return
+                if not read:
+                    return
+                rest += read
+                while len(rest) >= EVENT.size:
+                    yield rest[: EVENT.size]
+                    rest = rest[EVENT.size :]
+            yield b""
+
+
+def _name(descriptor: int) -> str:
+    """Return the name that the driver gives to the device."""
+    if sys.platform == "win32":
+        return "Unknown"
+    import fcntl
+
+    answer = bytearray(128)
+    try:
+        fcntl.ioctl(descriptor, _GET_NAME, answer)
+    except OSError:
+        return "Unknown"
+    return answer.partition(b"\0")[0].decode("utf-8", "replace")

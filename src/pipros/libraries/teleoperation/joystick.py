@@ -1,0 +1,71 @@
+"""The state of a joystick from the events of Linux: 8 bytes each, little endian on all usual machines.
+
+Source: Documentation/input/joydev/joystick-api.rst of Linux. An event has a time in ms, a value, a type
+and a number. The events of the type INIT, sent when the device is opened, describe its state.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Final
+
+EVENT: Final = struct.Struct("=IhBB")
+BUTTON, AXIS, INIT = 1, 2, 0x80
+FULL: Final = 32767
+TRIGGERS: Final = (2, 5)
+"""Axes of triggers, which are 1 while not pressed, but are reported as 0 until they were first moved."""
+
+
+class Change(Enum):
+    """What an event changed, which decides when to publish."""
+
+    NOTHING = 0
+    INITIAL = 1
+    AXIS = 2
+    BUTTON = 3
+
+
+@dataclass(slots=True)
+class Joystick:
+    """Axes and buttons; both grow with the numbers of the events, of which there are at most 256.
+
+    Attributes:
+        deadzone: the part of each axis around its centre that is 0; the rest is stretched.
+        is_sticky: buttons keep their state, and change it when pressed.
+        has_triggers: the triggers are 1 until they were moved.
+    """
+
+    deadzone: float = 0.05
+    is_sticky: bool = False
+    has_triggers: bool = False
+    axes: list[float] = field(default_factory=list)
+    buttons: list[int] = field(default_factory=list)
+
+    def apply(self, event: bytes) -> Change:
+        """Apply one event of `EVENT.size` bytes."""
+        _, value, kind, number = EVENT.unpack(event)
+        is_initial, kind = bool(kind & INIT), kind & ~INIT
+        if kind == BUTTON:
+            self.buttons += [0] * (number + 1 - len(self.buttons))
+            if not self.is_sticky:
+                self.buttons[number] = int(value != 0)
+            elif value == 1 and not is_initial:
+                self.buttons[number] = 1 - self.buttons[number]
+        elif kind == AXIS:
+            self.axes += [0.0] * (number + 1 - len(self.axes))
+            self.axes[number] = self._scaled(value)
+            if is_initial and self.has_triggers and value == 0 and number in TRIGGERS:
+                self.axes[number] = 1.0
+        else:
+            return Change.NOTHING
+        if is_initial:
+            return Change.INITIAL
+        return Change.BUTTON if kind == BUTTON else Change.AXIS
+
+    def _scaled(self, value: int) -> float:
+        """Return a position from -1 to 1, positive to the left and up."""
+        dead = FULL * self.deadzone
+        beyond = value - dead if value > dead else value + dead if value < -dead else 0.0
+        return -beyond / (FULL - dead) + 0.0

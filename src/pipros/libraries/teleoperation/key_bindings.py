@@ -1,0 +1,77 @@
+"""What the keys of `teleop_twist_keyboard` do: directions, speeds and their limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Final
+
+Direction = tuple[int, int, int, int]
+"""Shares of the speed along x, y and z, and of the turn about z."""
+
+STOP: Final[Direction] = (0, 0, 0, 0)
+
+MOVES: Final[dict[str, Direction]] = {
+    "i": (1, 0, 0, 0),
+    "o": (1, 0, 0, -1),
+    "j": (0, 0, 0, 1),
+    "l": (0, 0, 0, -1),
+    "u": (1, 0, 0, 1),
+    ",": (-1, 0, 0, 0),
+    ".": (-1, 0, 0, 1),
+    "m": (-1, 0, 0, -1),
+    "O": (1, -1, 0, 0),
+    "I": (1, 0, 0, 0),
+    "J": (0, 1, 0, 0),
+    "L": (0, -1, 0, 0),
+    "U": (1, 1, 0, 0),
+    "<": (-1, 0, 0, 0),
+    ">": (-1, -1, 0, 0),
+    "M": (-1, 1, 0, 0),
+    "t": (0, 0, 1, 0),
+    "b": (0, 0, -1, 0),
+}
+SPEEDS: Final = {
+    "q": (1.1, 1.1),
+    "z": (0.9, 0.9),
+    "w": (1.1, 1.0),
+    "x": (0.9, 1.0),
+    "e": (1.0, 1.1),
+    "c": (1.0, 0.9),
+}
+"""Factors of speed and turn."""
+
+
+@dataclass(slots=True)
+class KeyedMotion:
+    """The motion that the keys pressed so far mean.
+
+    Attributes:
+        speed, turn: m/s and rad/s; changed by keys up to their limits.
+        direction: that of the last key of a move; STOP after any other key.
+    """
+
+    speed: float = 0.5
+    turn: float = 1.0
+    speed_limit: float = 1000.0
+    turn_limit: float = 1000.0
+    direction: Direction = field(default=STOP)
+
+    def press(self, key: str) -> bool:
+        """Apply a key; "" is a pause without one. Return True if the key changed the speeds."""
+        if key in SPEEDS:
+            self.speed = min(self.speed_limit, self.speed * SPEEDS[key][0])
+            self.turn = min(self.turn_limit, self.turn * SPEEDS[key][1])
+            return True
+        self.direction = MOVES.get(key, STOP)
+        return False
+
+    @property
+    def linear(self) -> tuple[float, float, float]:
+        """Velocities along x, y and z."""
+        x, y, z, _ = self.direction
+        return x * self.speed, y * self.speed, z * self.speed
+
+    @property
+    def angular(self) -> float:
+        """Angular velocity about z."""
+        return self.direction[3] * self.turn

@@ -1,0 +1,119 @@
+"""`teleop_twist_keyboard`: keys in a terminal steer any robot that listens to `cmd_vel`."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.basics.terminals import single_keys
+from pipros.libraries.teleoperation.key_bindings import STOP, KeyedMotion
+from pipros.libraries.teleoperation.parameters import number, private, stamp
+from pipros.libraries.teleoperation.pressed_keys import pressed_keys
+from pipros.msg import load_message_class
+from pipros.node import Node
+from pipros.node.roscpp_program import roscpp_program
+
+TEXT: Final = f"""\
+Keys in this terminal steer the robot on cmd_vel.
+{"-" * 27}
+   u    i    o      left and ahead    ahead    right and ahead
+   j    k    l      turn left         stop     turn right
+   m    ,    .      back
+
+With Shift, for robots that move sideways:
+{"-" * 27}
+   U    I    O
+   J    K    L
+   M    <    >
+
+t, b    up, down
+q, z    both speeds 10 % higher, lower
+w, x    only the linear speed
+e, c    only the angular speed
+Any other key stops. CTRL-C to quit
+"""
+TEXT_AFTER: Final = 15
+"""The text is printed again after so many changes of the speeds."""
+CTRL_C: Final = "\x03"
+
+
+@exits_after_ctrl_c()
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run `teleop_twist_keyboard`, until Ctrl-C, the end of the input, or the end of the node."""
+    with roscpp_program("teleop_twist_keyboard", "teleop_twist_keyboard", argv) as (node, _):
+        motion = _motion(node)
+        publish = _publisher(node, motion)
+        rate = number(node, "repeat_rate", 0.0)
+        repeat_s = 1.0 / rate if rate > 0 else math.inf
+        key_s = number(node, "key_timeout", 0.5) or math.inf
+
+        def stop() -> None:
+            motion.press("")
+            publish()
+
+        node.on_shutdown(stop)
+        print(TEXT)
+        print(_speeds(motion), flush=True)
+        with single_keys(of_launcher=True):
+            _steer(node, motion, publish, repeat_s, key_s)
+    return 0
+
+
+def _motion(node: Node) -> KeyedMotion:
+    return KeyedMotion(
+        number(node, "speed", 0.5),
+        number(node, "turn", 1.0),
+        number(node, "speed_limit", 1000.0),
+        number(node, "turn_limit", 1000.0),
+    )
+
+
+def _steer(
+    node: Node, motion: KeyedMotion, publish: Callable[[], None], repeat_s: float, key_s: float
+) -> None:
+    """Publish the motion after each key and every `repeat_s`; stop `key_s` after the last key."""
+    changes = 0
+    pressed_s = published_s = time.monotonic()
+    for key in pressed_keys(node):
+        now_s = time.monotonic()
+        if key == CTRL_C:
+            return
+        if key:
+            pressed_s = now_s
+            if motion.press(key):
+                changes += 1
+                if changes % TEXT_AFTER == 0:
+                    print(TEXT)
+                print(_speeds(motion), flush=True)
+        elif motion.direction != STOP and now_s - pressed_s >= key_s:
+            motion.press("")
+        elif now_s - published_s < repeat_s:
+            continue
+        published_s = now_s
+        publish()
+
+
+def _speeds(motion: KeyedMotion) -> str:
+    return f"currently:\tspeed {motion.speed}\tturn {motion.turn} "
+
+
+def _publisher(node: Node, motion: KeyedMotion) -> Callable[[], None]:
+    """Return a function that publishes the motion, with a stamp if `~stamped` is true."""
+    is_stamped = private(node, "stamped", False) is True
+    frame = str(private(node, "frame_id", ""))
+    message_class: Any = load_message_class(f"geometry_msgs/{'TwistStamped' if is_stamped else 'Twist'}")
+    topic = node.advertise("cmd_vel", message_class, queue_size=1)
+
+    def publish() -> None:
+        message = message_class()
+        twist = message.twist if is_stamped else message
+        if is_stamped:
+            message.header.stamp, message.header.frame_id = stamp(node), frame
+        twist.linear.x, twist.linear.y, twist.linear.z = motion.linear
+        twist.angular.z = motion.angular
+        topic.publish(message)
+
+    return publish

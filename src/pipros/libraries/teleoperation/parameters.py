@@ -1,0 +1,30 @@
+"""Private parameters and time of the programs."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import Any
+
+from pipros.basics.errors import PiprosError
+from pipros.msg.time import NS_PER_S, Time
+from pipros.node import Node
+
+
+def private(node: Node, name: str, usual: Any) -> Any:
+    """Return a private parameter, or `usual` if it is not set or the master does not answer."""
+    try:
+        return node.params.get(f"~{name}")
+    except (LookupError, PiprosError):
+        return usual
+
+
+def number(node: Node, name: str, usual: float) -> float:
+    """Return a private parameter that must be a finite number, else `usual`."""
+    value = private(node, name, usual)
+    is_number = isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
+    return float(value) if is_number else usual
+
+
+def stamp(node: Node) -> Time:
+    """Return the time of the node for a header."""
+    return Time(*divmod(node.clock.now_ns(), NS_PER_S))

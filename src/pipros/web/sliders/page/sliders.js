@@ -1,0 +1,67 @@
+// Sliders and buttons of a node. The slider that the user drags keeps its place; the others follow the node.
+
+import { live } from "./live.js";
+import { h, replace } from "./dom.js";
+
+const STEPS = 1000;
+
+const element = (id) => document.getElementById(id);
+const rows = new Map(); // by name of the slider
+let shape = "";
+
+function act(action, args) {
+  live.act(action, args).catch((error) => console.warn(error.message));
+}
+
+function text(value, unit) {
+  return `${value.toFixed(3)} ${unit}`.trim();
+}
+
+function row([name, lowest, highest, , unit]) {
+  const step = (highest - lowest) / STEPS || "any";
+  const input = h("input", { type: "range", min: lowest, max: highest, step, "aria-label": name });
+  const output = h("output", {});
+  input.addEventListener("input", () => {
+    output.textContent = text(input.valueAsNumber, unit);
+    act("move", { slider: name, value: input.valueAsNumber });
+  });
+  rows.set(name, { input, output });
+  return [h("span", {}, name), input, output];
+}
+
+function build(data) {
+  rows.clear();
+  replace(element("sliders"), data.sliders.flatMap(row));
+  const buttons = data.buttons.map((label) => {
+    const button = h("button", { type: "button" }, label);
+    button.addEventListener("click", () => act("press", { button: label }));
+    return button;
+  });
+  replace(element("buttons"), buttons);
+}
+
+function show(data) {
+  element("title").textContent = data.title;
+  element("node").textContent = data.node;
+  document.title = `${data.title} ${data.node}`;
+  const now = JSON.stringify(data.sliders.map(([name, lowest, highest]) => [name, lowest, highest]));
+  if (now !== shape) build(data);
+  shape = now;
+  for (const [name, , , value, unit] of data.sliders) {
+    const { input, output } = rows.get(name);
+    if (input.matches(":active")) continue;
+    input.value = value;
+    output.textContent = text(value, unit);
+  }
+}
+
+function showState() {
+  element("locked").hidden = !live.isRefused;
+  element("panel").hidden = live.isRefused;
+  element("system").className = live.isOpen ? "" : "lost";
+  element("system").textContent = live.isRefused ? "no access" : live.isOpen ? "" : "no connection to the node";
+}
+
+live.addEventListener("state", showState);
+live.watch("sliders", {}, show);
+showState();

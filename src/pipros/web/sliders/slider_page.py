@@ -1,0 +1,94 @@
+"""Views and actions of a page of sliders."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any, Final
+
+from pipros.web.server import RequestRefused, Services
+
+PERIOD_S: Final = 0.1
+"""How soon a page shows values that something else changed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Slider:
+    """A number with its range.
+
+    Attributes:
+        unit: shown behind the number: `rad`, `m/s`.
+    """
+
+    name: str
+    lowest: float
+    highest: float
+    value: float
+    unit: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SliderPage:
+    """What the page shows and does. The functions are called in the thread of its server, and must not block.
+
+    Attributes:
+        title: the heading.
+        node: the name of the node.
+        sliders: returns them with their current values.
+        move: sets the value of the slider with a name; the value is within the range.
+        buttons: functions by label.
+        on_left: called when a browser leaves the page.
+    """
+
+    title: str
+    node: str
+    sliders: Callable[[], Sequence[Slider]]
+    move: Callable[[str, float], object]
+    buttons: Mapping[str, Callable[[], object]]
+    on_left: Callable[[], object] = lambda: None
+
+    def services(self) -> Services:
+        """Return them for a server."""
+        return Services(
+            views={"sliders": self._show},
+            actions={"move": self._move, "press": self._press},
+            pages=("pipros.web.sliders", "pipros.web"),
+        )
+
+    async def _show(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield all sliders whenever a value or a range changed."""
+        sent: Any = None
+        try:
+            while True:
+                now = [
+                    [slider.name, slider.lowest, slider.highest, slider.value, slider.unit]
+                    for slider in self.sliders()
+                ]
+                if now != sent:
+                    yield {
+                        "title": self.title,
+                        "node": self.node,
+                        "buttons": list(self.buttons),
+                        "sliders": now,
+                    }
+                sent = now
+                await asyncio.sleep(PERIOD_S)
+        finally:
+            self.on_left()
+
+    async def _move(self, arguments: Mapping[str, Any]) -> None:
+        name, value = arguments.get("slider"), arguments.get("value")
+        found = next((slider for slider in self.sliders() if slider.name == name), None)
+        if found is None:
+            raise RequestRefused(f"there is no slider {name!r}")
+        if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+            raise RequestRefused(f"the value of a slider must be a finite number, got {value!r}")
+        self.move(found.name, min(max(float(value), found.lowest), found.highest))
+
+    async def _press(self, arguments: Mapping[str, Any]) -> None:
+        function = self.buttons.get(str(arguments.get("button")))
+        if function is None:
+            raise RequestRefused(f"there is no button {arguments.get('button')!r}")
+        function()

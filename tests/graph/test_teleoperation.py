@@ -1,0 +1,126 @@
+"""Keys and joysticks steer robots.
+
+The joystick is a FIFO with bytes as the kernel sends them; no device was tried.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipros.basics.env import Environment
+from pipros.libraries.teleoperation.joystick import AXIS, BUTTON, EVENT, INIT
+from pipros.msg import load_message_class
+from pipros.node import Node
+from tests.support.nodes import Inbox
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+Twist: Any = load_message_class("geometry_msgs/Twist")
+
+
+@pytest.fixture
+def commands(ros: RosSystem) -> Iterator[Inbox]:
+    """The messages of `/cmd_vel`."""
+    ros.pipros.start_master()
+    inbox = Inbox()
+    with Node("robot", environment=Environment(master_uri=ros.master_uri)) as node:
+        node.subscribe("/cmd_vel", Twist, inbox)
+        yield inbox
+
+
+def newest(inbox: Inbox) -> tuple[float, float] | None:
+    twist = inbox.messages[-1] if inbox.messages else None
+    return twist and (twist.linear.x, twist.angular.z)
+
+
+class Joystick:
+    """A FIFO in place of a device."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / "js0"
+        os.mkfifo(self.path)
+        self._writer = os.open(self.path, os.O_RDWR)
+
+    def send(self, value: int, kind: int, number: int) -> None:
+        os.write(self._writer, EVENT.pack(0, value, kind, number))
+
+    def unplug(self) -> None:
+        os.close(self._writer)
+
+
+def test_keys_in_a_terminal_steer_and_ctrl_c_stops_the_robot(ros: RosSystem, commands: Inbox) -> None:
+    terminal = ros.pipros.open_terminal()
+    terminal.type("rosrun teleop_twist_keyboard teleop_twist_keyboard.py _key_timeout:=0")
+    wait_until(lambda: "currently:\tspeed 0.5\tturn 1.0" in terminal.text, 30, lambda: terminal.text)
+    ros.wait_for_publisher("/cmd_vel")
+    for key, speeds in (("i", (0.5, 0.0)), ("q", (0.55, 0.0)), ("u", (0.55, 1.1)), ("k", (0.0, 0.0))):
+        terminal.press_in_program(key)
+        wait_until(
+            lambda: newest(commands) == pytest.approx(speeds),  # noqa: B023
+            30,
+            lambda: str(newest(commands)),
+        )
+    terminal.press_in_program("i")
+    wait_until(lambda: newest(commands) == pytest.approx((0.55, 0.0)), 30, lambda: str(newest(commands)))
+    terminal.press_ctrl_c()
+    terminal.wait_for_prompt()
+    wait_until(lambda: newest(commands) == (0.0, 0.0), 30, lambda: str(newest(commands)))
+
+
+def test_the_robot_stops_some_time_after_the_last_key(ros: RosSystem, commands: Inbox) -> None:
+    terminal = ros.pipros.open_terminal()
+    terminal.type("rosrun teleop_twist_keyboard teleop_twist_keyboard.py _repeat_rate:=20 _key_timeout:=0.3")
+    wait_until(lambda: "currently:" in terminal.text, 30, lambda: terminal.text)
+    ros.wait_for_publisher("/cmd_vel")
+    wait_until(lambda: commands.messages, 30, "commands at a rate")
+    terminal.press_in_program("i")
+    wait_until(lambda: any(twist.linear.x for twist in commands.messages), 30, "a command to move")
+    wait_until(lambda: newest(commands) == (0.0, 0.0), 30, lambda: str(newest(commands)))
+    terminal.press_ctrl_c()
+    terminal.wait_for_prompt()
+
+
+def test_a_joystick_steers_while_its_button_is_held(ros: RosSystem, commands: Inbox, tmp_path: Path) -> None:
+    stick = Joystick(tmp_path)
+    launched = ros.pipros.start(
+        "roslaunch", "teleop_twist_joy", "teleop.launch", f"joy_dev:={stick.path}", "joy_config:=xbox"
+    )
+    ros.wait_for_publisher("/cmd_vel")
+    ros.wait_for_subscriber("/joy")
+    for number in range(6):
+        stick.send(0, BUTTON | INIT, number)
+        stick.send(0, AXIS | INIT, number)
+    stick.send(-32767, AXIS, 1)
+    stick.send(1, BUTTON, 2)
+    wait_until(lambda: newest(commands) == pytest.approx((0.7, 0.0)), 60, lambda: str(newest(commands)))
+    stick.send(1, BUTTON, 5)
+    wait_until(lambda: newest(commands) == pytest.approx((1.5, 0.0)), 30, lambda: str(newest(commands)))
+    stick.send(0, BUTTON, 5)
+    stick.send(0, BUTTON, 2)
+    wait_until(lambda: newest(commands) == (0.0, 0.0), 30, lambda: str(newest(commands)))
+    launched.press_ctrl_c()
+    assert launched.wait() == 0
+    stick.unplug()
+
+
+def test_a_joystick_that_is_missing_or_lost_is_opened_again(
+    ros: RosSystem, commands: Inbox, tmp_path: Path
+) -> None:
+    path = tmp_path / "js0"
+    node = ros.pipros.start("rosrun", "joy", "joy_node", f"_dev:={path}", "_autorepeat_rate:=10")
+    node.wait_for(r"Couldn't open joystick \S+js0 \(No such file or directory\). Will retry every second.")
+    stick = Joystick(tmp_path)
+    node.wait_for(r"Opened joystick: \S+js0 \(Unknown\). deadzone_: 0.050000.")
+    echo = ros.pipros.start("rostopic", "echo", "/joy/buttons")
+    ros.wait_for_subscriber("/joy")
+    stick.send(1, BUTTON, 1)
+    echo.wait_for(r"\[0, 1\]")
+    stick.unplug()
+    node.wait_for("Connection to joystick device lost unexpectedly. Will reopen.")
+    node.press_ctrl_c()
+    assert node.wait() == 0

@@ -1,0 +1,123 @@
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from pipros.cli import check_urdf, urdf_to_graphviz
+
+# The outputs are those of urdfdom 3.0.1 for the same file.
+URDF = """
+<robot name="test_robot">
+  <link name="link1"/><link name="k9"/><link name="link3"/><link name="link4"/>
+  <joint name="z1" type="continuous">
+    <parent link="link1"/><child link="k9"/><origin xyz="5 3 0" rpy="0 0 0"/><axis xyz="-0.9 0.15 0"/>
+  </joint>
+  <joint name="joint2" type="continuous">
+    <parent link="link1"/><child link="link3"/><origin xyz="-2 5 0" rpy="0 0 1.57"/><axis xyz="-0.7 0.7 0"/>
+  </joint>
+  <joint name="joint3" type="fixed">
+    <parent link="link3"/><child link="link4"/><origin xyz="5 0 0" rpy="0 0 -1.57"/>
+  </joint>
+</robot>
+"""
+TREE = """\
+robot name is: test_robot
+---------- Successfully Parsed XML ---------------
+root Link: link1 has 2 child(ren)
+    child(1):  link3
+        child(1):  link4
+    child(2):  k9
+"""
+DRAWING = r"""digraph G {
+node [shape=box];
+"link1" [label="link1"];
+"link3" [label="link3"];
+"link4" [label="link4"];
+"k9" [label="k9"];
+node [shape=ellipse, color=blue, fontcolor=blue];
+"link1" -> "joint2" [label="xyz: -2 5 0 \nrpy: 0 -0 1.57"]
+"joint2" -> "link3"
+"link3" -> "joint3" [label="xyz: 5 0 0 \nrpy: 0 0 -1.57"]
+"joint3" -> "link4"
+"link1" -> "z1" [label="xyz: 5 3 0 \nrpy: 0 -0 0"]
+"z1" -> "k9"
+}
+"""
+
+
+@pytest.fixture
+def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "robot.urdf"
+    path.write_text(URDF)
+    return path
+
+
+def test_check_urdf_prints_the_tree_of_links(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert check_urdf.main([str(robot)]) == 0
+    assert capsys.readouterr().out == TREE
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ('<robot name="x"><link name="a"/><link name="b"/></robot>', "must have no parent, got a and b"),
+        ("<robot", "not XML"),
+        ('<robot><link name="a"/></robot>', "must have the attribute name"),
+        ("\xff", "can't decode"),
+    ],
+)
+def test_an_invalid_description_is_named_in_one_line(
+    robot: Path, capsys: pytest.CaptureFixture[str], text: str, reason: str
+) -> None:
+    robot.write_text(text, encoding="latin-1")
+    for program in (check_urdf.main, urdf_to_graphviz.main):
+        assert program([str(robot)]) == 255
+        error = capsys.readouterr().err
+        assert error.startswith(f"ERROR: {robot}: ")
+        assert reason in error
+    assert list(robot.parent.glob("*.gv")) == []
+
+
+def test_a_missing_file_and_a_missing_argument_are_errors(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert check_urdf.main(["missing.urdf"]) == 255
+    assert capsys.readouterr().err == "ERROR: cannot read missing.urdf: No such file or directory\n"
+    assert check_urdf.main([]) == 255
+    assert capsys.readouterr().err == "Usage: check_urdf FILE\n"
+    assert urdf_to_graphviz.main([]) == 255
+    assert "Usage: urdf_to_graphviz FILE" in capsys.readouterr().err
+
+
+def test_urdf_to_graphviz_writes_the_drawing_of_urdfdom(
+    robot: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dot = robot.parent / "dot"
+    dot.write_text('#!/bin/sh\ncp "$2" "$4"\n')
+    dot.chmod(0o755)
+    monkeypatch.setattr(shutil, "which", lambda _: str(dot))
+    assert urdf_to_graphviz.main([str(robot)]) == 0
+    assert capsys.readouterr().out == "Created file test_robot.gv\nCreated file test_robot.pdf\n"
+    assert Path("test_robot.gv").read_text() == Path("test_robot.pdf").read_text() == DRAWING
+    assert urdf_to_graphviz.graphiz([str(robot), "mine"]) == 0
+    assert "urdf_to_graphiz is deprecated" in capsys.readouterr().err
+    assert Path("mine.gv").read_text() == DRAWING
+
+
+def test_without_graphviz_pipros_draws_the_robot(
+    robot: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shutil, "which", lambda _: None)
+    assert urdf_to_graphviz.main([str(robot)]) == 0
+    assert capsys.readouterr().out == "Created file test_robot.gv\nCreated file test_robot.pdf\n"
+    assert Path("test_robot.pdf").read_bytes().startswith(b"%PDF-")
+
+
+def test_the_name_of_a_robot_names_no_file_elsewhere(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    robot.write_text('<robot name="../outside"><link name="a"/></robot>')
+    assert urdf_to_graphviz.main([str(robot)]) == 255
+    assert "'../outside', is not a file name" in capsys.readouterr().err
+    assert not Path("../outside.gv").exists()

@@ -1,0 +1,39 @@
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from pipros.libraries.teleoperation.joy_commands import AxisMap, InvalidAxes, JoyCommands, by_direction
+
+LINEAR = AxisMap({"x": 1.0}, {"x": 0.5}, {"x": 2.0})
+ANGULAR = AxisMap({"yaw": 0.0}, {"yaw": 0.4}, {"yaw": 0.4})
+
+
+def speeds(commands: JoyCommands, axes: list[float], buttons: list[int]) -> tuple[float, float] | None:
+    command = commands.command(axes, buttons)
+    return command and (command[0]["x"], command[1]["yaw"])
+
+
+def test_the_robot_moves_only_while_the_button_is_held_and_is_stopped_once() -> None:
+    commands = JoyCommands(LINEAR, ANGULAR, enable_button=0, turbo_button=1)
+    assert speeds(commands, [1.0, 1.0], [0, 0]) is None
+    assert speeds(commands, [1.0, 1.0], [1, 0]) == (0.5, 0.4)
+    assert speeds(commands, [0.5, -1.0], [0, 1]) == (-2.0, 0.2)
+    assert speeds(commands, [0.5, -1.0], [0, 0]) == (0.0, 0.0)
+    assert speeds(commands, [0.5, -1.0], [0, 0]) is None
+
+
+def test_a_joystick_without_the_axis_or_the_buttons_is_ignored() -> None:
+    commands = JoyCommands(LINEAR, ANGULAR)
+    assert speeds(commands, [], []) is None
+    assert speeds(commands, [], [1]) == (0.0, 0.0)
+
+
+def test_parameters_are_a_number_or_numbers_by_direction() -> None:
+    assert by_direction(3, "~axis_linear", "x", "xyz") == {"x": 3.0}
+    assert by_direction({"x": 1, "y": 0.5}, "~scale_linear", "x", "xyz") == {"x": 1.0, "y": 0.5}
+    for wrong in ("1", True, {"u": 1}, {"x": None}, [1]):
+        value: Any = wrong
+        with pytest.raises(InvalidAxes, match="~axis_linear must have a number for one of x, y, z"):
+            by_direction(value, "~axis_linear", "x", "xyz")
