@@ -113,6 +113,8 @@ def test_the_wheel_is_small_and_has_executable_programs_and_stubs(wheel: Path) -
             "pipros/etc/ros/python_logging.conf",
             "pipros/share/ros/README",
             "pipros/share/turtlesim/launch/multisim.launch",
+            "pipros/share/pipros_sim/maps/room.pgm",
+            "pipros/simulation/robots/page/index.html",
             "pipros/simulation/turtlesim/page/index.html",
             "sensor_msgs-stubs/point_cloud2.pyi",
         } <= set(archive.namelist())

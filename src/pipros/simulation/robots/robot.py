@@ -23,7 +23,7 @@ class Robot:
         wheel_speeds: their speeds during the last step, in rad/s.
         is_bumped: whether something blocked the last step.
         battery: the battery.
-        random: source of the noise; robots do not share it.
+        random: source of the noise of odometry; robots do not share it.
     """
 
     def __init__(self, settings: RobotSettings, start: Pose, seed: np.random.SeedSequence) -> None:
@@ -39,6 +39,11 @@ class Robot:
         self.odometry = Pose()
         self.wheels = (0.0, 0.0)
         self.place(self._start)
+
+    def scan_noise(self, steps: int) -> np.random.Generator:
+        """Return the source of the noise of one scan, whatever scans were made before."""
+        key = (*self._seed.spawn_key, steps)
+        return np.random.default_rng(np.random.SeedSequence(self._seed.entropy, spawn_key=key))
 
     def place(self, pose: Pose) -> None:
         """Put the robot somewhere and stop it. The odometry does not notice."""

@@ -1,6 +1,6 @@
 """Robots in a world, step by step in simulated time. No clock, no sockets.
 
-The same settings, seed and commands (at the same steps) give the same trace.
+The same settings, seed and commands (at the same steps) give the same trace, whichever scans are made.
 """
 
 from __future__ import annotations
@@ -47,6 +47,7 @@ class Simulation:
         self.world = world
         self.robots: dict[str, Robot] = {}
         self.steps = 0
+        self._reset_at = 0
         places, *seeds = np.random.SeedSequence(seed).spawn(len(robots) + 1)
         random = np.random.default_rng(places)
         for settings in robots:  # robots without a start go around those with one
@@ -114,7 +115,7 @@ class Simulation:
             return {}
         poses = [combined(robot.pose, laser.pose) for _, robot, laser in scanning]
         angles = [
-            pose.yaw + laser.min_angle + laser.increment * np.arange(laser.rays)
+            pose.yaw + laser.min_angle + laser.increment * np.arange(laser.rays, dtype=np.float64)
             for pose, (*_, laser) in zip(poses, scanning, strict=True)
         ]
         counts = [laser.rays for *_, laser in scanning]
@@ -128,17 +129,35 @@ class Simulation:
         parts = np.split(walls, np.cumsum(counts)[:-1])
         measured = {}
         for (name, robot, laser), pose, angle, ranges in zip(scanning, poses, angles, parts, strict=True):
-            others = [
-                (other.pose.x, other.pose.y, other.settings.radius)
-                for other in self.robots.values()
-                if other is not robot
-            ]
-            nearest = np.minimum(
-                ranges,
-                distances_to_discs(pose.x, pose.y, angle, np.array(others or np.empty((0, 3)), np.float64)),
-            )
-            measured[name] = _measured(nearest, laser, robot.random)
+            nearest = np.minimum(ranges, distances_to_discs(pose.x, pose.y, angle, self._discs_beside(robot)))
+            measured[name] = _measured(nearest, laser, robot.scan_noise(self.steps - self._reset_at))
         return measured
+
+    def echoes(self, name: str, most: int) -> NDArray[np.float64]:
+        """Return where up to `most` rays of a robot's laser end, without noise, with shape (n, 2)."""
+        robot = self.robots[name]
+        laser = robot.settings.laser
+        if laser is None:
+            return np.empty((0, 2))
+        pose = combined(robot.pose, laser.pose)
+        angle = pose.yaw + laser.min_angle + laser.increment * np.arange(laser.rays, dtype=np.float64)
+        angle = angle[:: -(-laser.rays // most)]
+        everywhere = np.ones(angle.shape)
+        ranges = cast_rays(
+            self.world, pose.x * everywhere, pose.y * everywhere, angle, laser.range_max * everywhere
+        )
+        ranges = np.minimum(ranges, distances_to_discs(pose.x, pose.y, angle, self._discs_beside(robot)))
+        points = np.column_stack((pose.x + ranges * np.cos(angle), pose.y + ranges * np.sin(angle)))
+        return points[ranges <= laser.range_max]
+
+    def _discs_beside(self, robot: Robot) -> NDArray[np.float64]:
+        """Return x, y and radius of all other robots, with shape (n, 3)."""
+        others = [
+            (other.pose.x, other.pose.y, other.settings.radius)
+            for other in self.robots.values()
+            if other is not robot
+        ]
+        return np.array(others or np.empty((0, 3)), np.float64)
 
     def place(self, name: str, pose: Pose) -> None:
         """Put a robot somewhere.
@@ -160,7 +179,8 @@ class Simulation:
         robot.place(pose)
 
     def reset(self) -> None:
-        """Return all robots to their starts. The simulated time goes on."""
+        """Return all robots to their starts, and repeat the noise. The simulated time goes on."""
+        self._reset_at = self.steps
         for robot in self.robots.values():
             robot.reset()
 

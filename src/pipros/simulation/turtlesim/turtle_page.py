@@ -1,33 +1,26 @@
 """The page of a turtlesim: a canvas, arrow keys for its own turtles, and a button that ends the node.
 
-The server is that of the rqt pages, with the same token and checks, on loopback only. Nothing that the page
-can do leaves the node: its keys move turtles of this node without a topic.
+Nothing that the page can do leaves the node: its keys move turtles of this node without a topic.
 """
 
 from __future__ import annotations
 
 import asyncio
 import base64
-import contextlib
 import itertools
-import logging
 import math
-import sys
 import time
-from collections.abc import AsyncIterator, Iterator, Mapping
+from collections.abc import AsyncIterator, Mapping
 from typing import Any, Final
 
-from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.simulation.turtlesim.picture import SIDE, Point
 from pipros.simulation.turtlesim.turtle import Command, Line
 from pipros.simulation.turtlesim.turtlesim_node import Turtlesim
-from pipros.web.desktop import open_in_browser
-from pipros.web.server import PageServer, RequestRefused, Services
+from pipros.web.server import RequestRefused, Services
 
 FRAME_S: Final = 1 / 30
 """Shortest interval of pictures for a browser."""
-_CLOSING_S: Final = 0.3
 
 _Drawn = tuple[int, int]
 """What a browser has: `World.clears` and `World.lines_drawn`."""
@@ -98,26 +91,3 @@ def _numbers(line: Line) -> list[Any]:
 
 def _rounded(point: Point) -> list[float]:
     return [round(value, 2) for value in point]
-
-
-@contextlib.contextmanager
-def served_page(turtlesim: Turtlesim, node: Node, log: logging.Logger) -> Iterator[None]:
-    """Serve the page during the block, print its address on stderr, and open it where there is a desktop."""
-    loop = BackgroundLoop(f"page of {node.name}")
-    loop.start()
-    server = PageServer(TurtlePage(turtlesim, node).services())
-    try:
-        try:
-            loop.run(server.start("127.0.0.1", 0))
-        except OSError as error:
-            log.warning("the page cannot be served: %s", error)
-        else:
-            # On stderr, because roslaunch keeps the standard output of nodes in files; not in the log, which
-            # every node can read, because the address contains the token.
-            print(f"{node.name.lstrip('/')}: {server.access.url('localhost')}", file=sys.stderr, flush=True)
-            open_in_browser(server.access, "localhost")
-        yield
-    finally:
-        with contextlib.suppress(TimeoutError):
-            loop.run(server.close(), _CLOSING_S)
-        loop.stop(_CLOSING_S)

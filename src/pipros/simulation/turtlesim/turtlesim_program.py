@@ -17,8 +17,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     with roscpp_program("turtlesim", "turtlesim", argv) as (node, log), contextlib.ExitStack() as stack:
         turtlesim = Turtlesim(node, log)
         if not is_on(node, "~headless"):
-            from pipros.simulation.turtlesim.turtle_page import served_page
+            from pipros.simulation.node_page import served_page
+            from pipros.simulation.turtlesim.turtle_page import TurtlePage
 
-            stack.enter_context(served_page(turtlesim, node, log))
+            stack.enter_context(served_page(TurtlePage(turtlesim, node).services(), node, log))
         turtlesim.run()
     return 0

@@ -1,0 +1,42 @@
+"""Serves the page of a simulation during the life of its node.
+
+The server is that of the rqt pages, with the same token and checks, on loopback only.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import sys
+from collections.abc import Iterator
+from typing import Final
+
+from pipros.net.loop import BackgroundLoop
+from pipros.node import Node
+from pipros.web.desktop import open_in_browser
+from pipros.web.server import PageServer, Services
+
+_CLOSING_S: Final = 0.3
+
+
+@contextlib.contextmanager
+def served_page(services: Services, node: Node, log: logging.Logger) -> Iterator[None]:
+    """Serve the page during the block, print its address on stderr, and open it where there is a desktop."""
+    loop = BackgroundLoop(f"page of {node.name}")
+    loop.start()
+    server = PageServer(services)
+    try:
+        try:
+            loop.run(server.start("127.0.0.1", 0))
+        except OSError as error:
+            log.warning("the page cannot be served: %s", error)
+        else:
+            # On stderr, because roslaunch keeps the standard output of nodes in files; not in the log, which
+            # every node can read, because the address contains the token.
+            print(f"{node.name.lstrip('/')}: {server.access.url('localhost')}", file=sys.stderr, flush=True)
+            open_in_browser(server.access, "localhost")
+        yield
+    finally:
+        with contextlib.suppress(TimeoutError):
+            loop.run(server.close(), _CLOSING_S)
+        loop.stop(_CLOSING_S)
