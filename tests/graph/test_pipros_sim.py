@@ -6,12 +6,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.node.service_client import ServiceFailed
+from pipros.pictures.pgm import write_pgm
 from tests.support.nodes import Inbox
 from tests.support.page import Page
 from tests.support.processes import Process
@@ -268,3 +270,32 @@ def test_the_launch_file_with_localisation_brings_map_and_transforms(ros: RosSys
     assert 0 < estimates.wait()[0].header.stamp.to_sec() < 1000  # simulated time
     launched.press_ctrl_c()
     assert launched.wait() == 0
+
+
+def test_stageros_runs_a_world_with_a_bitmap(ros: RosSystem, node: Node, tmp_path: Path) -> None:
+    pixels = np.full((100, 100), 255, np.uint8)
+    pixels[[0, -1]] = pixels[:, [0, -1]] = 0
+    (tmp_path / "room.pgm").write_bytes(write_pgm(100, 100, pixels.tobytes(), "a room"))
+    (tmp_path / "room.world").write_text(
+        'model ( bitmap "room.pgm" size [10 10 1] )\n'
+        "define rover position ( size [0.4 0.4 0.2]\n"
+        "  ranger ( sensor ( range [0 30] fov 180 samples 181 ) ) )\n"
+        "rover ( pose [1 0 0 90] ) rover ( pose [-3 0 0 0] )\n"
+    )
+    ros.serve_master()
+    stage = ros.pipros.start("rosrun", "stage_ros", "stageros", "-g", tmp_path / "room.world")
+    scans = subscribe(node, "/robot_0/base_scan", "sensor_msgs/LaserScan")
+    scan = scans.wait()[0]
+    assert (scan.header.frame_id, len(scan.ranges)) == ("robot_0/base_laser_link", 181)
+    assert scan.ranges[0] == pytest.approx(3.9)
+    assert scan.ranges[90] == pytest.approx(4.9)
+    assert scan.ranges[180] == pytest.approx(3.8)  # the other robot
+    assert "http" not in stage.output
+    stage.press_ctrl_c()
+    assert stage.wait() == 0
+
+
+def test_stageros_without_a_world_prints_its_usage(ros: RosSystem) -> None:
+    ended = ros.pipros.run("rosrun", "stage_ros", "stageros")
+    assert ended.returncode == 255
+    assert "USAGE: stageros" in ended.output
