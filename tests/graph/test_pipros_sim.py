@@ -299,3 +299,16 @@ def test_stageros_without_a_world_prints_its_usage(ros: RosSystem) -> None:
     ended = ros.pipros.run("rosrun", "stage_ros", "stageros")
     assert ended.returncode == 255
     assert "USAGE: stageros" in ended.output
+
+
+@pytest.mark.parametrize(
+    "program", [("pipros_sim", "sim"), ("stage_ros", "stageros"), ("turtlebot3_fake", "turtlebot3_fake_node")]
+)
+def test_without_numpy_one_line_names_the_command_that_installs_it(
+    ros: RosSystem, tmp_path: Path, program: tuple[str, str]
+) -> None:
+    (tmp_path / "numpy.py").write_text("raise ImportError('numpy is hidden')\n")
+    ended = ros.pipros.run("rosrun", *program, PYTHONPATH=str(tmp_path))
+    assert ended.returncode == 1
+    (line,) = ended.output.splitlines()
+    assert line.startswith("ERROR: the simulator of robots needs numpy, which is not installed. Try: ")

@@ -163,7 +163,7 @@ class Simulation:
         """Put a robot somewhere.
 
         Raises:
-            Rejected: there is no such robot, or a wall or another robot is there.
+            Rejected: no robot has this name, or a wall or another robot is there.
         """
         robot = self.robots.get(name)
         if robot is None:
