@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Costs of single operations: the figures in docs/SECURITY.md and docs/architecture.md.
 
-    benchmarks/costs.py [--only hook,owner,definition,numpy,turtlesim] [--connections 3000]
+    benchmarks/costs.py [--only hook,owner,definition,numpy,turtlesim,robots] [--connections 3000]
 
 `hook`: processor time of an interpreter start, with and without the import hook. `owner`: finding the
 user of a connection in /proc/net/tcp. `definition`: time and memory of the largest message definitions that
 a peer may send. `numpy`: what it would add to the default install. `turtlesim`: processor time of a node with
-two turtles that move, and with a subscriber for each of their topics. Only pipros is measured: genuine ROS
-has none of these.
+two turtles that move, and with a subscriber for each of their topics. `robots`: the same of pipros_sim with
+ten robots, whose scans of 360 rays at 10 Hz, odometry and transforms have subscribers. Only pipros is
+measured: genuine ROS has none of these.
 """
 
 from __future__ import annotations
@@ -154,10 +155,53 @@ def measure_turtlesim(seconds: float = 5.0) -> None:
         print(f"poses a turtle sent                        {(len(got) - count) / 4 / passed:6.1f} Hz")
 
 
+def measure_robots(seconds: float = 10.0) -> None:
+    twist = load_message_class("geometry_msgs/Twist")
+    scans: list[object] = []
+    with ExitStack() as stack:
+        core = stack.enter_context(Core(port=0))
+        process = subprocess.Popen(
+            [
+                sys.executable,
+                SHARED_PACKAGES / "pipros_sim" / "scripts" / "sim",
+                f"__master:={core.uri}",
+                "_robots:=10",
+                "_headless:=true",
+            ],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        stack.callback(process.wait)
+        stack.callback(process.terminate)
+        node = stack.enter_context(Node("benchmark", environment=Environment(master_uri=core.uri)))
+        while "/reset_positions" not in dict(node.master.get_system_state()[2]):  # its last service
+            time.sleep(0.05)
+        node.subscribe("/tf", load_message_class("tf2_msgs/TFMessage"), lambda _: None)
+        publishers = []
+        for index in range(10):
+            name = f"/robot_{index}"
+            node.subscribe(f"{name}/scan", load_message_class("sensor_msgs/LaserScan"), scans.append)
+            node.subscribe(f"{name}/odom", load_message_class("nav_msgs/Odometry"), lambda _: None)
+            publishers.append(node.advertise(f"{name}/cmd_vel", twist))
+        command = twist()
+        command.linear.x, command.angular.z = 0.2, 0.5
+        measured = psutil.Process(process.pid)
+        for is_measuring in (False, True):
+            before, count, start = measured.cpu_times(), len(scans), time.monotonic()
+            while time.monotonic() - start < (seconds if is_measuring else 2.0):
+                for publisher in publishers:
+                    publisher.publish(command)
+                time.sleep(0.2)
+            after, passed = measured.cpu_times(), time.monotonic() - start
+        used = (after.user + after.system - before.user - before.system) / passed
+        print(f"pipros_sim with ten robots                 {used * 100:6.1f} % of a processor")
+        print(f"scans a robot sent                         {(len(scans) - count) / 10 / passed:6.1f} Hz")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description="Costs of single operations of pipros.")
     parser.add_argument(
-        "--only", default="hook,owner,definition,numpy,turtlesim", help="default: %(default)s"
+        "--only", default="hook,owner,definition,numpy,turtlesim,robots", help="default: %(default)s"
     )
     parser.add_argument("--connections", type=int, default=3000, help="for owner; default: %(default)s")
     parser.add_argument("--one-definition", help=argparse.SUPPRESS)
@@ -179,6 +223,8 @@ def main() -> None:
         measure_numpy()
     if "turtlesim" in chosen:
         measure_turtlesim()
+    if "robots" in chosen:
+        measure_robots()
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from tests.support.waiting import wait_until
 
 DOCS = REPOSITORY / "docs"
 BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
-PAGES = ("start.md", "package.md", "robot.md", "course.md")
+PAGES = ("start.md", "package.md", "robot.md", "course.md", "simulation.md")
 
 # By page and language: the test that runs these blocks.
 OTHERS = {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import importlib
 import importlib.metadata
+import importlib.util
 import os
 import re
 import stat
@@ -113,6 +114,8 @@ def test_the_wheel_is_small_and_has_executable_programs_and_stubs(wheel: Path) -
             "pipros/etc/ros/python_logging.conf",
             "pipros/share/ros/README",
             "pipros/share/turtlesim/launch/multisim.launch",
+            "pipros/share/pipros_sim/maps/room.pgm",
+            "pipros/simulation/robots/page/index.html",
             "pipros/simulation/turtlesim/page/index.html",
             "pipros/web/sliders/page/index.html",
             "pipros/share/teleop_twist_joy/config/ps3.config.yaml",
@@ -170,3 +173,13 @@ def test_programs_of_packages_end_quietly_when_a_pipe_is_closed() -> None:
         "rosunit/scripts/test_results_dir.py",
         *(f"rostest/nodes/{name}test" for name in ("advertise", "hz", "param", "publish", "subscribe")),
     }
+
+
+def test_the_modules_that_programs_of_packages_import_exist() -> None:
+    share = SRC / "pipros/share"
+    texts = [path.read_text() for path in share.rglob("*") if path.is_file() and os.access(path, os.X_OK)]
+    modules = {
+        name for text in texts for name in re.findall(r"^from (pipros[\w.]*) import", text, re.MULTILINE)
+    }
+    assert "pipros.cli.entry_point" in modules
+    assert [name for name in sorted(modules) if importlib.util.find_spec(name) is None] == []

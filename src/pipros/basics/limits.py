@@ -109,6 +109,7 @@ class Limits(NamedTuple):
         message_values: values in a new message.
         empty_elements: values in one message beyond the eight that each of its bytes pays for.
         turtles: turtles of one turtlesim.
+        simulated_robots: robots of one simulation.
         teleports: teleports of one turtle that wait for the next tick.
         transform_bytes: the frames and transforms of one buffer of tf, roughly.
         yaml_values: values of a YAML text, aliases and merged mappings counted as often as they are used.
@@ -194,6 +195,7 @@ class Limits(NamedTuple):
     message_values: int = 4 * 1024 * 1024
     empty_elements: int = 65_536
     turtles: int = 100
+    simulated_robots: int = 100
     teleports: int = 1000
     transform_bytes: int = 1024 * _MIB
     yaml_values: int = 1_000_000

@@ -16,8 +16,8 @@ _NAMES = """
     moveit_ros_move_group moveit_ros_visualization navfn nodelet octomap_server openni2_camera
     openni2_launch pcl_ros pointcloud_to_laserscan realsense2_camera robot_localization
     robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros rviz slam_gmapping
-    slam_karto spatio_temporal_voxel_layer stage_ros stereo_image_proc teb_local_planner
-    turtlebot3_fake turtlebot3_gazebo urg_node uvc_camera velodyne_driver
+    slam_karto spatio_temporal_voxel_layer stereo_image_proc teb_local_planner
+    turtlebot3_gazebo urg_node uvc_camera velodyne_driver
     velodyne_pointcloud web_video_server
 """
 

@@ -1,7 +1,6 @@
 """The page of a turtlesim: a canvas, arrow keys for its own turtles, and a button that ends the node.
 
-The server is that of the rqt pages, with the same token and checks, on loopback only. Nothing that the page
-can do leaves the node: its keys move turtles of this node without a topic.
+Nothing that the page can do leaves the node: its keys move turtles of this node without a topic.
 """
 
 from __future__ import annotations

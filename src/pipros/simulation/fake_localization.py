@@ -1,0 +1,136 @@
+"""The program `fake_localization`: the true pose of a simulated robot, published like the estimate of amcl.
+
+From `base_pose_ground_truth` and the transform of the odometry it publishes `amcl_pose`, `particlecloud` and
+the transform from the map to the odometry's frame. A pose on `initialpose` shifts the estimate.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from typing import Any, Final
+
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.libraries.transforms.buffer import TransformBuffer
+from pipros.libraries.transforms.errors import TransformException
+from pipros.libraries.transforms.messages import in_ns, pose_of, pose_of_transform
+from pipros.libraries.transforms.pose import Pose, composed, from_roll_pitch_yaw, inverted
+from pipros.msg import load_message_class
+from pipros.msg.time import Time
+from pipros.node import Node
+from pipros.node.roscpp_program import roscpp_program
+from pipros.simulation.private_parameters import InvalidParameter, private_number, private_text
+
+_NS_PER_S: Final = 1_000_000_000
+
+
+class FakeLocalization:
+    """Estimates of one robot. Callbacks run in several threads."""
+
+    def __init__(self, node: Node) -> None:
+        """Read the parameters, and register the topics."""
+        self._odom = private_text(node, "odom_frame_id", "odom")
+        self._base = private_text(node, "base_frame_id", "base_link")
+        self._map = private_text(node, "global_frame_id", "map")
+        self._tolerance_ns = round(private_number(node, "transform_tolerance", 0.1) * _NS_PER_S)
+        x, y, yaw = (private_number(node, f"delta_{axis}", 0.0) for axis in ("x", "y", "yaw"))
+        self._offset: Pose = (-x, -y, 0.0, *from_roll_pitch_yaw(0.0, 0.0, -yaw))
+        self._log = node.log
+        self._lock = threading.Lock()
+        self._buffer = TransformBuffer(limits=node.limits)
+        self._truth: tuple[int, Pose] | None = None
+        self._is_published = True
+        self._tf_class: Any = load_message_class("tf2_msgs/TFMessage")
+        self._transform_class: Any = load_message_class("geometry_msgs/TransformStamped")
+        self._estimate_class: Any = load_message_class("geometry_msgs/PoseWithCovarianceStamped")
+        self._cloud_class: Any = load_message_class("geometry_msgs/PoseArray")
+        self._pose_class: Any = load_message_class("geometry_msgs/Pose")
+        self._tf = node.advertise("/tf", self._tf_class, queue_size=100)
+        self._estimate = node.advertise("amcl_pose", self._estimate_class, queue_size=1, latch=True)
+        self._cloud = node.advertise("particlecloud", self._cloud_class, queue_size=1, latch=True)
+        node.subscribe("/tf", self._tf_class, self._on_transforms)
+        node.subscribe("/tf_static", self._tf_class, self._on_static)
+        odometry: Any = load_message_class("nav_msgs/Odometry")
+        node.subscribe("base_pose_ground_truth", odometry, self._on_truth, queue_size=1)
+        node.subscribe("initialpose", self._estimate_class, self._on_initial_pose, queue_size=1)
+
+    def _on_truth(self, message: Any) -> None:
+        pose = message.pose.pose
+        with self._lock:
+            stamp = in_ns(message.header.stamp)
+            if self._truth is not None and stamp < self._truth[0]:  # simulated time began again
+                self._buffer.clear()
+            self._truth = stamp, pose_of(pose.position, pose.orientation)
+            self._is_published = False
+            self._publish()
+
+    def _on_transforms(self, message: Any) -> None:
+        self._insert(message, is_static=False)
+
+    def _on_static(self, message: Any) -> None:
+        self._insert(message, is_static=True)
+
+    def _insert(self, message: Any, *, is_static: bool) -> None:
+        with self._lock:
+            for each in message.transforms:
+                if each.child_frame_id.lstrip("/") != self._odom:  # that one is its own
+                    stamp, pose = in_ns(each.header.stamp), pose_of_transform(each.transform)
+                    self._buffer.insert(
+                        each.header.frame_id, each.child_frame_id, stamp, pose, "", is_static=is_static
+                    )
+            self._publish()
+
+    def _on_initial_pose(self, message: Any) -> None:
+        frame = message.header.frame_id.lstrip("/")
+        if frame not in ("", self._map):
+            self._log.warning("initial poses must be in the frame %s, got one in %s", self._map, frame)
+            return
+        with self._lock:
+            if self._truth is not None:
+                pose = pose_of(message.pose.pose.position, message.pose.pose.orientation)
+                self._offset = composed(pose, inverted(self._truth[1]))
+                self._is_published = False
+                self._publish()
+
+    def _publish(self) -> None:
+        """Publish the estimate for the newest true pose, once the odometry at its time is known."""
+        if self._truth is None or self._is_published:
+            return
+        stamp_ns, truth = self._truth
+        try:
+            _, base_in_odom = self._buffer.lookup(self._odom, self._base, stamp_ns)
+        except TransformException:
+            return
+        self._is_published = True
+        in_map = composed(self._offset, truth)
+        odom_in_map = composed(in_map, inverted(base_in_odom))
+        transform = self._transform_class(child_frame_id=self._odom)
+        transform.header.frame_id = self._map
+        transform.header.stamp = Time(*divmod(stamp_ns + self._tolerance_ns, _NS_PER_S))
+        _fill(transform.transform.translation, transform.transform.rotation, odom_in_map)
+        self._tf.publish(self._tf_class([transform]))
+        estimate = self._estimate_class()
+        estimate.header.frame_id, estimate.header.stamp = self._map, Time(*divmod(stamp_ns, _NS_PER_S))
+        _fill(estimate.pose.pose.position, estimate.pose.pose.orientation, in_map)
+        self._estimate.publish(estimate)
+        particle = self._pose_class()
+        _fill(particle.position, particle.orientation, in_map)
+        self._cloud.publish(self._cloud_class(header=estimate.header, poses=[particle]))
+
+
+def _fill(position: Any, orientation: Any, pose: Pose) -> None:
+    position.x, position.y, position.z = pose[:3]
+    orientation.x, orientation.y, orientation.z, orientation.w = pose[3:]
+
+
+@exits_after_ctrl_c()
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the node until it ends. Return 1 if a parameter is invalid."""
+    with roscpp_program("fake_localization", "fake_localization", argv) as (node, log):
+        try:
+            FakeLocalization(node)
+        except InvalidParameter as error:
+            log.error("%s", error)
+            return 1
+        node.wait_for_shutdown()
+    return 0

@@ -1,0 +1,45 @@
+"""Private parameters of a node, with defaults."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from pipros.basics.errors import PiprosError
+from pipros.node import Node
+
+
+class InvalidParameter(PiprosError, ValueError):
+    """A parameter has the wrong type. The message contains its name and value."""
+
+
+def private_value(node: Node, name: str, default: Any) -> Any:
+    """Return the parameter `~name`, or the default if it is not set."""
+    try:
+        return node.params.get(f"~{name}")
+    except LookupError:
+        return default
+
+
+def private_text(node: Node, name: str, default: str) -> str:
+    """Return a frame without a slash in front; `default` if it is not set.
+
+    Raises:
+        InvalidParameter: it is not a text.
+    """
+    value = private_value(node, name, default)
+    if not isinstance(value, str):
+        raise InvalidParameter(f"~{name} must be a text, got {value!r}")
+    return value.lstrip("/")
+
+
+def private_number(node: Node, name: str, default: float) -> float:
+    """Return a finite number; `default` if it is not set.
+
+    Raises:
+        InvalidParameter: it is something else.
+    """
+    value = private_value(node, name, default)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise InvalidParameter(f"~{name} must be a finite number, got {value!r}")
+    return float(value)

@@ -1,0 +1,18 @@
+"""Starts the programs of simulated robots, which need numpy."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+
+from pipros.basics.errors import MissingExtra
+
+
+def run_program(module: str) -> int:
+    """Run `main` of a module of `pipros.simulation.robots`. Without numpy, print one line and return 1."""
+    try:
+        program = import_module(f"pipros.simulation.robots.{module}")
+    except MissingExtra as error:
+        print(f"ERROR: {error}", file=sys.stderr)
+        return 1
+    return int(program.main())

@@ -1,0 +1,15 @@
+"""A flat world with robots on two wheels: cmd_vel in, odometry, transforms, laser scans and batteries out.
+
+Start with `simulation.py`, which is pure; `robots_node.py` connects it to topics and services. Needs numpy.
+"""
+
+from pipros.basics.errors import MissingExtra
+from pipros.basics.extras import install_command
+
+try:
+    import numpy as numpy  # the import error is raised here for all modules of the package
+except ImportError as error:
+    raise MissingExtra(
+        f"the simulator of robots needs numpy, which is not installed. Try: {install_command('numpy')}",
+        name=error.name,
+    ) from error

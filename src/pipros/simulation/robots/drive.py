@@ -1,0 +1,66 @@
+"""Motion of a robot with two driven wheels on one axis.
+
+Poses are x and y in metres and the yaw in radians, counter-clockwise from x. At constant velocities a robot
+follows an arc, which is computed in closed form: the size of a step adds no error.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """A pose in the plane; the yaw is between -pi and pi."""
+
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """A way: metres forwards, and the angle in radians by which the robot turns evenly on it."""
+
+    forwards: float = 0.0
+    turn: float = 0.0
+
+    def wheels(self, separation: float, radius: float) -> tuple[float, float]:
+        """Return the angles in radians by which the left and the right wheel turn."""
+        half = self.turn * separation / 2
+        return (self.forwards - half) / radius, (self.forwards + half) / radius
+
+
+def moved(pose: Pose, motion: Motion) -> Pose:
+    """Return the pose at the end of an arc that begins at `pose`."""
+    half = motion.turn / 2
+    # The chord of the arc; its direction is the mean of the first and the last yaw.
+    chord = motion.forwards * (math.sin(half) / half if half else 1.0)
+    return Pose(
+        pose.x + chord * math.cos(pose.yaw + half),
+        pose.y + chord * math.sin(pose.yaw + half),
+        wrapped(pose.yaw + motion.turn),
+    )
+
+
+def wrapped(angle: float) -> float:
+    """Return the angle between -pi and pi."""
+    return math.remainder(angle, math.tau)
+
+
+def relative(pose: Pose, origin: Pose) -> Pose:
+    """Return a pose as seen from another one."""
+    across, up = pose.x - origin.x, pose.y - origin.y
+    cosine, sine = math.cos(origin.yaw), math.sin(origin.yaw)
+    return Pose(cosine * across + sine * up, cosine * up - sine * across, wrapped(pose.yaw - origin.yaw))
+
+
+def combined(first: Pose, second: Pose) -> Pose:
+    """Return the pose that is `second` as seen from `first`, in the frame of `first`."""
+    cosine, sine = math.cos(first.yaw), math.sin(first.yaw)
+    return Pose(
+        first.x + cosine * second.x - sine * second.y,
+        first.y + sine * second.x + cosine * second.y,
+        wrapped(first.yaw + second.yaw),
+    )

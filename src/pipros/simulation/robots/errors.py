@@ -1,0 +1,13 @@
+"""Errors of simulated worlds and robots."""
+
+from __future__ import annotations
+
+from pipros.basics.errors import PiprosError
+
+
+class InvalidSettings(PiprosError, ValueError):
+    """A setting or a file of a world is invalid. The message contains the name and the value."""
+
+
+class Rejected(PiprosError):
+    """A request cannot be performed. The text is for its sender."""

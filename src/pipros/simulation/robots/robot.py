@@ -1,0 +1,91 @@
+"""One simulated robot: its true pose, and what its sensors report. No clock, no sockets."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pipros.simulation.robots.battery import Battery
+from pipros.simulation.robots.drive import Motion, Pose, moved
+from pipros.simulation.robots.settings import RobotSettings
+
+
+class Robot:
+    """State of a robot. Not thread-safe.
+
+    Attributes:
+        settings: as given.
+        pose: the true pose in the frame of the map.
+        odometry: the pose that the wheels report, from (0, 0, 0) at the start.
+        velocity: the motion per second during the last step.
+        wheels: angles of the left and the right wheel, in radians.
+        wheel_speeds: their speeds during the last step, in rad/s.
+        is_bumped: whether something blocked the last step.
+        battery: the battery.
+        random: source of the noise of odometry; robots do not share it.
+    """
+
+    def __init__(self, settings: RobotSettings, start: Pose, seed: np.random.SeedSequence) -> None:
+        self.settings = settings
+        self._start = start
+        self._seed = seed
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to the start, with a full battery, and with the same noise as at first."""
+        self.battery = Battery(self.settings.battery)
+        self.random = np.random.default_rng(self._seed)
+        self.odometry = Pose()
+        self.wheels = (0.0, 0.0)
+        self.place(self._start)
+
+    def scan_noise(self, steps: int) -> np.random.Generator:
+        """Return the source of the noise of one scan, whatever scans were made before."""
+        key = (*self._seed.spawn_key, steps)
+        return np.random.default_rng(np.random.SeedSequence(self._seed.entropy, spawn_key=key))
+
+    def place(self, pose: Pose) -> None:
+        """Put the robot somewhere and stop it. The odometry does not notice."""
+        self.pose = pose
+        self.velocity = Motion()
+        self.wheel_speeds = (0.0, 0.0)
+        self.is_bumped = False
+        self._command = Motion()
+        self._command_s = -math.inf
+
+    def command(self, linear: float, angular: float, now_s: float) -> None:
+        """Set the velocities (m/s, rad/s), within those of the robot, from the simulated time `now_s`."""
+        highest, fastest = self.settings.max_linear, self.settings.max_angular
+        self._command = Motion(min(max(linear, -highest), highest), min(max(angular, -fastest), fastest))
+        self._command_s = now_s
+
+    def planned(self, now_s: float, duration_s: float) -> Motion:
+        """Return the motion of the next step if nothing blocks it."""
+        if now_s - self._command_s > self.settings.command_timeout_s or self.battery.is_empty:
+            return Motion()
+        return Motion(self._command.forwards * duration_s, self._command.turn * duration_s)
+
+    def step(self, motion: Motion, duration_s: float, *, is_blocked: bool) -> None:
+        """Perform a motion; if it is blocked, the robot turns in its place, and its wheels do the same."""
+        self.is_bumped = is_blocked
+        if is_blocked:
+            motion = Motion(0.0, motion.turn)
+        settings = self.settings
+        self.pose = moved(self.pose, motion)
+        self.odometry = moved(self.odometry, self._measured(motion))
+        self.velocity = Motion(motion.forwards / duration_s, motion.turn / duration_s)
+        turned = motion.wheels(settings.wheel_separation, settings.wheel_radius)
+        self.wheels = self.wheels[0] + turned[0], self.wheels[1] + turned[1]
+        self.wheel_speeds = turned[0] / duration_s, turned[1] / duration_s
+        highest = settings.max_linear + settings.max_angular * settings.wheel_separation / 2
+        speed = max(map(abs, self.wheel_speeds)) * settings.wheel_radius
+        self.battery.step(min(speed / highest, 1.0) if highest else 0.0, duration_s)
+
+    def _measured(self, motion: Motion) -> Motion:
+        """Return the motion as the odometry measures it."""
+        noise = self.settings.odometry_noise
+        if not noise:
+            return motion
+        forwards, turn = 1.0 + noise * self.random.standard_normal(2)
+        return Motion(motion.forwards * float(forwards), motion.turn * float(turn))

@@ -1,0 +1,222 @@
+"""Topics and services of one simulated robot."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final
+
+from pipros.msg import load_message_class, load_service_class
+from pipros.msg.time import Time
+from pipros.node import Node
+from pipros.node.service_server import CallFailed
+from pipros.simulation.robots.drive import Motion, Pose
+from pipros.simulation.robots.errors import Rejected
+from pipros.simulation.robots.robot import Robot
+from pipros.simulation.robots.simulation import Ranges, Simulation
+
+_DISCHARGING, _CHARGING, _FULL = 2, 1, 4
+_GOOD, _LITHIUM_ION = 1, 2
+
+
+@dataclass(frozen=True, slots=True)
+class Interface:
+    """Names of frames and topics, which follow the name of the robot if it has one.
+
+    Attributes:
+        odom_frame: frame of the odometry.
+        base_frames: frames of the robot, each at the same place as the one before; the first one moves in
+            `odom_frame`.
+        scan_frame, scan_topic: frame and topic of the laser.
+        wheel_joints: the left and the right one.
+    """
+
+    odom_frame: str = "odom"
+    base_frames: tuple[str, ...] = ("base_footprint", "base_link")
+    scan_frame: str = "base_scan"
+    scan_topic: str = "scan"
+    wheel_joints: tuple[str, str] = ("wheel_left_joint", "wheel_right_joint")
+
+    def of(self, robot: str) -> Interface:
+        """Return the names for a robot."""
+        if not robot:
+            return self
+        return Interface(
+            f"{robot}/{self.odom_frame}",
+            tuple(f"{robot}/{frame}" for frame in self.base_frames),
+            f"{robot}/{self.scan_frame}",
+            f"{robot}/{self.scan_topic}",
+            (f"{robot}/{self.wheel_joints[0]}", f"{robot}/{self.wheel_joints[1]}"),
+        )
+
+
+class RobotEndpoints:
+    """Publishes what a robot measures, and passes on its commands. Names are relative to the namespace."""
+
+    def __init__(
+        self, node: Node, name: str, simulation: Simulation, lock: threading.Lock, names: Interface
+    ) -> None:
+        """Register topics and services.
+
+        Args:
+            lock: held while the simulation is used.
+            names: already with the name of the robot.
+        """
+        self.names: Final = names
+        self._name = name
+        self._simulation = simulation
+        self._robot: Robot = simulation.robots[name]
+        self._lock = lock
+        self._log = node.log
+        self._has_warned = False
+        prefix = f"{name}/" if name else ""
+        self._stamps = _Headers()
+        self._was_bumped: bool | None = None
+
+        def advertise(topic: str, kind: str, *, latch: bool = False) -> tuple[Any, Any]:
+            message_class: Any = load_message_class(kind)
+            return node.advertise(topic, message_class, queue_size=10, latch=latch), message_class
+
+        self._odom, self._odometry_class = advertise(f"{prefix}odom", "nav_msgs/Odometry")
+        self._truth, _ = advertise(f"{prefix}base_pose_ground_truth", "nav_msgs/Odometry")
+        self._joints, self._joints_class = advertise(f"{prefix}joint_states", "sensor_msgs/JointState")
+        self._battery, self._battery_class = advertise(f"{prefix}battery_state", "sensor_msgs/BatteryState")
+        self._bumper, self._bumper_class = advertise(f"{prefix}bumper", "std_msgs/Bool", latch=True)
+        if self._robot.settings.laser is not None:
+            self._scan, self._scan_class = advertise(names.scan_topic, "sensor_msgs/LaserScan")
+        twist: Any = load_message_class("geometry_msgs/Twist")
+        node.subscribe(f"{prefix}cmd_vel", twist, self._command, queue_size=1)
+        serve(node, f"{prefix}place", "pipros_sim/Place", self._place)
+        serve(node, f"{prefix}charge", "std_srvs/SetBool", self._charge)
+
+    @property
+    def wants_scan(self) -> bool:
+        """Whether the robot has a laser and a subscriber of its scans."""
+        return self._robot.settings.laser is not None and bool(self._scan.connection_count)
+
+    def publish_motion(self, stamp: Time) -> None:
+        """Publish odometry, true pose and wheels to their subscribers; the bumper only if it changed."""
+        robot, names = self._robot, self.names
+        if self._odom.connection_count:
+            self._odom.publish(self._odometry(stamp, names.odom_frame, robot.odometry))
+        if self._truth.connection_count:
+            self._truth.publish(self._odometry(stamp, names.odom_frame, robot.pose))
+        if self._joints.connection_count:
+            joints = self._joints_class()
+            joints.header = self._stamps.header(stamp, "")
+            joints.name = list(names.wheel_joints)
+            joints.position, joints.velocity = list(robot.wheels), list(robot.wheel_speeds)
+            self._joints.publish(joints)
+        if robot.is_bumped != self._was_bumped:
+            self._was_bumped = robot.is_bumped
+            self._bumper.publish(self._bumper_class(robot.is_bumped))
+
+    def publish_battery(self, stamp: Time) -> None:
+        """Publish the state of the battery, if there are subscribers."""
+        if not self._battery.connection_count:
+            return
+        battery, message = self._robot.battery, self._battery_class()
+        message.header = self._stamps.header(stamp, "")
+        message.voltage, message.current = battery.voltage, battery.current_a
+        message.charge, message.percentage = battery.charge_ah, battery.percentage
+        message.capacity = message.design_capacity = battery.settings.capacity_ah
+        message.temperature = math.nan  # not measured
+        is_full = battery.is_charging and battery.percentage >= 1.0
+        message.power_supply_status = _FULL if is_full else _CHARGING if battery.is_charging else _DISCHARGING
+        message.power_supply_health, message.power_supply_technology = _GOOD, _LITHIUM_ION
+        message.present = True
+        self._battery.publish(message)
+
+    def publish_scan(self, stamp: Time, ranges: Ranges, interval_s: float) -> None:
+        """Publish a scan."""
+        laser = self._robot.settings.laser
+        if laser is None:
+            return
+        scan = self._scan_class()
+        scan.header = self._stamps.header(stamp, self.names.scan_frame)
+        scan.angle_min, scan.angle_increment = laser.min_angle, laser.increment
+        scan.angle_max = laser.min_angle + laser.increment * (laser.rays - 1)
+        scan.scan_time = interval_s
+        scan.range_min, scan.range_max = laser.range_min, laser.range_max
+        scan.ranges = ranges.tolist()
+        self._scan.publish(scan)
+
+    def transform(self, stamp: Time) -> Any:
+        """Return the transform from the odometry's frame to the robot."""
+        return self._stamps.transform(
+            stamp, self.names.odom_frame, self.names.base_frames[0], self._robot.odometry
+        )
+
+    def fixed_transforms(self, stamp: Time) -> list[Any]:
+        """Return the transforms between the frames of the robot."""
+        frames = self.names.base_frames
+        found = [
+            self._stamps.transform(stamp, parent, child, Pose())
+            for parent, child in itertools.pairwise(frames)
+        ]
+        laser = self._robot.settings.laser
+        if laser is not None:
+            found.append(self._stamps.transform(stamp, frames[-1], self.names.scan_frame, laser.pose))
+        return found
+
+    def _odometry(self, stamp: Time, frame: str, pose: Pose) -> Any:
+        message = self._odometry_class()
+        message.header = self._stamps.header(stamp, frame)
+        message.child_frame_id = self.names.base_frames[0]
+        place, turn = message.pose.pose.position, message.pose.pose.orientation
+        place.x, place.y = pose.x, pose.y
+        turn.z, turn.w = math.sin(pose.yaw / 2), math.cos(pose.yaw / 2)
+        velocity: Motion = self._robot.velocity
+        message.twist.twist.linear.x, message.twist.twist.angular.z = velocity.forwards, velocity.turn
+        return message
+
+    def _command(self, message: Any) -> None:
+        linear, angular = message.linear.x, message.angular.z
+        if math.isfinite(linear) and math.isfinite(angular):
+            with self._lock:
+                self._robot.command(linear, angular, self._simulation.time_s)
+        elif not self._has_warned:
+            self._has_warned = True
+            self._log.warning(
+                "[%s] ignores commands that are not finite: %s, %s", self._name, linear, angular
+            )
+
+    def _place(self, request: Any) -> None:
+        try:
+            with self._lock:
+                self._simulation.place(self._name, Pose(request.x, request.y, request.theta))
+        except Rejected as error:
+            self._log.error("%s", error)
+            raise CallFailed from None
+
+    def _charge(self, request: Any) -> Any:
+        with self._lock:
+            self._robot.battery.is_charging = request.data
+        return {"success": True, "message": "charging" if request.data else "not charging"}
+
+
+class _Headers:
+    """Creates headers and transforms."""
+
+    def __init__(self) -> None:
+        self._header_class: Any = load_message_class("std_msgs/Header")
+        self._transform_class: Any = load_message_class("geometry_msgs/TransformStamped")
+
+    def header(self, stamp: Time, frame: str) -> Any:
+        return self._header_class(stamp=stamp, frame_id=frame)
+
+    def transform(self, stamp: Time, parent: str, child: str, pose: Pose) -> Any:
+        message = self._transform_class(header=self.header(stamp, parent), child_frame_id=child)
+        shift, turn = message.transform.translation, message.transform.rotation
+        shift.x, shift.y = pose.x, pose.y
+        turn.z, turn.w = math.sin(pose.yaw / 2), math.cos(pose.yaw / 2)
+        return message
+
+
+def serve(node: Node, name: str, kind: str, handler: Callable[[Any], Any]) -> None:
+    """Serve a service whose handler returns the fields of the response, or None."""
+    service: Any = load_service_class(kind)
+    node.serve(name, service, lambda request: service._response_class(**(handler(request) or {})))

@@ -1,0 +1,111 @@
+"""The node of simulated robots: time, transforms, and the endpoints of each robot around a `Simulation`."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Any, Final
+
+from pipros.basics.limits import limit_text
+from pipros.msg import load_message_class
+from pipros.msg.time import Time
+from pipros.node import Node
+from pipros.node.start_params import is_on
+from pipros.simulation.robots.errors import InvalidSettings
+from pipros.simulation.robots.robot_endpoints import Interface, RobotEndpoints, serve
+from pipros.simulation.robots.simulation import STEP_S, Simulation
+
+SCAN_STEPS: Final = 5
+"""Steps between two scans: 10 Hz."""
+BATTERY_STEPS: Final = 50
+"""Steps between two messages of a battery: 1 Hz."""
+LATE_S: Final = 0.1
+"""A simulation that is later than this goes on from now: lost steps are not made up for."""
+
+_STEP_NS: Final = round(STEP_S * 1e9)
+
+
+class RobotsNode:
+    """Robots as a node.
+
+    If `/use_sim_time` is true, the node publishes its simulated time on `/clock`, and stamps messages with
+    it; otherwise stamps are of the wall clock. Service handlers and commands run in threads.
+
+    Attributes:
+        lock: held while the simulation is used.
+        simulation: the robots.
+    """
+
+    def __init__(
+        self, node: Node, simulation: Simulation, *, names: Interface | None = None, speed: float = 1.0
+    ) -> None:
+        """Register all topics and services.
+
+        Args:
+            names: names of frames and topics.
+            speed: simulated seconds per second.
+
+        Raises:
+            InvalidSettings: there are too many robots, or `speed` is not 1 without simulated time.
+        """
+        limit = node.limits.simulated_robots
+        if len(simulation.robots) > limit:
+            raise InvalidSettings(f"too many robots: {limit_text('simulated_robots', limit)}")
+        self._has_clock = is_on(node, "/use_sim_time")
+        if speed != 1.0 and not self._has_clock:
+            raise InvalidSettings(f"speed {speed} needs simulated time: set /use_sim_time to true first")
+        self.lock = threading.Lock()
+        self.simulation = simulation
+        self._node = node
+        self._interval_s = STEP_S / speed
+        self._tf_class: Any = load_message_class("tf2_msgs/TFMessage")
+        self._tf = node.advertise("/tf", self._tf_class, queue_size=100)
+        if self._has_clock:
+            self._clock_class: Any = load_message_class("rosgraph_msgs/Clock")
+            self._clock = node.advertise("/clock", self._clock_class, queue_size=1)
+        self._endpoints = {
+            name: RobotEndpoints(node, name, simulation, self.lock, (names or Interface()).of(name))
+            for name in simulation.robots
+        }
+        static = node.advertise("/tf_static", self._tf_class, queue_size=10, latch=True)
+        stamp = self._stamp()
+        fixed = [each for own in self._endpoints.values() for each in own.fixed_transforms(stamp)]
+        static.publish(self._tf_class(fixed))
+        serve(node, "reset_positions", "std_srvs/Empty", self._reset)
+
+    def run(self) -> None:
+        """Step until the node ends."""
+        due_s = time.monotonic()
+        while not self._node.wait_for_shutdown(max(0.0, due_s - time.monotonic())):
+            self.step()
+            due_s += self._interval_s
+            if time.monotonic() - due_s > LATE_S:
+                due_s = time.monotonic()
+
+    def step(self) -> None:
+        """Move the robots, and publish."""
+        with self.lock:
+            self.simulation.step()
+            steps = self.simulation.steps
+            wanted = [name for name, own in self._endpoints.items() if own.wants_scan]
+            scans = self.simulation.scans(wanted if steps % SCAN_STEPS == 0 else ())
+            stamp = self._stamp()
+            if self._has_clock:
+                self._clock.publish(self._clock_class(stamp))
+            if self._tf.connection_count:
+                self._tf.publish(self._tf_class([own.transform(stamp) for own in self._endpoints.values()]))
+            for name, own in self._endpoints.items():
+                own.publish_motion(stamp)
+                if name in scans:
+                    own.publish_scan(stamp, scans[name], SCAN_STEPS * STEP_S)
+                if steps % BATTERY_STEPS == 0:
+                    own.publish_battery(stamp)
+
+    def _stamp(self) -> Time:
+        if not self._has_clock:
+            return Time(*divmod(time.time_ns(), 1_000_000_000))
+        return Time(*divmod(self.simulation.steps * _STEP_NS, 1_000_000_000))
+
+    def _reset(self, _: Any) -> None:
+        with self.lock:
+            self.simulation.reset()

@@ -1,0 +1,136 @@
+"""What can be set of a simulated robot, with the defaults of a small robot for tables and floors."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, fields
+from typing import Any, Final, TypeVar
+
+from pipros.simulation.robots.battery import BatterySettings
+from pipros.simulation.robots.drive import Pose
+from pipros.simulation.robots.errors import InvalidSettings
+
+MAX_RAYS: Final = 10_000
+"""Maximum number of rays of a scan."""
+
+
+@dataclass(frozen=True, slots=True)
+class Laser:
+    """A laser scanner.
+
+    Attributes:
+        rays: number of rays.
+        min_angle: direction of the first ray, in radians from straight ahead, counter-clockwise.
+        field_of_view: angle between the first and the last ray; a full turn is divided evenly.
+        range_min, range_max: range of measurements in metres.
+        noise: standard deviation of a measurement in metres.
+        no_echo: the value of a ray that hits nothing.
+        x, y, yaw: pose on the robot.
+    """
+
+    rays: int = 360
+    min_angle: float = 0.0
+    field_of_view: float = math.tau
+    range_min: float = 0.12
+    range_max: float = 10.0
+    noise: float = 0.01
+    no_echo: float = math.inf
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+
+    @property
+    def increment(self) -> float:
+        """The angle from each ray to the next."""
+        gaps = self.rays if self.field_of_view >= math.tau - 1e-9 else max(self.rays - 1, 1)
+        return self.field_of_view / gaps
+
+    @property
+    def pose(self) -> Pose:
+        """The pose on the robot."""
+        return Pose(self.x, self.y, self.yaw)
+
+
+@dataclass(frozen=True, slots=True)
+class RobotSettings:
+    """A robot: a disc with two wheels on one axis through its centre.
+
+    Attributes:
+        name: unique in a simulation; the only robot may have none.
+        start: first pose in the frame of the map; None for a free place.
+        radius: of the disc, in metres.
+        wheel_separation, wheel_radius: in metres.
+        max_linear, max_angular: highest velocities in m/s and rad/s.
+        command_timeout_s: the robot stops if no command has arrived for this long, in simulated time.
+        odometry_noise: standard deviation of odometry, as a part of each step's distance and of its turn.
+        laser: the scanner; None if there is none.
+        battery: the battery and its load.
+    """
+
+    name: str = ""
+    start: Pose | None = None
+    radius: float = 0.15
+    wheel_separation: float = 0.24
+    wheel_radius: float = 0.033
+    max_linear: float = 0.5
+    max_angular: float = 2.5
+    command_timeout_s: float = 1.0
+    odometry_noise: float = 0.0
+    laser: Laser | None = field(default_factory=Laser)
+    battery: BatterySettings = field(default_factory=BatterySettings)
+
+
+_Settings = TypeVar("_Settings", Laser, BatterySettings, RobotSettings)
+
+_MAY_BE_ZERO = {
+    "command_timeout_s", "drive_a", "idle_a", "charge_a", "noise", "odometry_noise", "range_min",
+    "empty_v", "max_linear", "max_angular",
+}  # fmt: skip
+_ANY_NUMBER = {"min_angle", "x", "y", "yaw"}
+
+
+def changed(defaults: _Settings, values: Any, where: str) -> _Settings:
+    """Return settings with the numbers of a mapping instead of the defaults.
+
+    Args:
+        where: name of the mapping, for errors.
+
+    Raises:
+        InvalidSettings: a key is unknown, or a value is not a number in its range.
+    """
+    if not isinstance(values, dict):
+        raise InvalidSettings(f"{where} must be a mapping, got {values!r}")
+    from dataclasses import replace
+
+    known = [each.name for each in fields(defaults) if isinstance(getattr(defaults, each.name), int | float)]
+    checked: dict[str, Any] = {}
+    for key, value in values.items():
+        if key not in known:
+            raise InvalidSettings(f"{where} has no setting {key!r}; the settings are {', '.join(known)}")
+        checked[key] = (
+            round(number(value, f"{where}/{key}")) if key == "rays" else _in_range(key, value, where)
+        )
+    settings = replace(defaults, **checked)
+    if isinstance(settings, Laser) and not 1 <= settings.rays <= MAX_RAYS:
+        raise InvalidSettings(f"{where}/rays must be 1 to {MAX_RAYS}, got {settings.rays}")
+    return settings
+
+
+def number(value: object, where: str) -> float:
+    """Return a finite number.
+
+    Raises:
+        InvalidSettings: the value is something else.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise InvalidSettings(f"{where} must be a finite number, got {value!r}")
+    return float(value)
+
+
+def _in_range(key: str, value: object, where: str) -> float:
+    if key == "no_echo" and value == math.inf:
+        return math.inf
+    checked = number(value, f"{where}/{key}")
+    if key in _ANY_NUMBER or checked > 0 or (checked == 0 and key in (*_MAY_BE_ZERO, "no_echo")):
+        return checked
+    raise InvalidSettings(f"{where}/{key} must be {'>=' if key in _MAY_BE_ZERO else '>'} 0, got {value!r}")

@@ -1,0 +1,136 @@
+"""The page of simulated robots: the walls, the robots with their laser scans, drag and drop, arrow keys.
+
+Nothing that the page can do leaves the node: it moves robots of this node without a topic or a service.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import math
+from collections.abc import AsyncIterator, Mapping
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipros.node import Node
+from pipros.pictures.png import png
+from pipros.simulation.robots.drive import Pose
+from pipros.simulation.robots.errors import Rejected
+from pipros.simulation.robots.robots_node import RobotsNode
+from pipros.simulation.robots.world import World
+from pipros.web.server import RequestRefused, Services
+
+FRAME_S: Final = 0.1
+"""Interval of pictures for a browser."""
+LONGEST_SIDE: Final = 2000
+"""Maximum width and height of the picture of the walls; of larger maps, several cells become a pixel."""
+POINTS: Final = 180
+"""Maximum number of points shown of a scan."""
+
+
+class SimPage:
+    """Views and actions of the page."""
+
+    def __init__(self, robots: RobotsNode, node: Node) -> None:
+        self._robots = robots
+        self._node = node
+
+    def services(self) -> Services:
+        """Return them for a server."""
+        return Services(
+            views={"world": self.world},
+            actions={"place": self.place, "steer": self.steer, "reset": self.reset, "close": self.close},
+            pages=("pipros.simulation.robots", "pipros.web"),
+        )
+
+    async def world(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the walls once, then the robots whenever a step was made."""
+        world = self._robots.simulation.world
+        picture = await asyncio.to_thread(walls_picture, world)
+        yield {
+            "node": self._node.name,
+            "walls": base64.b64encode(picture).decode(),
+            "area": [world.left, world.bottom, *world.size],
+        }
+        steps = -1
+        while True:
+            if steps != self._robots.simulation.steps:
+                with self._robots.lock:
+                    steps = self._robots.simulation.steps
+                    shown = self._shown()
+                yield {"time": round(self._robots.simulation.time_s, 2), "robots": shown}
+            await asyncio.sleep(FRAME_S)
+
+    async def place(self, arguments: Mapping[str, Any]) -> None:
+        """Put a robot somewhere."""
+        x, y, yaw = (_number(arguments, key) for key in ("x", "y", "yaw"))
+        try:
+            with self._robots.lock:
+                self._robots.simulation.place(str(arguments.get("robot")), Pose(x, y, yaw))
+        except Rejected as error:
+            raise RequestRefused(str(error)) from None
+
+    async def steer(self, arguments: Mapping[str, Any]) -> None:
+        """Command a robot of this node, like a message on its `cmd_vel`."""
+        linear, angular = (_number(arguments, key) for key in ("linear", "angular"))
+        with self._robots.lock:
+            simulation = self._robots.simulation
+            robot = simulation.robots.get(str(arguments.get("robot")))
+            if robot is None:
+                raise RequestRefused(f"there is no robot {arguments.get('robot')!r}")
+            robot.command(linear, angular, simulation.time_s)
+
+    async def reset(self, _: Mapping[str, Any]) -> None:
+        """Return all robots to their starts."""
+        with self._robots.lock:
+            self._robots.simulation.reset()
+
+    async def close(self, _: Mapping[str, Any]) -> None:
+        """End the node."""
+        self._node.shutdown_async("closed on its page")
+
+    def _shown(self) -> list[Any]:
+        """Return name, pose, radius, bumper, battery and points of the scan of each robot."""
+        simulation = self._robots.simulation
+        shown = []
+        for name, robot in simulation.robots.items():
+            pose = robot.pose
+            shown.append(
+                {
+                    "name": name,
+                    "pose": [round(pose.x, 3), round(pose.y, 3), round(pose.yaw, 4)],
+                    "radius": robot.settings.radius,
+                    "bumped": robot.is_bumped,
+                    "battery": round(robot.battery.percentage, 3),
+                    "points": _rounded(simulation.echoes(name, POINTS)),
+                }
+            )
+        return shown
+
+
+def walls_picture(world: World) -> bytes:
+    """Return the walls as a PNG file, black on white, with the highest y on top."""
+    walls: NDArray[np.bool_] = world.walls[::-1]
+    factor = max(1, math.ceil(max(walls.shape) / LONGEST_SIDE))
+    if factor > 1:
+        rows, columns = (math.ceil(side / factor) for side in walls.shape)
+        padded = np.zeros((rows * factor, columns * factor), bool)
+        padded[: walls.shape[0], : walls.shape[1]] = walls
+        walls = np.logical_or.reduce(padded.reshape(rows, factor, columns, factor), axis=(1, 3))
+    greys = np.where(walls, 0, 255).astype(np.uint8)
+    height, width = greys.shape
+    return png(width, height, 1, 8, (row.tobytes() for row in greys))
+
+
+def _number(arguments: Mapping[str, Any], key: str) -> float:
+    value = arguments.get(key)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise RequestRefused(f"{key} must be a finite number")
+    return float(value)
+
+
+def _rounded(points: Any) -> list[list[float]]:
+    rounded: list[list[float]] = np.round(points, 2).tolist()
+    return rounded

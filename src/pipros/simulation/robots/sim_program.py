@@ -1,0 +1,115 @@
+"""The program `sim` of pipros_sim: a simulation from parameters, its node and its page."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import logging
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.libraries.maps.map_file import read_map
+from pipros.node import Node
+from pipros.node.roscpp_program import roscpp_program
+from pipros.node.start_params import is_on
+from pipros.simulation.private_parameters import private_value
+from pipros.simulation.robots.battery import BatterySettings
+from pipros.simulation.robots.drive import Pose
+from pipros.simulation.robots.errors import InvalidSettings
+from pipros.simulation.robots.robot_endpoints import Interface
+from pipros.simulation.robots.robots_node import RobotsNode
+from pipros.simulation.robots.settings import Laser, RobotSettings, changed, number
+from pipros.simulation.robots.simulation import Simulation
+from pipros.simulation.robots.world import World
+from pipros.workspace.index import SHARED_PACKAGES
+
+BUILT_IN_MAP = str(SHARED_PACKAGES / "pipros_sim" / "maps" / "room.yaml")
+
+
+@exits_after_ctrl_c()
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the node until it ends. Return 1 if a parameter or the map is invalid."""
+    with roscpp_program("sim", "pipros_sim", argv) as (node, log):
+        return run(node, log, lambda: _from_parameters(node))
+
+
+def run(node: Node, log: logging.Logger, make: Any) -> int:
+    """Run the simulation that `make` returns, with its page unless the parameter `~headless` is true."""
+    with contextlib.ExitStack() as stack:
+        try:
+            robots: RobotsNode = make()
+        except PiprosError as error:
+            log.error("%s", error)
+            return 1
+        width, height = robots.simulation.world.size
+        log.info("Simulating %d robots in a world of %g x %g m", len(robots.simulation.robots), width, height)
+        if not is_on(node, "~headless"):
+            from pipros.simulation.robots.sim_page import SimPage
+            from pipros.web.node_page import served_page
+
+            stack.enter_context(served_page(SimPage(robots, node).services(), node.name, log))
+        robots.run()
+    return 0
+
+
+def _from_parameters(node: Node) -> RobotsNode:
+    """Create the simulation that the private parameters describe; docs/simulation.md lists them."""
+
+    get = functools.partial(private_value, node)
+    seed = number(get("seed", 0), "seed")
+    speed = number(get("speed", 1.0), "speed")
+    if seed < 0 or speed <= 0:
+        raise InvalidSettings(f"seed must be >= 0 and speed > 0, got {seed:g} and {speed:g}")
+    robot = changed(RobotSettings(), get("robot", {}), "robot")
+    robot = replace(
+        robot,
+        laser=changed(Laser(), get("laser", {}), "laser"),
+        battery=changed(BatterySettings(), get("battery", {}), "battery"),
+    )
+    usual = Interface()
+    names = Interface(
+        odom_frame=str(get("odom_frame", usual.odom_frame)),
+        base_frames=tuple(
+            dict.fromkeys((str(get("base_frame", usual.base_frames[0])), *usual.base_frames[1:]))
+        ),
+        scan_frame=str(get("scan_frame", usual.scan_frame)),
+    )
+    world = World.from_grid(read_map(str(get("map", "") or BUILT_IN_MAP)))
+    robots = robots_of(get("robots", 1), robot, node.limits.simulated_robots)
+    return RobotsNode(node, Simulation(world, robots, seed=int(seed)), names=names, speed=speed)
+
+
+def robots_of(given: object, usual: RobotSettings, limit: int) -> list[RobotSettings]:
+    """Return the robots of the parameter `robots`: a number, or a list of mappings with name, x, y and yaw.
+
+    Raises:
+        InvalidSettings: it is something else, or there are more than `limit`.
+    """
+    if isinstance(given, list):
+        if not 0 < len(given) <= limit:
+            raise InvalidSettings(f"robots must be a list of 1 to {limit}, got {len(given)}")
+        return [_robot_of(each, usual) for each in given]
+    count = number(given, "robots")
+    if not (count.is_integer() and 1 <= count <= limit):
+        raise InvalidSettings(f"robots must be a number from 1 to {limit}, or a list, got {given!r}")
+    if count == 1:
+        return [usual]
+    return [replace(usual, name=f"robot_{index}") for index in range(int(count))]
+
+
+def _robot_of(given: object, usual: RobotSettings) -> RobotSettings:
+    from pipros.basics import names
+
+    if not isinstance(given, dict) or not given.keys() <= {"name", "x", "y", "yaw"}:
+        raise InvalidSettings(f"each of robots must be a mapping with name, x, y and yaw, got {given!r}")
+    name = given.get("name", "")
+    if not isinstance(name, str) or (name and not names.is_legal_base(name)):
+        raise InvalidSettings(f"the name of a robot must be letters, digits and _, got {name!r}")
+    if "x" not in given and "y" not in given:
+        return replace(usual, name=name)
+    x, y, yaw = (number(given.get(key, 0.0), f"robots/{key}") for key in ("x", "y", "yaw"))
+    return replace(usual, name=name, start=Pose(x, y, math.remainder(yaw, math.tau)))

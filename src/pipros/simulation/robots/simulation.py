@@ -1,0 +1,193 @@
+"""Robots in a world, step by step in simulated time. No clock, no sockets.
+
+The same settings, seed and commands (at the same steps) give the same trace, whichever scans are made.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipros.simulation.robots.drive import Pose, combined, moved
+from pipros.simulation.robots.errors import InvalidSettings, Rejected
+from pipros.simulation.robots.ray_casting import cast_rays, distances_to_discs
+from pipros.simulation.robots.robot import Robot
+from pipros.simulation.robots.settings import Laser, RobotSettings
+from pipros.simulation.robots.world import World
+
+Ranges = NDArray[np.float64]
+
+STEP_S: Final = 0.02
+"""Simulated time of a step."""
+_ATTEMPTS: Final = 1000
+
+
+class Simulation:
+    """A world and its robots. Not thread-safe.
+
+    Attributes:
+        world: the walls.
+        robots: by name, in the order of the settings.
+        steps: number of steps so far.
+    """
+
+    def __init__(self, world: World, robots: Sequence[RobotSettings], *, seed: int = 0) -> None:
+        """Put robots into a world.
+
+        Args:
+            seed: a number from 0, for noise and for the places of robots without a start.
+
+        Raises:
+            InvalidSettings: a name is repeated, a start is not free, or no place is left for a robot.
+        """
+        self.world = world
+        self.robots: dict[str, Robot] = {}
+        self.steps = 0
+        self._reset_at = 0
+        places, *seeds = np.random.SeedSequence(seed).spawn(len(robots) + 1)
+        random = np.random.default_rng(places)
+        for settings in robots:  # robots without a start go around those with one
+            if settings.start is not None and not world.is_free(
+                settings.start.x, settings.start.y, settings.radius
+            ):
+                raise InvalidSettings(f"robot [{settings.name}] cannot start in a wall, at {settings.start}")
+        for settings, own in zip(robots, seeds, strict=True):
+            if settings.name in self.robots:
+                raise InvalidSettings(f"names of robots must be unique, got [{settings.name}] twice")
+            start = settings.start or self._free_place(settings, robots, random)
+            self.robots[settings.name] = Robot(settings, start, own)
+
+    def _free_place(
+        self, settings: RobotSettings, all_robots: Sequence[RobotSettings], random: np.random.Generator
+    ) -> Pose:
+        """Return the origin of the map, or a random place, without a wall or another robot."""
+        taken = [(robot.pose, robot.settings.radius) for robot in self.robots.values()]
+        taken += [(robot.start, robot.radius) for robot in all_robots if robot.start is not None]
+        cells = self.world.free_cells()
+        for attempt in range(_ATTEMPTS if len(cells) else 0):
+            x, y = (0.0, 0.0) if not attempt else map(float, cells[random.integers(len(cells))])
+            if self.world.is_free(x, y, settings.radius) and all(
+                math.hypot(pose.x - x, pose.y - y) > radius + settings.radius for pose, radius in taken
+            ):
+                return Pose(x, y, 0.0)
+        raise InvalidSettings(
+            f"no free place found for robot [{settings.name}] of radius {settings.radius} m"
+        )
+
+    @property
+    def time_s(self) -> float:
+        """The simulated time since the start."""
+        return self.steps * STEP_S
+
+    def step(self) -> None:
+        """Move all robots, one after the other, for `STEP_S`."""
+        self.steps += 1
+        for robot in self.robots.values():
+            motion = robot.planned(self.time_s, STEP_S)
+            is_blocked = motion.forwards != 0.0 and self._is_blocked(robot, moved(robot.pose, motion))
+            robot.step(motion, STEP_S, is_blocked=is_blocked)
+
+    def _is_blocked(self, robot: Robot, pose: Pose) -> bool:
+        """Return True if a wall is in the way, or a robot that would be no farther away than now."""
+        if not self.world.is_free(pose.x, pose.y, robot.settings.radius):
+            return True
+        for other in self.robots.values():
+            if other is not robot:
+                far = math.hypot(pose.x - other.pose.x, pose.y - other.pose.y)
+                if far < robot.settings.radius + other.settings.radius:
+                    before = math.hypot(robot.pose.x - other.pose.x, robot.pose.y - other.pose.y)
+                    if far <= before:
+                        return True
+        return False
+
+    def scans(self, names: Collection[str]) -> dict[str, Ranges]:
+        """Return the ranges that the lasers of these robots measure now, in metres."""
+        scanning = [
+            (name, self.robots[name], laser)
+            for name in names
+            if (laser := self.robots[name].settings.laser) is not None
+        ]
+        if not scanning:
+            return {}
+        poses = [combined(robot.pose, laser.pose) for _, robot, laser in scanning]
+        angles = [
+            pose.yaw + laser.min_angle + laser.increment * np.arange(laser.rays, dtype=np.float64)
+            for pose, (*_, laser) in zip(poses, scanning, strict=True)
+        ]
+        counts = [laser.rays for *_, laser in scanning]
+        walls = cast_rays(
+            self.world,
+            np.repeat([pose.x for pose in poses], counts),
+            np.repeat([pose.y for pose in poses], counts),
+            np.concatenate(angles),
+            np.repeat([laser.range_max for *_, laser in scanning], counts),
+        )
+        parts = np.split(walls, np.cumsum(counts)[:-1])
+        measured = {}
+        for (name, robot, laser), pose, angle, ranges in zip(scanning, poses, angles, parts, strict=True):
+            nearest = np.minimum(ranges, distances_to_discs(pose.x, pose.y, angle, self._discs_beside(robot)))
+            measured[name] = _measured(nearest, laser, robot.scan_noise(self.steps - self._reset_at))
+        return measured
+
+    def echoes(self, name: str, most: int) -> NDArray[np.float64]:
+        """Return where up to `most` rays of a robot's laser end, without noise, with shape (n, 2)."""
+        robot = self.robots[name]
+        laser = robot.settings.laser
+        if laser is None:
+            return np.empty((0, 2))
+        pose = combined(robot.pose, laser.pose)
+        angle = pose.yaw + laser.min_angle + laser.increment * np.arange(laser.rays, dtype=np.float64)
+        angle = angle[:: -(-laser.rays // most)]
+        everywhere = np.ones(angle.shape)
+        ranges = cast_rays(
+            self.world, pose.x * everywhere, pose.y * everywhere, angle, laser.range_max * everywhere
+        )
+        ranges = np.minimum(ranges, distances_to_discs(pose.x, pose.y, angle, self._discs_beside(robot)))
+        points = np.column_stack((pose.x + ranges * np.cos(angle), pose.y + ranges * np.sin(angle)))
+        return points[ranges <= laser.range_max]
+
+    def _discs_beside(self, robot: Robot) -> NDArray[np.float64]:
+        """Return x, y and radius of all other robots, with shape (n, 3)."""
+        others = [
+            (other.pose.x, other.pose.y, other.settings.radius)
+            for other in self.robots.values()
+            if other is not robot
+        ]
+        return np.array(others or np.empty((0, 3)), np.float64)
+
+    def place(self, name: str, pose: Pose) -> None:
+        """Put a robot somewhere.
+
+        Raises:
+            Rejected: no robot has this name, or a wall or another robot is there.
+        """
+        robot = self.robots.get(name)
+        if robot is None:
+            raise Rejected(f"robot [{name}] does not exist; the robots are {', '.join(self.robots)}")
+        if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
+            raise Rejected(f"the pose must be finite numbers, got {pose}")
+        if not self.world.is_free(pose.x, pose.y, robot.settings.radius):
+            raise Rejected(f"a wall is at x={pose.x:.2f}, y={pose.y:.2f}")
+        for other_name, other in self.robots.items():
+            reach = robot.settings.radius + other.settings.radius
+            if other is not robot and math.hypot(pose.x - other.pose.x, pose.y - other.pose.y) < reach:
+                raise Rejected(f"robot [{other_name}] is at x={pose.x:.2f}, y={pose.y:.2f}")
+        robot.place(pose)
+
+    def reset(self) -> None:
+        """Return all robots to their starts, and repeat the noise. The simulated time goes on."""
+        self._reset_at = self.steps
+        for robot in self.robots.values():
+            robot.reset()
+
+
+def _measured(exact: Ranges, laser: Laser, random: np.random.Generator) -> Ranges:
+    """Return the ranges with noise; beyond the limits of the laser there is no echo."""
+    if laser.noise:
+        exact = exact + laser.noise * random.standard_normal(exact.shape)
+    is_echo = (exact >= laser.range_min) & (exact <= laser.range_max)
+    return np.where(is_echo, exact, laser.no_echo)

@@ -1,0 +1,43 @@
+"""The program `stageros`: the robots of a world file of Stage, with the topics and frames of stage_ros."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import Final
+
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.basics.names import is_remapping_argument
+from pipros.node.roscpp_program import roscpp_program
+from pipros.simulation.robots.robot_endpoints import Interface
+from pipros.simulation.robots.robots_node import RobotsNode
+from pipros.simulation.robots.sim_program import run
+from pipros.simulation.robots.simulation import Simulation
+from pipros.simulation.robots.stage_file import read_stage
+
+USAGE: Final = """USAGE: stageros [-g] [-d] [-u] <worldfile>
+  -g: without a page
+  -d, -u: accepted, without effect"""
+
+NAMES: Final = Interface(scan_frame="base_laser_link", scan_topic="base_scan")
+
+
+@exits_after_ctrl_c()
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the node until it ends. Return 1 if the world is invalid, 255 if the arguments are."""
+    arguments = sys.argv[1:] if argv is None else list(argv)
+    words = [word for word in arguments if not is_remapping_argument(word)]
+    options = {word for word in words if word.startswith("-")}
+    files = [word for word in words if word not in options]
+    if len(files) != 1 or not options <= {"-g", "-d", "-u"}:
+        print(USAGE, file=sys.stderr)
+        return 255
+    with roscpp_program("stageros", "stage_ros", arguments) as (node, log):
+        if "-g" in options:
+            node.params.set("~headless", True)
+
+        def make() -> RobotsNode:
+            world, robots = read_stage(files[0])
+            return RobotsNode(node, Simulation(world, robots), names=NAMES)
+
+        return run(node, log, make)

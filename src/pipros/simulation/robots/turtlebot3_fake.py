@@ -1,0 +1,53 @@
+"""The program `turtlebot3_fake_node`: a robot on an empty plane, which follows `cmd_vel`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.node import Node
+from pipros.node.roscpp_program import roscpp_program
+from pipros.simulation.robots.drive import Pose
+from pipros.simulation.robots.errors import InvalidSettings
+from pipros.simulation.robots.robot_endpoints import Interface
+from pipros.simulation.robots.robots_node import RobotsNode
+from pipros.simulation.robots.settings import RobotSettings
+from pipros.simulation.robots.sim_program import run
+from pipros.simulation.robots.simulation import Simulation
+from pipros.simulation.robots.world import World
+
+_HALF_SIDE_M: Final = 50.0
+_CELL_M: Final = 0.25
+
+_START: Final = Pose()
+MODELS: Final = {
+    "burger": RobotSettings(
+        start=_START, radius=0.105, wheel_separation=0.160, max_linear=0.22, max_angular=2.84, laser=None
+    ),
+    "waffle": RobotSettings(
+        start=_START, radius=0.220, wheel_separation=0.287, max_linear=0.26, max_angular=1.82, laser=None
+    ),
+}
+"""Dimensions and highest velocities of the robots by their names; `waffle_pi` is like `waffle`."""
+
+
+@exits_after_ctrl_c()
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the node until it ends. Return 1 if the model is unknown."""
+    with roscpp_program("turtlebot3_fake_node", "turtlebot3_fake", argv) as (node, log):
+        return run(node, log, lambda: _fake(node))
+
+
+def _fake(node: Node) -> RobotsNode:
+    """Create the robot whose model the parameter `/tb3_model` names."""
+    model = node.params.get("/tb3_model") if node.params.has("/tb3_model") else "burger"
+    settings = MODELS.get(str(model).removesuffix("_pi"))
+    if settings is None:
+        raise InvalidSettings(f"/tb3_model must be burger, waffle or waffle_pi, got {model!r}")
+    side = round(2 * _HALF_SIDE_M / _CELL_M)
+    plane = World.from_cells(np.zeros((side, side), bool), _CELL_M, (-_HALF_SIDE_M, -_HALF_SIDE_M))
+    # A description of the robot, if one is loaded, has the frames above base_footprint.
+    return RobotsNode(node, Simulation(plane, [settings]), names=Interface(base_frames=("base_footprint",)))

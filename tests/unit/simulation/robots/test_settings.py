@@ -1,0 +1,46 @@
+"""Settings of robots from parameters."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from pipros.simulation.robots.errors import InvalidSettings
+from pipros.simulation.robots.settings import Laser, RobotSettings, changed
+
+
+def test_given_numbers_replace_the_defaults() -> None:
+    laser = changed(Laser(), {"rays": 181, "min_angle": -1.57, "noise": 0}, "laser")
+
+    assert (laser.rays, laser.min_angle, laser.noise, laser.range_max) == (181, -1.57, 0.0, 10.0)
+    assert changed(Laser(), {"no_echo": math.inf}, "laser").no_echo == math.inf
+
+
+def test_a_full_turn_has_as_many_gaps_as_rays() -> None:
+    assert Laser(rays=360).increment == pytest.approx(math.radians(1))
+    assert Laser(rays=181, field_of_view=math.pi).increment == pytest.approx(math.radians(1))
+    assert Laser(rays=1, field_of_view=1.0).increment == 1.0
+
+
+@pytest.mark.parametrize(
+    ("values", "why"),
+    [
+        (7, "robot must be a mapping, got 7"),
+        ({"speed": 1}, "robot has no setting 'speed'; the settings are radius, wheel_separation, "),
+        ({"name": "a"}, "robot has no setting 'name'"),
+        ({"radius": 0}, "robot/radius must be > 0, got 0"),
+        ({"max_linear": -1}, "robot/max_linear must be >= 0, got -1"),
+        ({"radius": True}, "robot/radius must be a finite number, got True"),
+        ({"radius": math.nan}, "robot/radius must be a finite number, got nan"),
+    ],
+)
+def test_invalid_settings_raise(values: object, why: str) -> None:
+    with pytest.raises(InvalidSettings, match=why):
+        changed(RobotSettings(), values, "robot")
+
+
+@pytest.mark.parametrize("rays", [0, -3, 10_001])
+def test_the_number_of_rays_is_limited(rays: int) -> None:
+    with pytest.raises(InvalidSettings, match=r"rays must be"):
+        changed(Laser(), {"rays": rays}, "laser")

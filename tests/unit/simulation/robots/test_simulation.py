@@ -1,0 +1,214 @@
+"""Robots in a world: paths in closed form, collisions, batteries, noise, and repeated traces."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pipros.simulation.robots.battery import BatterySettings
+from pipros.simulation.robots.drive import Pose, combined, relative
+from pipros.simulation.robots.errors import InvalidSettings, Rejected
+from pipros.simulation.robots.robot import Robot
+from pipros.simulation.robots.settings import Laser, RobotSettings
+from pipros.simulation.robots.simulation import STEP_S, Simulation
+from pipros.simulation.robots.world import World
+
+SECOND = round(1 / STEP_S)
+STILL = RobotSettings(start=Pose(5.0, 5.0, 0.0), command_timeout_s=1e9)
+
+
+def hall() -> World:
+    """Return an empty world of 10 x 10 m."""
+    return World.from_cells(np.zeros((200, 200), bool), 0.05)
+
+
+def simulation(*robots: RobotSettings, seed: int = 0) -> Simulation:
+    return Simulation(hall(), robots or [STILL], seed=seed)
+
+
+def drive(simulated: Simulation, linear: float, angular: float, steps: int, name: str = "") -> Robot:
+    robot = simulated.robots[name]
+    robot.command(linear, angular, simulated.time_s)
+    for _ in range(steps):
+        simulated.step()
+    return robot
+
+
+def test_a_straight_way_is_velocity_times_time() -> None:
+    robot = drive(simulation(), 0.5, 0.0, 4 * SECOND)
+
+    assert (robot.pose.x, robot.pose.y, robot.pose.yaw) == pytest.approx((7.0, 5.0, 0.0))
+    assert (robot.odometry.x, robot.odometry.y, robot.odometry.yaw) == pytest.approx((2.0, 0.0, 0.0))
+    assert robot.wheels == pytest.approx((2.0 / 0.033, 2.0 / 0.033))
+    assert (robot.velocity.forwards, robot.velocity.turn) == pytest.approx((0.5, 0.0))
+
+
+@pytest.mark.parametrize("seconds", [1, 3, 7])
+def test_a_curve_is_an_arc_of_the_circle_in_closed_form(seconds: int) -> None:
+    linear, angular = 0.4, 0.8
+    robot = drive(simulation(), linear, angular, seconds * SECOND)
+
+    radius, yaw = linear / angular, angular * seconds
+    assert robot.odometry.x == pytest.approx(radius * math.sin(yaw), abs=1e-9)
+    assert robot.odometry.y == pytest.approx(radius * (1 - math.cos(yaw)), abs=1e-9)
+    assert math.remainder(robot.odometry.yaw - yaw, math.tau) == pytest.approx(0, abs=1e-9)
+    half = angular * 0.24 / 2
+    assert robot.wheel_speeds == pytest.approx(((linear - half) / 0.033, (linear + half) / 0.033))
+
+
+def test_velocities_are_limited_and_end_without_commands() -> None:
+    simulated = simulation(replace(STILL, command_timeout_s=1.0))
+
+    robot = drive(simulated, 100.0, -100.0, 1)
+    assert (robot.velocity.forwards, robot.velocity.turn) == pytest.approx((0.5, -2.5))
+    for _ in range(SECOND):
+        simulated.step()
+    assert (robot.velocity.forwards, robot.velocity.turn) == (0.0, 0.0)
+
+
+def test_a_wall_stops_the_robot_and_its_wheels_and_the_bumper_reports_it() -> None:
+    simulated = simulation(replace(STILL, start=Pose(9.5, 5.0, 0.0)))
+
+    robot = drive(simulated, 0.5, 0.0, 3 * SECOND)
+    assert 9.8 < robot.pose.x <= 9.85
+    assert robot.is_bumped
+    assert robot.odometry.x == pytest.approx(robot.pose.x - 9.5)
+    assert robot.wheel_speeds == (0.0, 0.0)
+    drive(simulated, -0.5, 0.0, SECOND)
+    assert not robot.is_bumped
+    assert robot.pose.x < 9.4
+
+
+def test_robots_block_each_other_and_are_seen_by_lasers() -> None:
+    quiet = replace(STILL, laser=Laser(noise=0.0))
+    first = replace(quiet, name="a", start=Pose(4.0, 5.0, 0.0))
+    simulated = simulation(first, replace(quiet, name="b", start=Pose(5.0, 5.0, 0.0)))
+
+    assert simulated.scans(["a"])["a"][0] == pytest.approx(0.85)
+    robot = drive(simulated, 0.5, 0.0, 3 * SECOND, "a")
+    assert 4.68 < robot.pose.x <= 4.7
+    assert robot.is_bumped
+    drive(simulated, -0.5, 0.0, SECOND, "a")
+    assert robot.pose.x < 4.3
+
+
+def test_noise_has_the_set_deviation() -> None:
+    laser = Laser(noise=0.05, rays=5000)
+    walls = np.zeros((200, 200), bool)
+    walls[[0, -1]] = walls[:, [0, -1]] = True
+    noisy, exact = (
+        Simulation(World.from_cells(walls, 0.05), [replace(STILL, laser=each)]).scans([""])[""]
+        for each in (laser, replace(laser, noise=0.0))
+    )
+
+    assert np.std(noisy - exact) == pytest.approx(0.05, rel=0.05)
+    assert abs(np.mean(noisy - exact)) < 0.005
+
+
+def test_odometry_drifts_with_noise_only() -> None:
+    robot = drive(simulation(replace(STILL, odometry_noise=0.2)), 0.3, 0.5, 5 * SECOND)
+
+    seen = relative(robot.pose, Pose(5.0, 5.0, 0.0))
+    assert robot.odometry != seen
+    assert math.hypot(robot.odometry.x - seen.x, robot.odometry.y - seen.y) < 0.5
+
+
+def trace(seed: int) -> list[object]:
+    simulated = simulation(
+        RobotSettings("a", odometry_noise=0.1), RobotSettings("b", odometry_noise=0.1), seed=seed
+    )
+    seen: list[object] = []
+    for step in range(100):
+        for name, robot in simulated.robots.items():
+            robot.command(0.3, math.sin(step / 10), simulated.time_s)
+            seen.append((name, robot.pose, robot.odometry, robot.battery.charge_ah))
+        simulated.step()
+        if step % 10 == 0:
+            seen += [ranges.tolist() for ranges in simulated.scans(list(simulated.robots)).values()]
+    return seen
+
+
+def test_the_same_seed_gives_the_same_trace() -> None:
+    assert trace(1) == trace(1)
+    assert trace(1) != trace(2)
+
+
+def test_after_a_reset_the_trace_repeats() -> None:
+    simulated = simulation(replace(STILL, odometry_noise=0.1))
+    first = [drive(simulated, 0.3, 0.1, 50).odometry, simulated.scans([""])[""].tolist()]
+
+    simulated.reset()
+
+    assert simulated.robots[""].pose == Pose(5.0, 5.0, 0.0)
+    assert simulated.robots[""].battery.percentage == 1.0
+    assert [drive(simulated, 0.3, 0.1, 50).odometry, simulated.scans([""])[""].tolist()] == first
+    assert simulated.steps == 100
+
+
+def test_a_battery_empties_and_the_robot_stops_until_it_is_charged() -> None:
+    battery = BatterySettings(capacity_ah=0.001, idle_a=0.6, drive_a=3.0)
+    simulated = simulation(replace(STILL, battery=battery))
+    robot = simulated.robots[""]
+    full = robot.battery.voltage
+
+    simulated.step()
+    assert robot.battery.current_a == pytest.approx(-0.6)
+    assert robot.battery.charge_ah == pytest.approx(0.001 - 0.6 * STEP_S / 3600)
+    drive(simulated, 0.5, 0.0, 10 * SECOND)
+    assert (robot.battery.percentage, robot.battery.voltage) == (0.0, 10.5)
+    assert full == 12.6
+    assert robot.velocity.forwards == 0.0
+    robot.battery.is_charging = True
+    drive(simulated, 0.5, 0.0, 5)
+    assert robot.velocity.forwards == 0.5
+    assert robot.battery.percentage > 0.0
+
+
+def test_robots_without_a_start_get_different_free_places() -> None:
+    simulated = simulation(STILL, *(RobotSettings(f"r{number}") for number in range(20)))
+
+    poses = [robot.pose for robot in simulated.robots.values()]
+    gaps = [math.hypot(a.x - b.x, a.y - b.y) for a in poses for b in poses if a is not b]
+    assert min(gaps) > 0.3
+    assert all(simulated.world.is_free(pose.x, pose.y, 0.15) for pose in poses)
+
+
+def test_invalid_robots_raise() -> None:
+    with pytest.raises(InvalidSettings, match=r"names of robots must be unique, got \[a\] twice"):
+        simulation(RobotSettings("a"), RobotSettings("a"))
+    with pytest.raises(InvalidSettings, match=r"robot \[a\] cannot start in a wall"):
+        simulation(RobotSettings("a", start=Pose(0.0, 0.0, 0.0)))
+    with pytest.raises(InvalidSettings, match=r"no free place found for robot \[a\] of radius 6 m"):
+        simulation(RobotSettings("a", radius=6))
+
+
+def test_a_robot_can_only_be_placed_where_it_fits() -> None:
+    simulated = simulation(replace(STILL, name="a"), replace(STILL, name="b", start=Pose(2.0, 2.0, 0.0)))
+
+    drive(simulated, 0.5, 0.0, 10, "a")
+    simulated.place("a", Pose(3.0, 4.0, 1.0))
+    assert simulated.robots["a"].pose == Pose(3.0, 4.0, 1.0)
+    assert drive(simulated, 0.0, 0.0, 1, "a").pose == Pose(3.0, 4.0, 1.0)
+    assert simulated.robots["a"].odometry.x == pytest.approx(0.1)
+    for name, pose, why in (
+        ("c", Pose(), r"robot \[c\] does not exist; the robots are a, b"),
+        ("a", Pose(0.0, 0.0, 0.0), r"a wall is at x=0\.00, y=0\.00"),
+        ("a", Pose(2.1, 2.0, 0.0), r"robot \[b\] is at x=2\.10, y=2\.00"),
+        ("a", Pose(math.nan, 2.0, 0.0), "must be finite"),
+    ):
+        with pytest.raises(Rejected, match=why):
+            simulated.place(name, pose)
+
+
+def test_the_pose_of_the_laser_moves_its_measurements() -> None:
+    laser = Laser(noise=0.0, x=0.1, yaw=math.pi / 2, no_echo=0.0, range_max=6.0)
+    target = RobotSettings("b", start=Pose(5.0, 7.0, 0.0))
+    simulated = simulation(replace(STILL, name="a", laser=laser), target)
+
+    ranges = simulated.scans(["a", "b"])["a"]
+    assert combined(Pose(5.0, 5.0, 0.0), laser.pose).x == pytest.approx(5.1)
+    assert ranges[0] == pytest.approx(2.0 - math.sqrt(0.15**2 - 0.1**2))
+    assert ranges[180] == 0.0
