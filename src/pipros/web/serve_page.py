@@ -191,6 +191,7 @@ def services(system: WatchedSystem, permitted: frozenset[str] = frozenset()) -> 
     actions: Mapping[str, Action] = {
         "about": about,
         "call_service": calls.call_service,
+        "definition": topics.definition,
         "delete_param": parameters.delete_param,
         "loggers": console.loggers,
         "message": calls.message,

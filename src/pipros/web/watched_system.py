@@ -10,7 +10,8 @@ from collections.abc import AsyncIterator
 from dataclasses import replace
 
 from pipros.graph.client import GraphClient
-from pipros.graph.observer import Observation, SystemObserver
+from pipros.graph.node_clients import NodeClients
+from pipros.graph.observer import ANSWER_DEADLINE_S, Observation, SystemObserver
 from pipros.node import Node
 from pipros.web.daemon_pool import DaemonPool
 from pipros.web.service_calls import ServiceCalls
@@ -38,6 +39,7 @@ class WatchedSystem:
         calls: service calls of browsers.
         questions: threads for calls to the master and to the APIs of nodes.
         computations: threads that decode and draw.
+        node_clients: connections to the APIs of nodes.
         observation: the latest observation.
     """
 
@@ -49,7 +51,8 @@ class WatchedSystem:
         self.questions = DaemonPool("question", QUESTIONS_AT_ONCE)
         self.computations = DaemonPool("computation", COMPUTATIONS_AT_ONCE)
         self.observation = Observation()
-        self._observer = SystemObserver(graph.master)
+        self.node_clients = NodeClients(ANSWER_DEADLINE_S)
+        self._observer = SystemObserver(graph.master, clients=self.node_clients)
         self._waiting: set[asyncio.Future[Observation]] = set()
         self._wanted = threading.Event()
         self._is_over = threading.Event()
@@ -64,6 +67,7 @@ class WatchedSystem:
         self.topics.close()
         self._is_over.set()
         self._wanted.set()
+        self.node_clients.keep_only(())
 
     async def observations(self) -> AsyncIterator[Observation]:
         """Yield the newest observation, at most once per interval."""

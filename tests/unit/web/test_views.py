@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import struct
 from typing import Any
 
 import pytest
@@ -133,12 +134,29 @@ def test_an_image_without_pixels_is_shown_as_such(height: int, step: int) -> Non
         (Image(width=2, height=2, step=1, encoding="mono8", data=b"1234"), "in rows of 1 bytes"),
         (Image(width=2, height=9, step=2, encoding="mono8", data=b"1234"), "need 18 bytes, got 4"),
         (Image(width=1, height=1, step=1, encoding="<b>", data=b"1"), "encoding \\[<b>\\]"),
-        (Image(width=1, height=1, step=6, encoding="rgb16", data=b"123456"), "encoding \\[rgb16\\]"),
+        (Image(width=1, height=1, step=12, encoding="32FC3", data=b"1" * 12), "encoding \\[32FC3\\]"),
+        (CompressedImage(format="16UC1; compressedDepth", data=b"0" * 11), "must be of 16UC1"),
+        (CompressedImage(format="8UC1; compressedDepth", data=b"0" * 20), "got \\[8UC1\\]"),
+        (CompressedImage(format="16UC1; compressedDepth rvl", data=b"0" * 20), "not of RVL"),
     ],
 )
 def test_images_that_cannot_be_shown_are_refused(message: Any, words: str) -> None:
     with pytest.raises(RequestRefused, match=words):
         packed(message)
+
+
+@pytest.mark.parametrize(("is_big", "data"), [(0, b"1a2b3c"), (1, b"a1b2c3")])
+def test_colours_of_16_bits_are_shown_with_their_more_significant_bytes(is_big: int, data: bytes) -> None:
+    image = Image(width=1, height=1, step=6, encoding="rgb16", is_bigendian=is_big, data=data)
+    head, pixels = packed(image)
+    assert (head["depth"], pixels) == ("8U", b"abc")
+
+
+def test_a_compressed_depth_image_has_its_quantisation() -> None:
+    png = b"\x89PNG\r\n\x1a\n..."
+    data = struct.pack("<iff", 0, 2.5, 0.5) + png
+    head = {"compressed": "depth", "encoding": "32FC1", "quantised": [2.5, 0.5]}
+    assert packed(CompressedImage(format="32FC1; compressedDepth png", data=data)) == (head, png)
 
 
 def transform(parent: str, child: str, stamp_s: int = 0) -> TransformStamped:
