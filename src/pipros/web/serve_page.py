@@ -168,6 +168,7 @@ def services(system: WatchedSystem, permitted: frozenset[str] = frozenset()) -> 
     views: Mapping[str, View] = {
         "console": console.console,
         "diagnostics": DiagnosticViews(system).diagnostics,
+        "events": graph.events,
         "frames": FrameViews(system).frames,
         "graph": graph.graph,
         "image": ImageViews(system).image,

@@ -40,7 +40,7 @@ class Scene:
 
 def draw(graph: NodeGraph, *, with_traffic: bool = False) -> Scene:
     """Lay out the graph; `with_traffic` reserves room for rates on the arrows."""
-    texts = {key: printable(vertex.name, _MAX_LABEL_CHARACTERS) for key, vertex in graph.vertices.items()}
+    texts = {key: _label(vertex) for key, vertex in graph.vertices.items()}
     has_topics = any(vertex.kind == "topic" for vertex in graph.vertices.values())
     sizes = {key: _size(vertex, texts[key]) for key, vertex in graph.vertices.items()}
     groups = {key: vertex.group for key, vertex in graph.vertices.items()}
@@ -59,6 +59,11 @@ def draw(graph: NodeGraph, *, with_traffic: bool = False) -> Scene:
         layout.width + 2 * MARGIN,
         layout.height + 2 * MARGIN,
     )
+
+
+def _label(vertex: Vertex) -> str:
+    more = f": {len(vertex.members)}" if vertex.kind == "namespace" else ""
+    return printable(vertex.name, _MAX_LABEL_CHARACTERS) + more
 
 
 def _size(vertex: Vertex, text: str) -> tuple[float, float]:
