@@ -123,6 +123,31 @@ def test_topics_are_listed_and_shown(ros: RosSystem, nodes: dict[str, Process], 
     keep_screenshots(tab, "topics")
 
 
+def test_chosen_topics_are_measured_and_shown_as_a_tree(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    for name in ("/robot/arm/level", "/robot/level", "/other"):
+        ros.pipros.start("rostopic", "pub", "-r", "10", name, "std_msgs/String", "hello")
+        ros.wait_for_publisher(name)
+    tab = open_tab(Page(ros), "topics")
+    row = tab.locator("tr[data-name='/robot/level']")
+    expect(row.locator("td").nth(4)).to_have_text("–")  # noqa: RUF001
+    tab.get_by_role("button", name="Measure /robot/level").click()
+    expect(row).to_contain_text(re.compile(r"\d\.\d+ Hz\d+(\.\d)? B/s"))
+    expect(tab.locator("aside")).to_be_hidden()
+    expect(tab.locator("tr[data-name='/other'] td").nth(4)).to_have_text("–")  # noqa: RUF001
+    tab.get_by_role("button", name="Stop measuring 1").click()
+    expect(row.locator("td").nth(4)).to_have_text("–")  # noqa: RUF001
+    tab.get_by_role("button", name="Measure all").click()
+    expect(tab.locator("tr[data-name='/robot/arm/level']")).to_contain_text("Hz")
+    tab.get_by_label("Tree").check()
+    names = tab.locator("tbody tr td:first-child")
+    expect(names.filter(has_text="/robot/ (2)")).to_have_count(1)
+    keep_screenshots(tab, "topics-tree")
+    tab.locator("tr[data-name='/robot/']").click()
+    expect(row).to_have_count(0)
+    expect(tab.locator("tr[data-name='/other']")).to_be_visible()
+
+
 def test_a_text_that_is_not_a_percentage_has_no_gauge(ros: RosSystem, open_tab: OpenTab) -> None:
     ros.pipros.start_bare_master()
     first = ros.pipros.start("rostopic", "pub", "-r", "10", "/level", "std_msgs/String", "'%25'")

@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab
+from tests.browser.conftest import OpenTab, keep_screenshots
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -183,6 +183,29 @@ def test_frames_without_updates_are_shown_as_old(ros: RosSystem, open_tab: OpenT
     expect(tab.locator("svg.canvas")).to_contain_text("laser")
     robot.kill()
     expect(row).to_contain_text(re.compile(r"([2-9]|\d\d+)\.\d s"))
+
+
+def test_a_pair_of_frames_has_its_transform_and_its_chain(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_master()
+    place = (*"123", "1.5708", *"00")
+    for parent, child in (("base", "arm"), ("arm", "hand"), ("moon", "crater")):
+        numbers = place if child == "arm" else tuple("000000")
+        ros.pipros.start("rosrun", "tf2_ros", "static_transform_publisher", *numbers, parent, child)
+        ros.wait_for_publisher("/tf_static")
+    tab = open_tab(Page(ros), "tf")
+    expect(tab.locator("tr[data-name='crater']")).to_be_visible()
+    tab.get_by_label("Pose of frame").fill("hand")
+    tab.get_by_label("In frame").fill("base")
+    tab.get_by_label("In frame").press("Tab")
+    pair = tab.get_by_role("region", name="Transform")
+    expect(pair).to_contain_text(re.compile(r"Translation \(m\)1 +2 +3.*\(°\)0 +0 +90", re.DOTALL))
+    expect(pair).to_contain_text(re.compile(r"hand ← arm \(\S+, static\) ← base"))
+    keep_screenshots(tab, "tf-pair")
+    tab.reload()
+    expect(pair).to_contain_text("90")
+    tab.get_by_label("In frame").fill("moon")
+    tab.get_by_label("In frame").press("Tab")
+    expect(pair.locator(".error")).to_contain_text("not part of the same tree")
 
 
 def test_diagnostics_have_values_and_a_history(robot: RosSystem, open_tab: OpenTab) -> None:

@@ -132,6 +132,24 @@ def press_tab_until(tab: Tab, selector: str) -> None:
     raise AssertionError(f"{selector} did not get the focus")
 
 
+def test_with_control_a_node_is_ended_after_a_second_click(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot, "--control"), "graph/node:/robot")
+    expect(tab.locator("aside")).to_contain_text(re.compile(r"warn: wheel slips: \d+"))
+    keep_screenshots(tab, "node")
+    tab.get_by_role("button", name="End node").click()
+    tab.get_by_role("button", name="Really end /robot?").click()
+    expect(tab.locator("aside .error").filter(has_text="no longer knows")).to_be_visible()
+
+
+def test_without_control_no_node_can_be_ended(robot: RosSystem, open_tab: OpenTab) -> None:
+    page = Page(robot)
+    tab = open_tab(page, "graph/node:/robot")
+    expect(tab.locator("aside")).to_contain_text("Publications")
+    expect(tab.get_by_role("button", name="End node")).to_have_count(0)
+    with page.connect() as browser:
+        assert "read-only" in browser.act("kill_node", name="/robot")["error"]
+
+
 def test_the_page_can_be_used_with_keyboard_and_roles(robot: RosSystem, open_tab: OpenTab) -> None:
     tab = open_tab(Page(robot), "graph")
     expect(tab.get_by_role("heading", level=1)).to_have_text("pipros")

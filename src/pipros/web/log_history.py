@@ -26,7 +26,7 @@ _LINE = re.compile(
 def log_history(log_folder: Path, run_id: object, longest_text: int, longest_name: int) -> list[Entry]:
     """Return the newest entries of the log file of a run, oldest first.
 
-    The list is empty if there is no such file, because the master runs elsewhere or has no `/rosout`.
+    The list is empty if the file does not exist, for example because the master runs on another machine.
 
     Args:
         run_id: the value of the parameter `/run_id`, which any node may set.

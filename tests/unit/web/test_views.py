@@ -21,7 +21,7 @@ from pipros.web.server import RequestRefused
 from pipros.web.topic_watch import NewSamples
 from pipros.web.views import console
 from pipros.web.views.diagnostics import Statuses
-from pipros.web.views.frames import FrameTree
+from pipros.web.views.frames import FrameTree, pose_values
 from pipros.web.views.images import LARGEST_BYTES, packed
 from pipros.web.views.plot import NotANumber, expand, find_field, number_in, numeric_fields
 from pipros.web.views.topics import plain_values
@@ -161,6 +161,26 @@ def test_a_compressed_depth_image_has_its_quantisation() -> None:
 
 def transform(parent: str, child: str, stamp_s: int = 0) -> TransformStamped:
     return TransformStamped(header=Header(frame_id=parent, stamp=Time(stamp_s)), child_frame_id=child)
+
+
+def test_a_pair_of_frames_has_its_pose_or_the_chains_that_do_not_meet() -> None:
+    tree = FrameTree()
+    link = transform("base", "hand", 10)
+    link.transform.translation.x, link.transform.rotation.w = 0.5, 1.0
+    tree.add(TFMessage([link]), 10.0, "/arm", is_static=False)
+    found = pose_values(tree, "base", "hand", 12.0)
+    assert (found["translation"], found["angles"], found["stamp"]) == ([0.5, 0, 0], [0, 0, 0], 10.0)
+    assert found["source"] == [{"frame": "hand", "parent": "base", "from": "/arm", "age": 2.0}]
+    assert "error" in pose_values(tree, "moon", "hand", 12.0)
+    tree.set_clock(11.0)
+    tree.set_clock(1.0)
+    assert "error" in pose_values(tree, "base", "hand", 12.0)
+
+
+def test_chains_of_a_loop_end() -> None:
+    tree = FrameTree()
+    tree.add(TFMessage([transform("a", "b"), transform("b", "a")]), 1.0, "/x", is_static=True)
+    assert [link["frame"] for link in tree.ancestors("a", 1.0)] == ["a", "b"]
 
 
 def test_frames_have_parents_rates_and_ages() -> None:

@@ -41,7 +41,7 @@ class Scene:
 def draw(graph: NodeGraph, *, with_traffic: bool = False) -> Scene:
     """Lay out the graph; `with_traffic` reserves room for rates on the arrows."""
     texts = {key: _label(vertex) for key, vertex in graph.vertices.items()}
-    has_topics = any(vertex.kind == "topic" for vertex in graph.vertices.values())
+    has_topics = any(vertex.kind not in ("node", "frame") for vertex in graph.vertices.values())
     sizes = {key: _size(vertex, texts[key]) for key, vertex in graph.vertices.items()}
     groups = {key: vertex.group for key, vertex in graph.vertices.items()}
     joined = _join_parallel(graph.arrows) if not has_topics else dict.fromkeys(graph.arrows, "")

@@ -15,12 +15,14 @@ from pipros.graph.drawing.grouping import Grouping, grouped
 from pipros.graph.drawing.node_graph import MODES, Arrow, GraphOptions, Key, Mode, NodeGraph, node_graph
 from pipros.graph.drawing.scene import Scene, draw
 from pipros.graph.drawing.svg import middle_of, path, to_svg
+from pipros.graph.nodes import kill
 from pipros.graph.observer import Observation
 from pipros.graph.system_state import of_node
 from pipros.web.bounded_list import bounded_list
 from pipros.web.graph_drawings import GraphDrawings
 from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused
+from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
 _GROUP = "group_"
@@ -138,6 +140,14 @@ class GraphViews:
                 **node_values(observation, name),
                 "parameters": await self._system.questions.run(self._parameters, name),
             }
+
+    async def kill_node(self, arguments: Mapping[str, Any]) -> Any:
+        """Request a node to shut down."""
+        name = topic_name(arguments)
+        _, failed = await self._system.questions.run(kill, self._system.graph.master, [name])
+        if failed:
+            raise RequestRefused(f"cannot end {name}: {failed[name]}")
+        return True
 
     async def _draw(self, graph: NodeGraph) -> Scene:
         return await self._system.computations.run(draw, graph, with_traffic=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import math
 import re
@@ -29,6 +30,9 @@ LARGEST_COPIED_BYTES = 1_000_000
 """Size of the largest serialized message that is sent as text."""
 LONGEST_DEFINITION = 200_000
 """Maximum length of the text of a definition, in characters."""
+MOST_MEASURED = 50
+"""Maximum number of topics that a browser measures at a time."""
+MEASURED_INTERVAL_S = 1.0
 UPDATE_INTERVAL_S = 0.1
 """Interval at which a browser gets the newest message."""
 
@@ -66,6 +70,19 @@ class TopicViews:
                     yield values
                 ticks += 1
                 await asyncio.sleep(pause_s)
+
+    async def measured(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the rates and bandwidths of up to `MOST_MEASURED` topics every second; subscribes to them."""
+        chosen = arguments.get("names")
+        if not isinstance(chosen, list) or len(chosen) > MOST_MEASURED:
+            raise RequestRefused(f"names must be a list of at most {MOST_MEASURED} topics")
+        with contextlib.ExitStack() as stack:
+            watches = [
+                stack.enter_context(self._system.topics.watch(topic_name({"name": name}))) for name in chosen
+            ]
+            while True:
+                yield {"topics": {watch.topic: watch.figures() for watch in watches}}
+                await asyncio.sleep(MEASURED_INTERVAL_S)
 
     async def message_text(self, arguments: Mapping[str, Any]) -> str:
         """Return the whole newest message of a topic that is shown, as YAML or JSON, for the clipboard.
