@@ -176,6 +176,10 @@ def test_the_graph_fits_a_phone(ros: RosSystem, nodes: dict[str, Process], open_
     tab = open_tab(Page(ros), "graph/topic:/battery_topic", size=(390, 800))
     expect(tab.locator("[role=meter]")).to_be_visible()
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+    expect(tab.get_by_label("Dead sinks")).to_be_hidden()
+    tab.get_by_role("button", name="Filters").click()
+    expect(tab.get_by_label("Dead sinks")).to_be_visible()
+    tab.get_by_role("button", name="Filters").click()
     keep_screenshots(tab, "graph-phone")
 
 

@@ -48,7 +48,8 @@ export function open(view, argument, context) {
     names = all;
     closer.hidden = !options.group_opened;
     canvas.draw(scene);
-    canvas.emphasise(selected);
+    if (selected.startsWith("group:")) go(selected); // its members may have changed
+    else canvas.emphasise(selected);
     label();
     mark();
     empty.hidden = scene.boxes.length > 0;
