@@ -48,7 +48,7 @@ def test_pre_commit_hooks_are_the_parts_of_the_check() -> None:
 def test_an_unknown_part_of_the_check_is_refused() -> None:
     ended = subprocess.run([REPOSITORY / "script" / "check", "spelling"], capture_output=True, text=True)
     assert (ended.returncode, ended.stdout) == (2, "")
-    assert "must be lint, format, types or platforms, got spelling" in ended.stderr
+    assert "must be lint, format, types, platforms or page, got spelling" in ended.stderr
 
 
 def test_the_workflow_runs_ci_and_all_python_versions() -> None:
