@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+import sys
+
 import pytest
 from playwright.sync_api import expect
 
@@ -48,12 +51,53 @@ def test_the_case_study_is_drawn_in_the_right_order(
     keep_screenshots(tab, "graph")
 
 
-def test_a_killed_node_is_shown(ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab) -> None:
+def test_a_killed_node_stays_with_its_age_and_is_an_event(
+    ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab
+) -> None:
     tab = open_tab(Page(ros), "graph")
-    expect(tab.locator('[data-key="node:/talker_node"]')).to_be_visible()
+    talker = tab.locator('[data-key="node:/talker_node"]')
+    expect(talker).to_be_visible()
     nodes["talker"].kill()
-    gone_or_marked = tab.locator('[data-key="node:/talker_node"]:not(:has(.unreachable))')
-    expect(gone_or_marked).to_have_count(0)
+    expect(talker.locator("ellipse.gone")).to_be_visible()
+    expect(talker.locator("text.age")).to_have_text(re.compile(r"gone \d+ s ago"))
+    expect(tab.locator('[data-key="topic:/battery_topic"]')).to_be_visible()
+    assert tab.locator("path.arrow").count() == 2
+    keep_screenshots(tab, "graph-gone")
+    tab.get_by_role("button", name="Events").click()
+    expect(tab.locator("aside .events")).to_contain_text("− node /talker_node")  # noqa: RUF001
+    keep_screenshots(tab, "graph-events")
+
+
+NAMESPACES = """
+import rospy
+from std_msgs.msg import Empty
+rospy.init_node("many")
+kept = [rospy.Publisher(f"/robot{i % 8}/arm/joint{i}", Empty, queue_size=1) for i in range(200)]
+kept += [rospy.Subscriber(f"/robot{i % 8}/arm/joint{i}", Empty) for i in range(200)]
+for part in ("goal", "cancel", "status", "feedback", "result"):
+    kept.append(rospy.Publisher(f"/pick/{part}", Empty, queue_size=1))
+    if part in ("goal", "result"):
+        kept.append(rospy.Subscriber(f"/pick/{part}", Empty))
+rospy.spin()
+"""
+
+
+def test_namespaces_of_a_large_graph_are_opened_by_a_click(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    ros.pipros.start(sys.executable, "-c", NAMESPACES)
+    ros.wait_for_subscriber("/pick/result")
+    tab = open_tab(Page(ros), "graph")
+    expect(tab.locator('[data-key="namespace:/robot3"]')).to_contain_text("/robot3: 25")
+    keep_screenshots(tab, "graph-namespaces")
+    tab.locator('[data-key="group:/pick (action)"]').click()
+    expect(tab.locator("aside li")).to_have_text(["/pick/goal", "/pick/result"])
+    tab.locator('[data-key="namespace:/robot3"]').click()
+    tab.locator('[data-key="namespace:/robot3/arm"]').click()
+    expect(tab.locator('[data-key="topic:/robot3/arm/joint3"]')).to_be_visible()
+    tab.get_by_role("button", name="Close namespaces").click()
+    expect(tab.locator('[data-key="namespace:/robot3"]')).to_be_visible()
+    tab.get_by_label("Actions").uncheck()
+    expect(tab.locator('[data-key^="namespace:/pick"]')).to_be_visible()
 
 
 def test_a_node_is_selected_with_the_keyboard(
@@ -77,6 +121,31 @@ def test_topics_are_listed_and_shown(ros: RosSystem, nodes: dict[str, Process], 
     row.click()
     expect(tab.locator("aside .message")).to_contain_text("%25")
     keep_screenshots(tab, "topics")
+
+
+def test_chosen_topics_are_measured_and_shown_as_a_tree(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    for name in ("/robot/arm/level", "/robot/level", "/other"):
+        ros.pipros.start("rostopic", "pub", "-r", "10", name, "std_msgs/String", "hello")
+        ros.wait_for_publisher(name)
+    tab = open_tab(Page(ros), "topics")
+    row = tab.locator("tr[data-name='/robot/level']")
+    expect(row.locator("td").nth(4)).to_have_text("–")  # noqa: RUF001
+    tab.get_by_role("button", name="Measure /robot/level").click()
+    expect(row).to_contain_text(re.compile(r"\d\.\d+ Hz\d+(\.\d)? B/s"))
+    expect(tab.locator("aside")).to_be_hidden()
+    expect(tab.locator("tr[data-name='/other'] td").nth(4)).to_have_text("–")  # noqa: RUF001
+    tab.get_by_role("button", name="Stop measuring 1").click()
+    expect(row.locator("td").nth(4)).to_have_text("–")  # noqa: RUF001
+    tab.get_by_role("button", name="Measure all").click()
+    expect(tab.locator("tr[data-name='/robot/arm/level']")).to_contain_text("Hz")
+    tab.get_by_label("Tree").check()
+    names = tab.locator("tbody tr td:first-child")
+    expect(names.filter(has_text="/robot/ (2)")).to_have_count(1)
+    keep_screenshots(tab, "topics-tree")
+    tab.locator("tr[data-name='/robot/']").click()
+    expect(row).to_have_count(0)
+    expect(tab.locator("tr[data-name='/other']")).to_be_visible()
 
 
 def test_a_text_that_is_not_a_percentage_has_no_gauge(ros: RosSystem, open_tab: OpenTab) -> None:
@@ -107,6 +176,10 @@ def test_the_graph_fits_a_phone(ros: RosSystem, nodes: dict[str, Process], open_
     tab = open_tab(Page(ros), "graph/topic:/battery_topic", size=(390, 800))
     expect(tab.locator("[role=meter]")).to_be_visible()
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+    expect(tab.get_by_label("Dead sinks")).to_be_hidden()
+    tab.get_by_role("button", name="Filters").click()
+    expect(tab.get_by_label("Dead sinks")).to_be_visible()
+    tab.get_by_role("button", name="Filters").click()
     keep_screenshots(tab, "graph-phone")
 
 

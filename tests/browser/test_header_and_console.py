@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import sys
+from pathlib import Path
 
 from playwright.sync_api import expect
 
@@ -51,6 +53,41 @@ def test_the_console_is_filtered_by_words_exclusions_and_expressions(
                 expect(count.first).to_be_visible()
             else:
                 expect(count).to_have_count(0)
+
+
+def test_the_console_begins_with_the_log_of_the_run(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_master()
+    before = ros.pipros.start(sys.executable, "-c", LOG.replace("slips", "slipped"))
+    ros.wait_for_publisher("/rosout")
+    assert ros.pipros.run("rostopic", "echo", "-n1", "/rosout_agg/msg").stdout
+    before.press_ctrl_c()
+    before.wait()
+    tab = open_tab(Page(ros), "console")
+    expect(tab.locator(".entry .text", has_text="wheel 1 slipped").first).to_be_visible()
+    expect(tab.locator(".entry .text", has_text="wheel 1 slipped")).to_have_count(
+        tab.locator(".entry .text", has_text="wheel 2 turns").count()
+    )
+
+
+def test_the_log_is_saved_and_loaded(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    ros.pipros.start_master()
+    ros.pipros.start(sys.executable, "-c", LOG)
+    tab = open_tab(Page(ros), "console")
+    tab.get_by_label("Filter by text").fill("arm")
+    expect(tab.locator(".entry .text").first).to_have_text("arm moves")
+    with tab.expect_download() as download:
+        tab.get_by_role("button", name="Save").click()
+    lines = [json.loads(line) for line in Path(download.value.path()).read_text().splitlines()]
+    assert {line["text"] for line in lines} == {"arm moves"}
+    saved = tmp_path / "old.jsonl"
+    saved.write_text(json.dumps({**lines[0], "text": "arm of last week"}) + "\n")
+    tab.get_by_label("Log file").set_input_files(saved)
+    expect(tab.locator(".entry .text")).to_have_text(["arm of last week"])
+    saved.write_text('{"text": 7}')
+    tab.get_by_label("Log file").set_input_files(saved)
+    expect(tab.locator(".error").first).to_have_text(
+        "old.jsonl cannot be loaded: line 1: level must be a number"
+    )
 
 
 def test_all_tabs_can_be_reached_on_a_narrow_window(ros: RosSystem, open_tab: OpenTab) -> None:

@@ -73,6 +73,26 @@ def test_selecting_a_node_keeps_the_zoom(system: RosSystem, open_tab: OpenTab) -
     wait_until(lambda: canvas.evaluate(scale) == pytest.approx(before, rel=0.01), 10, "the same scale")
 
 
+def test_two_fingers_zoom_the_graph(system: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(system), "graph")
+    canvas = tab.locator("svg.canvas")
+    expect(tab.locator('[data-key="node:/talker"]')).to_be_visible()
+    box = canvas.bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] - 60
+    width = "element => element.viewBox.baseVal.width"
+    before = canvas.evaluate(width)
+    session = tab.context.new_cdp_session(tab)
+    for step in range(6):
+        points = [{"x": x + side * (50 + 20 * step), "y": y, "id": side + 1} for side in (-1, 1)]
+        kind = "touchMove" if step else "touchStart"
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    wait_until(
+        lambda: canvas.evaluate(width) == pytest.approx(before / 3, rel=0.05), 10, "a third of the width"
+    )
+
+
 def test_a_selected_text_survives_updates(system: RosSystem, open_tab: OpenTab) -> None:
     tab = open_tab(Page(system), "topics")
     cell = tab.locator("tr[data-name='/level'] td").first

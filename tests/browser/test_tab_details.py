@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab
+from tests.browser.conftest import OpenTab, keep_screenshots
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -139,14 +139,36 @@ def test_images_have_their_colours_in_each_encoding(ros: RosSystem, open_tab: Op
     ros.wait_for_publisher("/image/compressed")
     tab = open_tab(Page(ros), "images/%2Fimage%2Frgb8")
     choice = tab.get_by_label("Topic")
-    expect(choice.locator("option")).to_have_count(14)
+    expect(choice.locator("option")).to_have_count(17)
     for topic in choice.locator("option").all_inner_texts():
         choice.select_option(topic)
-        expect(tab.locator(".bar")).to_contain_text(topic.removeprefix("/image/"), ignore_case=True)
-        wait_for_corners(tab, GREYS if re.search("mono|32fc", topic) else COLOURS, topic)
+        expect(tab.locator(".bar")).to_contain_text(
+            topic.removeprefix("/image/").removesuffix("_depth"), ignore_case=True
+        )
+        wait_for_corners(tab, GREYS if re.search("mono|32fc|depth", topic) else COLOURS, topic)
     with tab.expect_download() as download:
         tab.get_by_role("button", name="Save PNG").click()
     assert Path(download.value.path()).read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_user_chooses_an_image_unless_there_is_only_one(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    pub = ("rostopic", "pub", "-r", "10")
+    ros.pipros.start(*pub, "/a", "sensor_msgs/Image", "{encoding: unknown9, width: 1, height: 1}")
+    ros.wait_for_publisher("/a")
+    tab = open_tab(Page(ros), "images")
+    expect(tab.locator(".error")).to_have_text("cannot show images of the encoding [unknown9]")
+    expect(tab.locator(".note")).to_be_hidden()
+    ros.pipros.start(
+        *pub, "/b", "sensor_msgs/Image", "{encoding: mono8, width: 1, height: 1, step: 1, data: [7]}"
+    )
+    ros.wait_for_publisher("/b")
+    tab.reload()
+    expect(tab.locator(".note")).to_have_text("Choose a topic: there are 2 image topics.")
+    expect(tab.locator("canvas")).to_be_hidden()
+    tab.get_by_label("Topic").select_option("/b")
+    expect(tab.locator(".bar")).to_contain_text("mono8")
+    expect(tab.locator(".note")).to_be_hidden()
 
 
 def test_frames_without_updates_are_shown_as_old(ros: RosSystem, open_tab: OpenTab) -> None:
@@ -161,6 +183,29 @@ def test_frames_without_updates_are_shown_as_old(ros: RosSystem, open_tab: OpenT
     expect(tab.locator("svg.canvas")).to_contain_text("laser")
     robot.kill()
     expect(row).to_contain_text(re.compile(r"([2-9]|\d\d+)\.\d s"))
+
+
+def test_a_pair_of_frames_has_its_transform_and_its_chain(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_master()
+    place = (*"123", "1.5708", *"00")
+    for parent, child in (("base", "arm"), ("arm", "hand"), ("moon", "crater")):
+        numbers = place if child == "arm" else tuple("000000")
+        ros.pipros.start("rosrun", "tf2_ros", "static_transform_publisher", *numbers, parent, child)
+        ros.wait_for_publisher("/tf_static")
+    tab = open_tab(Page(ros), "tf")
+    expect(tab.locator("tr[data-name='crater']")).to_be_visible()
+    tab.get_by_label("Pose of frame").fill("hand")
+    tab.get_by_label("In frame").fill("base")
+    tab.get_by_label("In frame").press("Tab")
+    pair = tab.get_by_role("region", name="Transform")
+    expect(pair).to_contain_text(re.compile(r"Translation \(m\)1 +2 +3.*\(°\)0 +0 +90", re.DOTALL))
+    expect(pair).to_contain_text(re.compile(r"hand ← arm \(\S+, static\) ← base"))
+    keep_screenshots(tab, "tf-pair")
+    tab.reload()
+    expect(pair).to_contain_text("90")
+    tab.get_by_label("In frame").fill("moon")
+    tab.get_by_label("In frame").press("Tab")
+    expect(pair.locator(".error")).to_contain_text("not part of the same tree")
 
 
 def test_diagnostics_have_values_and_a_history(robot: RosSystem, open_tab: OpenTab) -> None:

@@ -13,6 +13,7 @@ from playwright.sync_api import expect
 from tests.browser.conftest import OpenTab, keep_screenshots
 from tests.support.page import Page
 from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
 
 ROBOT = Path(__file__).parents[1] / "browser" / "programs" / "robot_program.py"
 
@@ -52,6 +53,47 @@ def test_with_control_a_service_is_called_and_a_message_published(
     assert robot.pipros.run("rostopic", "echo", "-n1", "/chatter").stdout[0] == 'data: "hello"'
 
 
+FAILING = """
+import rospy
+from std_srvs.srv import SetBool
+
+def fail(_):
+    raise ValueError("no grün")
+
+rospy.init_node("gate")
+rospy.Service("open", SetBool, fail)
+rospy.spin()
+"""
+
+
+def test_errors_and_definitions_of_services_are_readable(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_master()
+    ros.pipros.start(sys.executable, "-c", FAILING)
+    ros.pipros.run("rosservice", "info", "/open")
+    page = Page(ros, "--control")
+    with page.connect() as browser:
+        wait_until(lambda: "type" in browser.act("service", name="/open"), 30, "the service")
+    tab = open_tab(page, "services/%2Fopen")
+    tab.get_by_text("Definition").click()
+    expect(tab.locator(".definition pre")).to_contain_text(re.compile(r"bool data.*\n---\nbool success"))
+    tab.get_by_role("button", name="Call").click()
+    expect(tab.locator(".answer .error")).to_have_text(
+        "the service replied with an error: error processing request: no grün"
+    )
+    tab.get_by_label("Request in YAML").fill("data: [1]")
+    tab.get_by_role("button", name="Call").click()
+    expect(tab.locator(".answer .error")).to_contain_text(
+        "srv file:\nbool data\n---\nbool success", use_inner_text=True
+    )
+
+
+def test_a_topic_has_its_definition_with_comments(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), "topics/%2Fimu")
+    tab.get_by_text("Definition").click()
+    expect(tab.locator(".definition pre")).to_contain_text("geometry_msgs/Quaternion orientation")
+    expect(tab.locator(".definition pre")).to_contain_text("#")
+
+
 def test_the_console_filters(robot: RosSystem, open_tab: OpenTab) -> None:
     tab = open_tab(Page(robot), "console")
     expect(tab.locator(".entry").first).to_be_visible()
@@ -82,12 +124,30 @@ def test_a_node_is_shown_with_its_parameters(robot: RosSystem, open_tab: OpenTab
 
 
 def press_tab_until(tab: Tab, selector: str) -> None:
-    """Press Tab until the element has the focus; scrollable regions may be focused before it."""
-    for _ in range(6):
+    """Press Tab until the element has the focus; scrollable regions and heads of columns may come first."""
+    for _ in range(12):
         tab.keyboard.press("Tab")
         if tab.evaluate("selector => document.activeElement.matches(selector)", selector):
             return
     raise AssertionError(f"{selector} did not get the focus")
+
+
+def test_with_control_a_node_is_ended_after_a_second_click(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot, "--control"), "graph/node:/robot")
+    expect(tab.locator("aside")).to_contain_text(re.compile(r"warn: wheel slips: \d+"))
+    keep_screenshots(tab, "node")
+    tab.get_by_role("button", name="End node").click()
+    tab.get_by_role("button", name="Really end /robot?").click()
+    expect(tab.locator("aside .error").filter(has_text="no longer knows")).to_be_visible()
+
+
+def test_without_control_no_node_can_be_ended(robot: RosSystem, open_tab: OpenTab) -> None:
+    page = Page(robot)
+    tab = open_tab(page, "graph/node:/robot")
+    expect(tab.locator("aside")).to_contain_text("Publications")
+    expect(tab.get_by_role("button", name="End node")).to_have_count(0)
+    with page.connect() as browser:
+        assert "read-only" in browser.act("kill_node", name="/robot")["error"]
 
 
 def test_the_page_can_be_used_with_keyboard_and_roles(robot: RosSystem, open_tab: OpenTab) -> None:

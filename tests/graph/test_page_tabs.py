@@ -114,6 +114,7 @@ def test_services_and_loggers(robot: RosSystem) -> None:
 
 
 CHANGES = {
+    "kill_node": {"name": "/nothing"},
     "set_param": {"name": "/robot/x", "value": "1"},
     "delete_param": {"name": "/robot/wheel_radius"},
     "set_logger_level": {"name": "/robot", "logger": "rosout", "level": "debug"},

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 MODULES = Path(sys.prefix) / "node_modules"
-PACKAGES = ("pyright", "eslint@10", "@eslint/js@10", "globals@16", "typescript@5")
+PACKAGES = ("pyright", "eslint@10", "@eslint/js@10", "globals@16", "typescript@5", "axe-core@4")
 """All in one command, because npm removes packages that it does not know of."""
 INSTALL = f"npm install --no-save --no-package-lock --prefix .venv {' '.join(PACKAGES)}"
 

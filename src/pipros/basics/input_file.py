@@ -32,6 +32,25 @@ def read_file(path: str | os.PathLike[str], limit_bytes: int | None = None) -> b
     return content
 
 
+def read_end(path: str | os.PathLike[str], most_bytes: int) -> str:
+    """Return the last `most_bytes` of a regular file as UTF-8, beginning with a whole line.
+
+    Raises:
+        OSError: it cannot be read, or is not a regular file.
+    """
+    descriptor = os.open(path, READ)
+    with open(descriptor, "rb") as file:
+        status = os.fstat(descriptor)
+        if not S_ISREG(status.st_mode):
+            raise OSError(errno.EINVAL, "it is not a regular file", os.fspath(path))
+        begin = max(0, status.st_size - most_bytes)
+        file.seek(begin)
+        content = file.read(most_bytes)
+    if begin:
+        content = content.partition(b"\n")[2]
+    return content.decode("utf-8", "replace")
+
+
 def read_text(path: str | os.PathLike[str], limit_bytes: int | None = None, *, errors: str = "strict") -> str:
     """Return the content of a regular file as UTF-8, with `\\n` line endings.
 

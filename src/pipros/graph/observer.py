@@ -13,12 +13,11 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import process_limits
 from pipros.basics.printable import printable
 from pipros.graph.bus_info import BusConnection, SentCount, established, rows_of, sent_counts, statistics_of
+from pipros.graph.node_clients import NodeClients
 from pipros.graph.system_state import SystemState, TopicConnection
 from pipros.net.in_parallel import in_parallel
-from pipros.net.rpc_client import RpcClient
 
 Ask = Callable[[str], tuple[Any, Any]]
 
@@ -122,15 +121,22 @@ class SystemObserver:
     """Observes a running system. Call `poll` repeatedly, always from the same thread."""
 
     def __init__(
-        self, master: ObservedMaster, *, ask: Ask | None = None, now_s: Callable[[], float] = time.monotonic
+        self,
+        master: ObservedMaster,
+        *,
+        clients: NodeClients | None = None,
+        ask: Ask | None = None,
+        now_s: Callable[[], float] = time.monotonic,
     ) -> None:
         """Call nothing yet.
 
         Args:
+            clients: connections to nodes; by default its own.
             ask: function that returns the results of `getBusInfo` and `getBusStats` of the node at a URI.
             now_s: clock for rates and retries.
         """
         self._master = master
+        self._clients = clients or NodeClients(ANSWER_DEADLINE_S)
         self._query_node = ask or self._query_by_rpc
         self._now_s = now_s
         self._nodes: dict[str, _Node] = {}
@@ -153,6 +159,7 @@ class SystemObserver:
         due = sorted((node.called_s, name) for name, node in self._nodes.items() if node.is_due(now_s))
         batch = [name for _, name in due[:CALLS_A_LOOK]]
         in_parallel(batch, lambda name: self._query(name, self._nodes[name]), at_once=ASKED_AT_ONCE)
+        self._clients.keep_only({node.uri for node in self._nodes.values()})
         self._last = Observation(
             state,
             types,
@@ -180,8 +187,7 @@ class SystemObserver:
         node.counts.append((now_s, counts))
 
     def _query_by_rpc(self, uri: str) -> tuple[Any, Any]:
-        limit_bytes = process_limits().bus_answer_bytes
-        with RpcClient(uri, timeout_s=ANSWER_DEADLINE_S, answer_limit_bytes=limit_bytes) as api:
+        with self._clients.client(uri) as api:
             caller_id = self._master.caller_id
             return api.call("getBusInfo", caller_id), api.call("getBusStats", caller_id)
 

@@ -45,6 +45,18 @@ class ServiceFailed(PiprosError):
     """A service call failed: no server, a refusal, an error reply, or a broken connection."""
 
 
+class ErrorReply(ServiceFailed):
+    """A server replied with an error.
+
+    Attributes:
+        text: the error as the server sent it; invalid UTF-8 is replaced.
+    """
+
+    def __init__(self, service: str, reply: bytes) -> None:
+        super().__init__(f"service [{service}] responded with an error: {reply!r}")
+        self.text = reply.decode("utf-8", "replace")
+
+
 class CallTimeout(ServiceFailed):
     """A service call exceeded its timeout."""
 
@@ -334,7 +346,7 @@ class ServiceLink:
         finally:
             self._is_busy = False
         if not ok:
-            raise ServiceFailed(f"service [{service}] responded with an error: {reply!r}")
+            raise ErrorReply(service, reply)
         return reply
 
     def _connect(self, host: str, port: int, deadline: float | None) -> None:

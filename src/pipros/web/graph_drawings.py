@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Collection
 from dataclasses import dataclass, field
 
+from pipros.graph.drawing.grouping import Grouping, grouped, marked
 from pipros.graph.drawing.node_graph import GraphOptions, NodeGraph, node_graph
 from pipros.graph.drawing.scene import Scene
 from pipros.graph.observer import Observation
@@ -29,24 +30,36 @@ class GraphDrawings:
     def __init__(self, draw: Draw) -> None:
         """`draw` lays out a graph; it is called once for each graph."""
         self._draw = draw
-        self._drawings: dict[GraphOptions, _Drawing] = {}
+        self._drawings: dict[tuple[GraphOptions, Grouping], _Drawing] = {}
 
-    def graph(self, observation: Observation, options: GraphOptions) -> NodeGraph:
-        """Return the graph of an observation: the same object until the graph changes."""
-        drawing = self._drawings.pop(options, None) or _Drawing()
-        self._drawings[options] = drawing  # the most recently used are last
+    def graph(
+        self,
+        observation: Observation,
+        options: GraphOptions,
+        grouping: Grouping | None = None,
+        removed: Collection[tuple[str, str]] = (),
+    ) -> NodeGraph:
+        """Return the graph of an observation: the same object until the graph changes.
+
+        Args:
+            removed: kinds and names of the nodes and topics in the observation that are gone.
+        """
+        grouping = grouping or Grouping()
+        drawing = self._drawings.pop((options, grouping), None) or _Drawing()
+        self._drawings[options, grouping] = drawing  # the most recently used are last
         while len(self._drawings) > MOST_OPTIONS:
             del self._drawings[next(iter(self._drawings))]
         if drawing.observation is not observation:
             drawing.observation = observation
             graph = node_graph(observation.state, observation.connections, observation.unreachable, options)
+            graph = grouped(marked(graph, removed), observation.state.topics(), grouping)
             if graph != drawing.graph:
                 drawing.graph, drawing.scene = graph, None
         return drawing.graph
 
-    async def scene(self, graph: NodeGraph, options: GraphOptions) -> Scene:
+    async def scene(self, graph: NodeGraph, options: GraphOptions, grouping: Grouping | None = None) -> Scene:
         """Return the drawing of a graph that `graph` returned for these options."""
-        drawing = self._drawings.get(options)
+        drawing = self._drawings.get((options, grouping or Grouping()))
         if drawing is None or drawing.graph is not graph:
             return await self._draw(graph)  # it has changed meanwhile
         if drawing.scene is None or (drawing.scene.done() and drawing.scene.exception()):

@@ -38,6 +38,7 @@ from pipros.web.views.topics import TopicViews
 from pipros.web.watched_system import MASTER_DEADLINE_S, WatchedSystem
 
 _KINDS = {
+    "kill_node": "end nodes",
     "call_service": "call services",
     "delete_param": "delete parameters",
     "publishing": "publish messages",
@@ -169,15 +170,18 @@ def _restriction(permitted: frozenset[str]) -> str:
 
 def services(system: WatchedSystem, permitted: frozenset[str] = frozenset()) -> Services:
     """Return all views and actions of the page."""
+    frames = FrameViews(system)
     graph, topics, calls = GraphViews(system), TopicViews(system), CallViews(system)
     console, parameters, servers = ConsoleViews(system), ParamViews(system), ReconfigureViews(system)
     views: Mapping[str, View] = {
         "console": console.console,
         "diagnostics": DiagnosticViews(system).diagnostics,
-        "frames": FrameViews(system).frames,
+        "events": graph.events,
+        "frames": frames.frames,
         "graph": graph.graph,
         "image": ImageViews(system).image,
         "master": graph.master,
+        "measured": topics.measured,
         "node": graph.node,
         "params": parameters.params,
         "plot": PlotViews(system).plot,
@@ -188,6 +192,7 @@ def services(system: WatchedSystem, permitted: frozenset[str] = frozenset()) -> 
         "services": calls.services,
         "topic": topics.topic,
         "topics": topics.topics,
+        "transform": frames.transform,
     }
 
     async def about(_: Mapping[str, Any]) -> Any:
@@ -197,7 +202,9 @@ def services(system: WatchedSystem, permitted: frozenset[str] = frozenset()) -> 
     actions: Mapping[str, Action] = {
         "about": about,
         "call_service": calls.call_service,
+        "definition": topics.definition,
         "delete_param": parameters.delete_param,
+        "kill_node": graph.kill_node,
         "loggers": console.loggers,
         "message": calls.message,
         "message_text": topics.message_text,

@@ -6,11 +6,14 @@ import asyncio
 import contextlib
 import logging
 import threading
+import time
 from collections.abc import AsyncIterator
 from dataclasses import replace
 
 from pipros.graph.client import GraphClient
-from pipros.graph.observer import Observation, SystemObserver
+from pipros.graph.node_clients import NodeClients
+from pipros.graph.observer import ANSWER_DEADLINE_S, Observation, SystemObserver
+from pipros.graph.recent_changes import RecentChanges
 from pipros.node import Node
 from pipros.web.daemon_pool import DaemonPool
 from pipros.web.service_calls import ServiceCalls
@@ -38,7 +41,9 @@ class WatchedSystem:
         calls: service calls of browsers.
         questions: threads for calls to the master and to the APIs of nodes.
         computations: threads that decode and draw.
+        node_clients: connections to the APIs of nodes.
         observation: the latest observation.
+        changes: nodes and topics added and removed lately.
     """
 
     def __init__(self, graph: GraphClient, node: Node) -> None:
@@ -49,7 +54,9 @@ class WatchedSystem:
         self.questions = DaemonPool("question", QUESTIONS_AT_ONCE)
         self.computations = DaemonPool("computation", COMPUTATIONS_AT_ONCE)
         self.observation = Observation()
-        self._observer = SystemObserver(graph.master)
+        self.changes = RecentChanges()
+        self.node_clients = NodeClients(ANSWER_DEADLINE_S)
+        self._observer = SystemObserver(graph.master, clients=self.node_clients)
         self._waiting: set[asyncio.Future[Observation]] = set()
         self._wanted = threading.Event()
         self._is_over = threading.Event()
@@ -64,6 +71,7 @@ class WatchedSystem:
         self.topics.close()
         self._is_over.set()
         self._wanted.set()
+        self.node_clients.keep_only(())
 
     async def observations(self) -> AsyncIterator[Observation]:
         """Yield the newest observation, at most once per interval."""
@@ -97,6 +105,7 @@ class WatchedSystem:
 
     def _publish(self, observation: Observation) -> None:
         self.observation = observation
+        self.changes.add(observation, time.time())
         waiting, self._waiting = self._waiting, set()
         for future in waiting:
             if not future.done():

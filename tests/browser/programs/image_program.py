@@ -2,6 +2,7 @@
 
 import base64
 import struct
+import zlib
 
 from sensor_msgs.msg import CompressedImage, Image
 
@@ -48,6 +49,8 @@ IMAGES = {
     "bgr8": (12, pixels("3B", [[value[::-1] for value in row] for row in RGB])),
     "rgba8": (16, pixels("4B", [[(*value, 9) for value in row] for row in RGB])),
     "bgra8": (16, pixels("4B", [[(*value[::-1], 9) for value in row] for row in RGB])),
+    "rgb16": (24, pixels("<3H", [[[part * 257 for part in value] for value in row] for row in RGB])),
+    "bgr16": (24, pixels("<3H", [[[part * 257 for part in value[::-1]] for value in row] for row in RGB])),
     "mono8": (4, bytes(value for row in GREY for value in row)),
     "mono16": (8, pixels("<H", [[(value * 10 + 7,) for value in row] for row in GREY])),
     "32FC1": (16, pixels("<f", [[(value / 100 - 1,) for value in row] for row in GREY])),
@@ -66,6 +69,36 @@ messages = {
 }
 compressed = CompressedImage(format="rgb8; png compressed bgr8", data=base64.b64decode(PNG))
 messages[rospy.Publisher("/image/compressed", CompressedImage, queue_size=1)] = compressed
+
+
+def depth_png():
+    """Return the greys as a PNG of 16 bits: a row without a filter, and one of each filter but Paeth's."""
+    rows = [struct.pack(">4H", *(value * 10 + 7 for value in row)) for row in GREY]
+    lines = [b"\0" + rows[0]]
+    lines.append(
+        b"\1" + bytes((byte - (rows[1][i - 2] if i > 1 else 0)) % 256 for i, byte in enumerate(rows[1]))
+    )
+    lines.append(b"\2" + bytes((byte - rows[1][i]) % 256 for i, byte in enumerate(rows[2])))
+    lines.append(
+        b"\3"
+        + bytes(
+            (byte - ((rows[3][i - 2] if i > 1 else 0) + rows[2][i]) // 2) % 256
+            for i, byte in enumerate(rows[3])
+        )
+    )
+    parts = [
+        (b"IHDR", struct.pack(">IIBBBBB", 4, 4, 16, 0, 0, 0, 0)),
+        (b"IDAT", zlib.compress(b"".join(lines))),
+        (b"IEND", b""),
+    ]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        for name, data in parts
+    )
+
+
+depth = CompressedImage(format="16UC1; compressedDepth", data=struct.pack("<iff", 0, 0, 0) + depth_png())
+messages[rospy.Publisher("/image/16uc1_depth", CompressedImage, queue_size=1)] = depth
 rate = rospy.Rate(10)
 while not rospy.is_shutdown():
     for publisher, message in messages.items():

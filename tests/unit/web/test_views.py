@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import struct
 from typing import Any
 
 import pytest
@@ -20,7 +21,7 @@ from pipros.web.server import RequestRefused
 from pipros.web.topic_watch import NewSamples
 from pipros.web.views import console
 from pipros.web.views.diagnostics import Statuses
-from pipros.web.views.frames import FrameTree
+from pipros.web.views.frames import FrameTree, pose_values
 from pipros.web.views.images import LARGEST_BYTES, packed
 from pipros.web.views.plot import NotANumber, expand, find_field, number_in, numeric_fields
 from pipros.web.views.topics import plain_values
@@ -133,7 +134,10 @@ def test_an_image_without_pixels_is_shown_as_such(height: int, step: int) -> Non
         (Image(width=2, height=2, step=1, encoding="mono8", data=b"1234"), "in rows of 1 bytes"),
         (Image(width=2, height=9, step=2, encoding="mono8", data=b"1234"), "need 18 bytes, got 4"),
         (Image(width=1, height=1, step=1, encoding="<b>", data=b"1"), "encoding \\[<b>\\]"),
-        (Image(width=1, height=1, step=6, encoding="rgb16", data=b"123456"), "encoding \\[rgb16\\]"),
+        (Image(width=1, height=1, step=12, encoding="32FC3", data=b"1" * 12), "encoding \\[32FC3\\]"),
+        (CompressedImage(format="16UC1; compressedDepth", data=b"0" * 11), "must be of 16UC1"),
+        (CompressedImage(format="8UC1; compressedDepth", data=b"0" * 20), "got \\[8UC1\\]"),
+        (CompressedImage(format="16UC1; compressedDepth rvl", data=b"0" * 20), "not of RVL"),
     ],
 )
 def test_images_that_cannot_be_shown_are_refused(message: Any, words: str) -> None:
@@ -141,8 +145,42 @@ def test_images_that_cannot_be_shown_are_refused(message: Any, words: str) -> No
         packed(message)
 
 
+@pytest.mark.parametrize(("is_big", "data"), [(0, b"1a2b3c"), (1, b"a1b2c3")])
+def test_colours_of_16_bits_are_shown_with_their_more_significant_bytes(is_big: int, data: bytes) -> None:
+    image = Image(width=1, height=1, step=6, encoding="rgb16", is_bigendian=is_big, data=data)
+    head, pixels = packed(image)
+    assert (head["depth"], pixels) == ("8U", b"abc")
+
+
+def test_a_compressed_depth_image_has_its_quantisation() -> None:
+    png = b"\x89PNG\r\n\x1a\n..."
+    data = struct.pack("<iff", 0, 2.5, 0.5) + png
+    head = {"compressed": "depth", "encoding": "32FC1", "quantised": [2.5, 0.5]}
+    assert packed(CompressedImage(format="32FC1; compressedDepth png", data=data)) == (head, png)
+
+
 def transform(parent: str, child: str, stamp_s: int = 0) -> TransformStamped:
     return TransformStamped(header=Header(frame_id=parent, stamp=Time(stamp_s)), child_frame_id=child)
+
+
+def test_a_pair_of_frames_has_its_pose_or_the_chains_that_do_not_meet() -> None:
+    tree = FrameTree()
+    link = transform("base", "hand", 10)
+    link.transform.translation.x, link.transform.rotation.w = 0.5, 1.0
+    tree.add(TFMessage([link]), 10.0, "/arm", is_static=False)
+    found = pose_values(tree, "base", "hand", 12.0)
+    assert (found["translation"], found["angles"], found["stamp"]) == ([0.5, 0, 0], [0, 0, 0], 10.0)
+    assert found["source"] == [{"frame": "hand", "parent": "base", "from": "/arm", "age": 2.0}]
+    assert "error" in pose_values(tree, "moon", "hand", 12.0)
+    tree.set_clock(11.0)
+    tree.set_clock(1.0)
+    assert "error" in pose_values(tree, "base", "hand", 12.0)
+
+
+def test_chains_of_a_loop_end() -> None:
+    tree = FrameTree()
+    tree.add(TFMessage([transform("a", "b"), transform("b", "a")]), 1.0, "/x", is_static=True)
+    assert [link["frame"] for link in tree.ancestors("a", 1.0)] == ["a", "b"]
 
 
 def test_frames_have_parents_rates_and_ages() -> None:

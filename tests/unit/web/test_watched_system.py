@@ -16,7 +16,7 @@ from pipros.web.watched_system import WatchedSystem
 class ClumsyObserver:
     """Fails twice, and then observes."""
 
-    def __init__(self, _: object) -> None:
+    def __init__(self, *_: object, **__: object) -> None:
         self.looks = 0
 
     def poll(self) -> Observation:

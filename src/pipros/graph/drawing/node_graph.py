@@ -12,7 +12,8 @@ from pipros.graph.system_state import SystemState, TopicConnection
 Mode = Literal["nodes", "active", "all"]
 """Nodes with topics as labels; nodes and connected topics; nodes and all topics."""
 MODES: tuple[Mode, ...] = ("nodes", "active", "all")
-Kind = Literal["node", "topic", "frame"]
+Kind = Literal["node", "topic", "frame", "group", "namespace"]
+"""A group is a box for several topics, a namespace one for everything in it."""
 
 _QUIET_TOPICS = frozenset({"/rosout", "/rosout_agg", "/clock", "/statistics"})
 _QUIET_NODES = re.compile(
@@ -62,11 +63,15 @@ class Vertex:
     Attributes:
         group: namespace in which it is drawn; empty for none.
         is_reachable: False for a node that does not answer.
+        is_gone: True for a node or topic that the master no longer knows.
+        members: names of the nodes and topics that a group or namespace stands for.
     """
 
     key: Key
     group: str = ""
     is_reachable: bool = True
+    is_gone: bool = False
+    members: tuple[str, ...] = ()
 
     @property
     def kind(self) -> Kind:

@@ -40,8 +40,8 @@ class Scene:
 
 def draw(graph: NodeGraph, *, with_traffic: bool = False) -> Scene:
     """Lay out the graph; `with_traffic` reserves room for rates on the arrows."""
-    texts = {key: printable(vertex.name, _MAX_LABEL_CHARACTERS) for key, vertex in graph.vertices.items()}
-    has_topics = any(vertex.kind == "topic" for vertex in graph.vertices.values())
+    texts = {key: _label(vertex) for key, vertex in graph.vertices.items()}
+    has_topics = any(vertex.kind not in ("node", "frame") for vertex in graph.vertices.values())
     sizes = {key: _size(vertex, texts[key]) for key, vertex in graph.vertices.items()}
     groups = {key: vertex.group for key, vertex in graph.vertices.items()}
     joined = _join_parallel(graph.arrows) if not has_topics else dict.fromkeys(graph.arrows, "")
@@ -59,6 +59,11 @@ def draw(graph: NodeGraph, *, with_traffic: bool = False) -> Scene:
         layout.width + 2 * MARGIN,
         layout.height + 2 * MARGIN,
     )
+
+
+def _label(vertex: Vertex) -> str:
+    more = f": {len(vertex.members)}" if vertex.kind == "namespace" else ""
+    return printable(vertex.name, _MAX_LABEL_CHARACTERS) + more
 
 
 def _size(vertex: Vertex, text: str) -> tuple[float, float]:

@@ -77,11 +77,14 @@ def _arrow(route: Sequence[tuple[float, float]], text: str) -> str:
     return f'{line}<text class="name" x="{x:.1f}" y="{y - 5:.1f}" text-anchor="middle">{escape(text)}</text>'
 
 
-def middle_of(route: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Return the position of an arrow's text: nearer to its start, so that opposite arrows differ."""
+def middle_of(route: Sequence[tuple[float, float]], part: float = 0.4) -> tuple[float, float]:
+    """Return the position of an arrow's text: nearer to its start, so that opposite arrows differ.
+
+    Args:
+        part: position on the middle segment, from 0 at its start to 1 at its end.
+    """
     index = (len(route) - 1) // 2
     (x, y), (next_x, next_y) = route[index], route[index + 1]
-    part = 0.4
     return x + (next_x - x) * part, y + (next_y - y) * part * part * (3 - 2 * part)
 
 

@@ -4,8 +4,10 @@ import { download, h, morph, replace } from "./dom.js";
 
 // Columns: {title, text, kind, order}. `text(row)` returns a string or an element; `kind` is the class of its cells (name,
 // number, long, mono); `order(row)` returns what the column is sorted by, and is missing if it cannot be sorted by.
-// `options`: `label`; `keyOf(row)`; `onChoose(key)` if rows can be chosen; `most` rows are shown; `sortBy`: a title.
-export function dataTable(columns, { label, keyOf, onChoose = null, most = Infinity, sortBy = "" }) {
+// `options`: `label`; `keyOf(row)`; `onChoose(key)` if rows can be chosen;
+// `onSort()` instead of sorting; `most` rows are shown; `sortBy`: a title.
+export function dataTable(columns, options) {
+  const { label, keyOf, onChoose = null, onSort = null, most = Infinity, sortBy = "" } = options;
   let sorted = { title: sortBy, isDown: false };
   let rows = [];
   let chosen = null;
@@ -23,12 +25,14 @@ export function dataTable(columns, { label, keyOf, onChoose = null, most = Infin
 
   function sort(title) {
     sorted = { title, isDown: sorted.title === title && !sorted.isDown };
-    show(rows);
+    if (onSort) onSort();
+    else show(rows);
   }
 
-  function show(next) {
+  // With `isOrdered` the rows keep their order, whatever the table is sorted by.
+  function show(next, { isOrdered = false } = {}) {
     rows = next;
-    const wanted = inOrder(rows).slice(0, most);
+    const wanted = (isOrdered ? rows : inOrder(rows)).slice(0, most);
     const keys = new Set(wanted.map(keyOf));
     for (const [key, { element: old }] of shown) {
       if (keys.has(key)) continue;

@@ -14,7 +14,16 @@ export function topicPanel(side, name, context, onClose) {
   const showError = (text) => replace(error, text);
   const message = copiesValues(h("div", { class: "message" }, h("div", {})), showError);
   const copy = (title) => copyButton(title, () => context.act("message_text", { name, format: title.toLowerCase() }), showError);
-  side.append(panelHead(name, onClose), figures, error, gauge, curve.element, 
+  const definitionText = h("pre", { class: "mono whole" });
+  const definition = h("details", { class: "definition", ontoggle: async () => {
+    if (!definition.open) return;
+    try {
+      replace(definitionText, await context.act("definition", { name }));
+    } catch (problem) {
+      replace(definitionText, problem.message);
+    }
+  } }, h("summary", {}, "Definition"), definitionText);
+  side.append(panelHead(name, onClose), figures, error, gauge, curve.element, definition,
     h("div", { class: "panel-head" }, h("h3", {}, "Newest message"), h("span", { class: "buttons" }, copy("YAML"), copy("JSON"))), message);
 
   return context.watch("topic", { name }, (topic) => {

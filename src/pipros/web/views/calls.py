@@ -15,7 +15,7 @@ from pipros.graph.services import argument_names, service_class_of
 from pipros.msg import load_message_class
 from pipros.net.master_client import MasterClient
 from pipros.node.publisher import Publisher
-from pipros.node.service_client import OpenCalls
+from pipros.node.service_client import ErrorReply, OpenCalls
 from pipros.safe.yaml import load
 from pipros.web.bounded_list import bounded_list
 from pipros.web.message_tree import message_tree
@@ -23,6 +23,7 @@ from pipros.web.server import RequestRefused
 from pipros.web.service_calls import CALL_BY_HAND_S
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
+from pipros.workspace.type_catalogue import SERVICES
 
 FASTEST_HZ = 1000.0
 TELL_INTERVAL_S = 0.5
@@ -50,6 +51,7 @@ class CallViews:
         return {
             "type": service_class._type,
             "arguments": argument_names(service_class),
+            "definition": await self._system.computations.run(_definition_of, service_class._type),
             "request": message_tree(service_class._request_class()),
         }
 
@@ -60,7 +62,10 @@ class CallViews:
         def call(master: MasterClient, calls: OpenCalls) -> Any:
             caller = ServiceCaller(master, name, calls=calls)
             begin_s = time.monotonic()
-            response = caller.call(caller.request([] if value is None else [value]), CALL_BY_HAND_S)
+            try:
+                response = caller.call(caller.request([] if value is None else [value]), CALL_BY_HAND_S)
+            except ErrorReply as error:
+                raise RequestRefused(f"the service replied with an error: {error.text}") from None
             return {"response": message_tree(response), "seconds": round(time.monotonic() - begin_s, 4)}
 
         return await self._system.calls.run(call)
@@ -100,6 +105,14 @@ class CallViews:
     def _withdraw(self, advertised: Future[Publisher[Any]]) -> None:
         if not advertised.cancelled() and advertised.exception() is None:
             self._system.questions.start(advertised.result().unregister)
+
+
+def _definition_of(type_name: str) -> str:
+    """Return the `.srv` file of a type; empty if there is only generated code."""
+    try:
+        return SERVICES.text(type_name, is_raw=True)
+    except PiprosError:
+        return ""
 
 
 def _message_class(arguments: Mapping[str, Any]) -> Any:

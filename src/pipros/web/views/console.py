@@ -11,12 +11,16 @@ from collections.abc import AsyncIterator, Iterator, Mapping
 from itertools import islice
 from typing import Any
 
+from pipros.basics.errors import PiprosError
 from pipros.basics.limits import process_limits
 from pipros.graph.service_call import ServiceCaller
+from pipros.net.address import split_uri
 from pipros.net.master_client import MasterClient
+from pipros.net.this_machine import is_this_machine
 from pipros.node.any_msg import AnyMsg
 from pipros.node.service_client import OpenCalls
 from pipros.web.known_topic import LONGEST_NAME, KnownTopic
+from pipros.web.log_history import Entry, log_history
 from pipros.web.server import RequestRefused
 from pipros.web.service_calls import TOOL_CALL_S
 from pipros.web.shared import Shared
@@ -29,8 +33,6 @@ MOST_SENT_BYTES = 1_000_000
 """Approximate size of one update. The rest follows in the next."""
 QUEUE = 20_000
 LONGEST_TEXT = 4000
-Entry = list[Any]
-"""Level, node, text, time, file, line, function."""
 LEVELS = ("debug", "info", "warn", "error", "fatal")
 
 
@@ -42,19 +44,42 @@ class ConsoleViews:
         self._shared = Shared(self._open)
 
     async def console(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield new log entries: number, level, node, text, time, file, line, function."""
+        """Yield the entries of the run's log file as `history`, then new entries as `entries`."""
         with self._shared.use() as (log, topic):
             number = log.end
-            values: dict[str, Any] = {"entries": [], "lost": 0, "error": topic.problem}
+            history = await self._system.questions.run(self._history)
+            entries, lost, number = log.since(number, MOST_SENT_BYTES)
+            written = {_identity(entry) for entry in entries}
+            history = [entry for entry in history if _identity(entry) not in written]
+            values: dict[str, Any] = {
+                "history": history,
+                "entries": entries,
+                "lost": lost,
+                "error": topic.problem,
+            }
             while True:
                 yield values
                 shown = values["error"]
                 while True:
                     await asyncio.sleep(SEND_INTERVAL_S)
                     entries, lost, number = log.since(number, MOST_SENT_BYTES)
+                    if history and entries:  # the file may have had an entry before this process
+                        written = {_identity(entry) for entry in history}
+                        entries = [entry for entry in entries if _identity(entry) not in written]
+                        history = []
                     values = {"entries": entries, "lost": lost, "error": topic.problem}
                     if entries or lost or values["error"] != shown:
                         break
+
+    def _history(self) -> list[Entry]:
+        graph = self._system.graph
+        try:
+            if not is_this_machine(split_uri(graph.master_uri)[0]):
+                return []
+            run_id = graph.master.get_param("/run_id")
+        except (PiprosError, ValueError):  # no master, or none started by roscore
+            return []
+        return log_history(graph.environment.log_dir.expanduser(), run_id, LONGEST_TEXT, LONGEST_NAME)
 
     @contextlib.contextmanager
     def _open(self) -> Iterator[tuple[Log, KnownTopic]]:
@@ -84,6 +109,10 @@ class ConsoleViews:
             return caller.call(caller.request(values), TOOL_CALL_S)
 
         return await self._system.calls.run(call)
+
+
+def _identity(entry: Entry) -> tuple[Any, ...]:
+    return entry[1], entry[3], entry[4], entry[5]
 
 
 class Log:

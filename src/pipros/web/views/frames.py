@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import math
 import threading
 import time
 from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
@@ -11,16 +12,27 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
+from pipros.basics.limits import process_limits
 from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
 from pipros.graph.drawing.scene import draw
+from pipros.libraries.transforms.buffer import TransformBuffer
+from pipros.libraries.transforms.errors import TransformException
+from pipros.libraries.transforms.messages import in_ns, pose_of_transform
+from pipros.libraries.transforms.pose import roll_pitch_yaw
+from pipros.msg.time import NS_PER_S
 from pipros.node.any_msg import AnyMsg
 from pipros.web.known_topic import LONGEST_NAME, KnownTopic, Take
+from pipros.web.server import RequestRefused
 from pipros.web.shared import Shared
 from pipros.web.views.graph import scene_values
 from pipros.web.watched_system import WatchedSystem
 
 SEND_INTERVAL_S = 1.0
+POSE_INTERVAL_S = 0.2
 MOST_FRAMES = 2000
+MOST_LINKS = 50
+"""Maximum number of links of a chain that are sent."""
+LONGEST_ERROR = 500
 
 
 @dataclass(slots=True)
@@ -46,15 +58,23 @@ class Frame:
 
 
 class FrameTree:
-    """All frames received so far. Transforms are added in the threads of the links."""
+    """All frames received so far. Transforms are added in the threads of the links.
+
+    Attributes:
+        buffer: the transforms of the last seconds.
+    """
 
     def __init__(self) -> None:
+        limits = process_limits()
+        self.buffer = TransformBuffer(limits=limits._replace(transform_bytes=limits.page_view_bytes))
         self._frames: dict[str, Frame] = {}
         self._lock = threading.Lock()
         self._clock_s: float | None = None
 
     def set_clock(self, clock_s: float) -> None:
-        """Measure delays by simulated time from now on."""
+        """Measure delays by simulated time from now on. If it has jumped back, drop the transforms."""
+        if self._clock_s is not None and clock_s < self._clock_s:
+            self.buffer.clear()
         self._clock_s = clock_s
 
     def add(self, message: Any, wall_s: float, authority: str, *, is_static: bool) -> None:
@@ -63,6 +83,14 @@ class FrameTree:
         now_s = wall_s if self._clock_s is None else self._clock_s
         with self._lock:
             for transform in message.transforms:
+                self.buffer.insert(
+                    transform.header.frame_id[:LONGEST_NAME],
+                    transform.child_frame_id[:LONGEST_NAME],
+                    in_ns(transform.header.stamp),
+                    pose_of_transform(transform.transform),
+                    authority,
+                    is_static,
+                )
                 child = transform.child_frame_id.lstrip("/")[:LONGEST_NAME]
                 known = self._frames.get(child)
                 parent = transform.header.frame_id.lstrip("/")[:LONGEST_NAME]
@@ -94,6 +122,18 @@ class FrameTree:
                 }
                 for child, frame in sorted(self._frames.items())
             ]
+
+    def ancestors(self, frame: str, now_s: float) -> list[Mapping[str, Any]]:
+        """Return the links from a frame up to its root: frame, parent, sender, and age (s) if it moves."""
+        links: list[Mapping[str, Any]] = []
+        with self._lock:
+            seen: set[str] = set()
+            while (link := self._frames.get(frame)) is not None and frame not in seen:
+                seen.add(frame)
+                age_s = None if link.is_static else round(now_s - link.last_s, 1)
+                links.append({"frame": frame, "parent": link.parent, "from": link.authority, "age": age_s})
+                frame = link.parent
+        return links
 
     def graph(self) -> NodeGraph:
         """Return the tree as a graph, parents first."""
@@ -127,6 +167,14 @@ class FrameViews:
                 yield values
                 await asyncio.sleep(SEND_INTERVAL_S)
 
+    async def transform(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the newest pose of the frame `source` in `target`, or why there is none, and both chains."""
+        target, source = (_frame_name(arguments, key) for key in ("target", "source"))
+        with self._shared.use() as (tree, _):
+            while True:
+                yield pose_values(tree, target, source, time.time())
+                await asyncio.sleep(POSE_INTERVAL_S)
+
     @contextlib.contextmanager
     def _open(self) -> Iterator[tuple[FrameTree, Sequence[KnownTopic]]]:
         tree = FrameTree()
@@ -141,6 +189,33 @@ class FrameViews:
                 stack.enter_context(topic.listening())
                 topics.append(topic)
             yield tree, topics
+
+
+def pose_values(tree: FrameTree, target: str, source: str, now_s: float) -> Mapping[str, Any]:
+    """Return the pose of the frame `source` in `target` in metres, as quaternion and in degrees."""
+    values: dict[str, Any] = {
+        "target": tree.ancestors(target, now_s)[:MOST_LINKS],
+        "source": tree.ancestors(source, now_s)[:MOST_LINKS],
+    }
+    try:
+        stamp, pose = tree.buffer.lookup(target, source, 0)
+    except TransformException as error:
+        return {**values, "error": str(error)[:LONGEST_ERROR]}
+    angles = map(math.degrees, roll_pitch_yaw(pose))
+    return {
+        **values,
+        "stamp": stamp / NS_PER_S,
+        "translation": [round(value, 4) for value in pose[:3]],
+        "rotation": [round(value, 4) for value in pose[3:]],
+        "angles": [round(value, 2) for value in angles],
+    }
+
+
+def _frame_name(arguments: Mapping[str, Any], key: str) -> str:
+    name = arguments.get(key)
+    if not isinstance(name, str) or not name or len(name) > LONGEST_NAME:
+        raise RequestRefused(f"{key} must be the name of a frame, got {name!r:.100}")
+    return name.lstrip("/")
 
 
 def _clock_taker(tree: FrameTree) -> Take:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import AsyncIterator, Iterable, Mapping
 from dataclasses import fields
 from typing import Any, cast
@@ -10,33 +11,40 @@ from typing import Any, cast
 from pipros.basics.errors import PiprosError
 from pipros.graph import params
 from pipros.graph.drawing.dot import to_dot
-from pipros.graph.drawing.node_graph import MODES, GraphOptions, Key, Mode, NodeGraph
+from pipros.graph.drawing.grouping import Grouping, grouped
+from pipros.graph.drawing.node_graph import MODES, Arrow, GraphOptions, Key, Mode, NodeGraph, node_graph
 from pipros.graph.drawing.scene import Scene, draw
 from pipros.graph.drawing.svg import middle_of, path, to_svg
+from pipros.graph.nodes import kill
 from pipros.graph.observer import Observation
 from pipros.graph.system_state import of_node
 from pipros.web.bounded_list import bounded_list
 from pipros.web.graph_drawings import GraphDrawings
 from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused
+from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
+_GROUP = "group_"
 LONGEST_FILTER = 1000
 MOST_PARAMETERS = 200
 """Maximum number of parameters listed for a node."""
+MOST_MEMBERS = 50
+"""Maximum number of names listed for a group."""
 MOST_DRAWN = 3000
 """Maximum number of nodes and topics that are drawn. For larger graphs, only their number is sent."""
 MOST_CHARACTERS = 300_000
 """Maximum total length of their names, in characters."""
 
 
-def options_from(arguments: Mapping[str, Any]) -> GraphOptions:
-    """Parse the options sent by a browser.
+def options_from(arguments: Mapping[str, Any]) -> tuple[GraphOptions, Grouping]:
+    """Parse the options sent by a browser. Those of `Grouping` have the prefix `group_`.
 
     Raises:
         RequestRefused: an option is unknown, or a value has the wrong type.
     """
     known = {field.name: field.default for field in fields(GraphOptions)}
+    known |= {f"{_GROUP}{field.name}": field.default for field in fields(Grouping)}
     for name, value in arguments.items():
         if name not in known or type(value) is not type(known[name]):
             raise RequestRefused(f"{name} must be one of {', '.join(known)}, got the value {value!r}")
@@ -45,7 +53,11 @@ def options_from(arguments: Mapping[str, Any]) -> GraphOptions:
     mode = cast("Mode", arguments.get("mode", "active"))
     if mode not in MODES:
         raise RequestRefused(f"mode must be one of {', '.join(MODES)}, got {mode!r}")
-    return GraphOptions(**arguments)
+    grouping = {
+        name.removeprefix(_GROUP): value for name, value in arguments.items() if name.startswith(_GROUP)
+    }
+    shown = {name: value for name, value in arguments.items() if not name.startswith(_GROUP)}
+    return GraphOptions(**shown), Grouping(**grouping)
 
 
 class GraphViews:
@@ -54,18 +66,21 @@ class GraphViews:
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
         self._drawings = GraphDrawings(self._draw)
+        self._extended = Observation(), Observation()
 
     async def graph(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the drawing as `scene` whenever it changes, and the traffic of its edges."""
-        options = options_from(arguments)
+        options, grouping = options_from(arguments)
+        changes = self._system.changes
         shown: NodeGraph | None = None
         scene = Scene()
         async for observation in self._system.observations():
-            graph = self._drawings.graph(observation, options)
+            removed = changes.removed()
+            graph = self._drawings.graph(self._with_removed(observation), options, grouping, removed)
             if graph is not shown:
                 shown = graph
                 is_small = _can_be_drawn(graph)
-                scene = await self._drawings.scene(graph, options) if is_small else Scene()
+                scene = await self._drawings.scene(graph, options, grouping) if is_small else Scene()
                 too_many = 0 if is_small else len(graph.vertices)
                 yield {
                     "scene": scene_values(scene),
@@ -78,7 +93,36 @@ class GraphViews:
                 "error": observation.error,
                 "nodes": len(observation.nodes),
                 "topics": len(observation.state.topics()),
+                "removed": bounded_list(
+                    ({"kind": kind, "name": name, "age": max(0, round(time.time() - when_s))})
+                    for (kind, name), when_s in removed.items()
+                ),
             }
+
+    async def events(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the nodes and topics added and removed in the last ten minutes, newest first."""
+        shown = None
+        async for _observation in self._system.observations():
+            found = self._system.changes.events(time.time())
+            if found != shown:
+                shown = found
+                yield {
+                    "events": bounded_list(
+                        {
+                            "when": event.when_s,
+                            "added": event.is_added,
+                            "kind": event.part[0],
+                            "name": event.part[1],
+                        }
+                        for event in found
+                    )
+                }
+
+    def _with_removed(self, observation: Observation) -> Observation:
+        """Extend an observation, once for all browsers."""
+        if self._extended[0] is not observation:
+            self._extended = observation, self._system.changes.with_removed(observation)
+        return self._extended[1]
 
     async def master(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield why the master does not answer, at first and when it changes; empty if it does."""
@@ -96,6 +140,14 @@ class GraphViews:
                 **node_values(observation, name),
                 "parameters": await self._system.questions.run(self._parameters, name),
             }
+
+    async def kill_node(self, arguments: Mapping[str, Any]) -> Any:
+        """Request a node to shut down."""
+        name = topic_name(arguments)
+        _, failed = await self._system.questions.run(kill, self._system.graph.master, [name])
+        if failed:
+            raise RequestRefused(f"cannot end {name}: {failed[name]}")
+        return True
 
     async def _draw(self, graph: NodeGraph) -> Scene:
         return await self._system.computations.run(draw, graph, with_traffic=True)
@@ -116,7 +168,10 @@ class GraphViews:
         """Return the drawing as a file in the requested `format`, `svg` or `dot`."""
         rest = dict(arguments)
         kind = rest.pop("format", "svg")
-        graph = self._drawings.graph(self._system.observation, options_from(rest))
+        options, grouping = options_from(rest)
+        observation = self._system.observation
+        graph = node_graph(observation.state, observation.connections, observation.unreachable, options)
+        graph = grouped(graph, observation.state.topics(), grouping)
         if not _can_be_drawn(graph):
             raise RequestRefused(f"cannot draw {len(graph.vertices)} nodes and topics: too many")
         if kind == "dot":
@@ -141,6 +196,8 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
                 **key_values(vertex.key),
                 "text": text,
                 "reachable": vertex.is_reachable,
+                "gone": vertex.is_gone,
+                "members": vertex.members[:MOST_MEMBERS],
                 "x": round(box.x, 1),
                 "y": round(box.y, 1),
                 "w": round(box.width, 1),
@@ -155,7 +212,7 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
                 "topic": arrow.topic,
                 "text": text,
                 "path": path(route),
-                "middle": [round(value, 1) for value in middle_of(route)],
+                "middle": [round(value, 1) for value in middle_of(route, _label_part(arrow))],
             }
             for arrow, route, text in scene.arrows
         ],
@@ -164,6 +221,11 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
             for name, box in scene.bands.items()
         ],
     }
+
+
+def _label_part(arrow: Arrow) -> float:
+    """Return where the label is: the arrows of a node are further apart near their topics."""
+    return 0.65 if arrow.start.kind == "node" and arrow.end.kind != "node" else 0.4
 
 
 def key_values(key: Key) -> Mapping[str, str]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
+import struct
 from collections.abc import AsyncIterator, Mapping
 from typing import Any
 
@@ -22,6 +24,10 @@ from pipros.web.watched_system import WatchedSystem
 SEND_INTERVAL_S = 0.1
 LARGEST_BYTES = 2_000_000
 """Size above which raw images are subsampled to every second, third, … row and column."""
+
+_DEPTH_HEADER = struct.Struct("<iff")
+"""Header of a compressed depth image: format, quotient and offset of the quantised inverse depths."""
+_PNG = b"\x89PNG\r\n\x1a\n"
 
 
 class ImageViews:
@@ -58,25 +64,27 @@ def packed(message: Any) -> tuple[Mapping[str, Any], bytes]:
         RequestRefused: the encoding is unknown, or pixels are missing.
     """
     if message._type == "sensor_msgs/CompressedImage":
-        kind = "png" if "png" in message.format.lower() else "jpeg"
-        return {"compressed": kind, "format": message.format[:LONGEST_NAME]}, bytes(message.data)
+        return _compressed(message)
     try:
         encoding = encoding_of(message)
     except PictureError as error:
         raise RequestRefused(str(error)) from None
     is_grey = encoding.color is Color.GRAY
-    if encoding.depth != "8U" and not (is_grey and encoding.depth in ("16U", "32F")):
+    if encoding.depth not in ("8U", "16U") and not (is_grey and encoding.depth == "32F"):
         raise RequestRefused(f"the page cannot show images of the encoding [{message.encoding}]")
     width, height, step = message.width, message.height, message.step
-    size = encoding.channels * encoding.bits // 8
+    depth, size, plane = encoding.depth, encoding.channels * encoding.bits // 8, slice(None)
+    row = width * size
+    if depth == "16U" and not is_grey:  # screens have 8 bits per colour: the more significant byte
+        depth, size, plane = "8U", size // 2, slice(0 if message.is_bigendian else 1, None, 2)
     every = _step(message.encoding, width * height * size)
     data = memoryview(message.data)
     tops = range(0, height * step, step * every) if width else ()
-    pixels = b"".join(_thinned(data[top : top + width * size], size, every) for top in tops)
+    pixels = b"".join(_thinned(data[top : top + row][plane], size, every) for top in tops)
     head = {
         "encoding": message.encoding,
         "color": encoding.color and encoding.color.value,
-        "depth": encoding.depth,
+        "depth": depth,
         "big": bool(message.is_bigendian),
         "width": len(range(0, width, every)),
         "height": len(range(0, height, every)),
@@ -84,6 +92,24 @@ def packed(message: Any) -> tuple[Mapping[str, Any], bytes]:
         "frame": message.header.frame_id[:LONGEST_NAME],
     }
     return head, pixels
+
+
+def _compressed(message: Any) -> tuple[Mapping[str, Any], bytes]:
+    """Return what the browser decodes: PNG or JPEG, or the PNG of a depth image with its quantisation."""
+    name, _, how = message.format[:LONGEST_NAME].partition(";")
+    data = bytes(message.data)
+    head = {"compressed": "png" if "png" in how.lower() or "png" in name.lower() else "jpeg"}
+    if "compressedDepth" not in how:
+        return {**head, "format": message.format[:LONGEST_NAME]}, data
+    if len(data) < _DEPTH_HEADER.size or name not in ("16UC1", "32FC1"):
+        raise RequestRefused(f"a compressed depth image must be of 16UC1 or 32FC1, got [{printable(name)}]")
+    if not data.startswith(_PNG, _DEPTH_HEADER.size):
+        raise RequestRefused("the page can show compressed depth images of PNG only, not of RVL")
+    _, quotient, offset = _DEPTH_HEADER.unpack_from(data)
+    values = {"encoding": name, "quantised": [quotient, offset] if name == "32FC1" else None}
+    if not math.isfinite(quotient) or not math.isfinite(offset):
+        raise RequestRefused("the depth quantisation of a compressed depth image must be finite")
+    return {"compressed": "depth", **values}, data[_DEPTH_HEADER.size :]
 
 
 def _step(encoding: str, size: int) -> int:

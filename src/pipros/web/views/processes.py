@@ -1,25 +1,24 @@
-"""Resource usage of nodes on this machine: `rqt_top`. Needs psutil."""
+"""Resource usage of nodes on this machine: `rqt_top`. Needs Linux."""
 
 from __future__ import annotations
 
 import asyncio
-import importlib
 import time
 from collections import Counter
 from collections.abc import AsyncIterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from pipros.basics.errors import PiprosError
+from pipros.graph.node_clients import NodeClients
 from pipros.graph.observer import Observation
 from pipros.net.address import split_uri
-from pipros.net.rpc_client import RpcClient
 from pipros.net.this_machine import is_this_machine
 from pipros.web.bounded_list import bounded_list
-from pipros.web.server import RequestRefused
+from pipros.web.process_usage import ProcessUsage, has_proc, usage_of
 from pipros.web.watched_system import WatchedSystem
 
 LOOK_INTERVAL_S = 2.0
-ANSWER_DEADLINE_S = 1.0
 ASKING_S = 3.0
 """Time for querying process ids in one update. The remaining nodes wait for the next."""
 
@@ -32,30 +31,32 @@ class ProcessViews:
 
     async def processes(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield each node with its host and, on this machine, its load, memory, threads and connections."""
-        psutil = _psutil()
-        table = _Table(psutil, self._system.graph.caller_id)
+        table = _Table(self._system.node_clients, self._system.graph.caller_id)
+        problem = "" if has_proc() else "Processor and memory are shown on Linux only."
         async for observation in self._system.observations():
             yield {
                 "nodes": bounded_list(await self._system.questions.run(table.rows, observation)),
-                "error": "" if psutil else "processor and memory need psutil: {install_command('monitor')}",
+                "error": problem,
             }
             await asyncio.sleep(LOOK_INTERVAL_S)
 
 
-def _psutil() -> Any:
-    try:
-        return importlib.import_module("psutil")
-    except ImportError:
-        return None
+@dataclass(slots=True)
+class _Process:
+    """Process of a node, with its last reading: load is the difference of two."""
+
+    pid: int
+    usage: ProcessUsage
+    read_s: float
 
 
 class _Table:
-    """Table of processes, kept because processor load is the difference of two readings."""
+    """Table of processes."""
 
-    def __init__(self, psutil: Any, caller_id: str) -> None:
-        self._psutil = psutil
+    def __init__(self, clients: NodeClients, caller_id: str) -> None:
+        self._clients = clients
         self._caller_id = caller_id
-        self._processes: dict[str, Any] = {}
+        self._processes: dict[str, _Process] = {}
 
     def rows(self, observation: Observation) -> list[Mapping[str, Any]]:
         rows: list[Mapping[str, Any]] = []
@@ -73,40 +74,42 @@ class _Table:
             if not node.uri:
                 continue
             row["host"] = split_uri(node.uri)[0]
-            if self._psutil is None or node.error or not is_this_machine(row["host"]):
+            if node.error or not is_this_machine(row["host"]):
                 continue
             process = self._processes.get(node.uri)
             if process is None and time.monotonic() < asking_until_s:
                 process = self._process_of(node.uri)
-            if process is not None:
+            if process is not None and (figures := _figures(process)):
                 kept[node.uri] = process
-                row.update(self._figures(process))
+                row.update(figures)
         self._processes = kept
         return rows
 
-    def _process_of(self, uri: str) -> Any:
+    def _process_of(self, uri: str) -> _Process | None:
         try:
-            with RpcClient(uri, timeout_s=ANSWER_DEADLINE_S) as api:
+            with self._clients.client(uri) as api:
                 answer = api.call("getPid", self._caller_id)
-            pid = answer[2] if isinstance(answer, list) and len(answer) == 3 else None
-            if not isinstance(pid, int) or pid <= 0:
-                raise RequestRefused(f"getPid must return a number above 0, got {pid!r}")
-            process = self._psutil.Process(pid)
-            process.cpu_percent()
-        except (PiprosError, OSError, ValueError, self._psutil.Error):
+        except (PiprosError, OSError, ValueError):
             return None
-        return process
+        pid = answer[2] if isinstance(answer, list) and len(answer) == 3 else None
+        if not isinstance(pid, int) or pid <= 0 or (usage := usage_of(pid)) is None:
+            return None
+        return _Process(pid, usage, time.monotonic())
 
-    def _figures(self, process: Any) -> Mapping[str, Any]:
-        try:
-            with process.oneshot():
-                return {
-                    "pid": process.pid,
-                    "cpu": round(process.cpu_percent(), 1),
-                    "memory": process.memory_info().rss,
-                    "threads": process.num_threads(),
-                    "files": process.num_fds() if hasattr(process, "num_fds") else None,
-                    "started": process.create_time(),
-                }
-        except self._psutil.Error:
-            return {}
+
+def _figures(process: _Process) -> Mapping[str, Any]:
+    """Read a process; return nothing if it ended, or if another one has its id now."""
+    usage, now_s = usage_of(process.pid), time.monotonic()
+    if usage is None or usage.start != process.usage.start:
+        return {}
+    figures: dict[str, Any] = {
+        "pid": process.pid,
+        "memory": usage.memory_bytes,
+        "threads": usage.threads,
+        "files": usage.files,
+    }
+    if now_s - process.read_s >= LOOK_INTERVAL_S / 2:
+        used_s = usage.processor_s - process.usage.processor_s
+        figures["cpu"] = round(100 * used_s / (now_s - process.read_s), 1)
+        process.usage, process.read_s = usage, now_s
+    return figures

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import math
 import re
@@ -13,6 +14,7 @@ from typing import Any
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
 from pipros.graph.observer import Observation
+from pipros.msg import load_message_class
 from pipros.msg.time import TVal
 from pipros.node.any_msg import AnyMsg
 from pipros.web.bounded_list import bounded_list
@@ -26,6 +28,11 @@ LONGEST_REQUESTED = 1000
 """Maximum length of a requested name, in characters."""
 LARGEST_COPIED_BYTES = 1_000_000
 """Size of the largest serialized message that is sent as text."""
+LONGEST_DEFINITION = 200_000
+"""Maximum length of the text of a definition, in characters."""
+MOST_MEASURED = 50
+"""Maximum number of topics that a browser measures at a time."""
+MEASURED_INTERVAL_S = 1.0
 UPDATE_INTERVAL_S = 0.1
 """Interval at which a browser gets the newest message."""
 
@@ -64,6 +71,19 @@ class TopicViews:
                 ticks += 1
                 await asyncio.sleep(pause_s)
 
+    async def measured(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the rates and bandwidths of up to `MOST_MEASURED` topics every second; subscribes to them."""
+        chosen = arguments.get("names")
+        if not isinstance(chosen, list) or len(chosen) > MOST_MEASURED:
+            raise RequestRefused(f"names must be a list of at most {MOST_MEASURED} topics")
+        with contextlib.ExitStack() as stack:
+            watches = [
+                stack.enter_context(self._system.topics.watch(topic_name({"name": name}))) for name in chosen
+            ]
+            while True:
+                yield {"topics": {watch.topic: watch.figures() for watch in watches}}
+                await asyncio.sleep(MEASURED_INTERVAL_S)
+
     async def message_text(self, arguments: Mapping[str, Any]) -> str:
         """Return the whole newest message of a topic that is shown, as YAML or JSON, for the clipboard.
 
@@ -83,6 +103,21 @@ class TopicViews:
                     f"cannot copy a message of {size} bytes; the limit is {LARGEST_COPIED_BYTES}"
                 )
             return await self._system.computations.run(_text_of, watch, newest.message, form)
+
+    async def definition(self, arguments: Mapping[str, Any]) -> str:
+        """Return the definition of a topic's type, with comments and the types of its fields.
+
+        That of the publisher, if a message has been received; otherwise the installed one.
+        """
+        name = topic_name(arguments)
+        with self._system.topics.watch(name) as watch:
+            newest = watch.newest
+            sent = newest.message.header.get("message_definition", "") if newest else ""
+        if sent:
+            return sent[:LONGEST_DEFINITION]
+        kind = self._system.observation.types.get(name, "")
+        found = await self._system.computations.run(load_message_class, kind)
+        return found._full_text[:LONGEST_DEFINITION]
 
     def _registered(self, name: str) -> Mapping[str, Any]:
         state = self._system.observation.state

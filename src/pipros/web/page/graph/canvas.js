@@ -46,18 +46,30 @@ export function graphCanvas(label, onSelect) {
   }
 
   function vertexElement(vertex, key) {
-    const shapeClass = vertex.reachable ? vertex.kind : `${vertex.kind} unreachable`;
+    const shapeClass = `${vertex.kind}${vertex.reachable ? "" : " unreachable"}${vertex.gone ? " gone" : ""}`;
     const shape = vertex.kind === "node"
       ? s("ellipse", { class: shapeClass, rx: vertex.w / 2, ry: vertex.h / 2 })
       : s("rect", { class: shapeClass, x: -vertex.w / 2, y: -vertex.h / 2, width: vertex.w, height: vertex.h, rx: vertex.kind === "frame" ? 12 : 3 });
     const choose = () => onSelect(key);
+    const state = vertex.gone ? ", gone" : vertex.reachable ? "" : ", does not answer";
     return s("g", {
       class: "vertex", tabindex: 0, role: "button", "data-key": key,
-      "aria-label": `${vertex.kind} ${vertex.name}${vertex.reachable ? "" : ", does not answer"}`,
+      "aria-label": `${vertex.kind} ${vertex.name}${state}`,
       onclick: choose,
       onkeydown: (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); choose(); } },
-    }, shape, s("text", { "text-anchor": "middle", "dominant-baseline": "central" }, vertex.text), s("title", {}, vertex.name));
+    }, shape, s("text", { "text-anchor": "middle", "dominant-baseline": "central" }, vertex.text),
+    s("title", {}, [vertex.name, ...vertex.members].join("\n")), vertex.gone ? s("text", { class: "age", y: vertex.h / 2 + 9, "text-anchor": "middle" }) : null);
   }
+
+  // Shows for how long removed vertices are gone: [{kind, name, age}] with ages in seconds.
+  function showAges(removed) {
+    for (const { kind, name, age } of removed) {
+      const text = vertices.get(keyText({ kind, name }))?.group.querySelector("text.age");
+      if (text) text.textContent = `gone ${age} s ago`;
+    }
+  }
+
+  const vertexOf = (key) => vertices.get(key)?.vertex;
 
   // Calls `textOf` with each arrow and its index, and shows the text that it returns.
   function labelArrows(textOf) {
@@ -192,7 +204,7 @@ export function graphCanvas(label, onSelect) {
     h("button", { "aria-label": "Zoom out", title: "Zoom out (-)", onclick: () => zoom(ZOOM_STEP) }, "−"),
     h("button", { "aria-label": "Zoom in", title: "Zoom in (+)", onclick: () => zoom(1 / ZOOM_STEP) }, "+"),
     h("button", { title: "Fit everything (0)", onclick: fit }, "Fit"));
-  return { element, draw, emphasise, find, fit, centre, onKey, zoomButtons, label: labelArrows };
+  return { element, draw, emphasise, find, fit, centre, onKey, zoomButtons, showAges, vertexOf, label: labelArrows };
 }
 
 function bandElement(band) {
@@ -203,7 +215,7 @@ function bandElement(band) {
 }
 
 function linkElements(arrow) {
-  const text = s("text", { class: "name", x: arrow.middle[0], y: arrow.middle[1] - 5, "text-anchor": "middle" }, arrow.text);
+  const text = s("text", { class: "name", x: arrow.middle[0], y: arrow.middle[1], "text-anchor": "middle", "dominant-baseline": "central" }, arrow.text);
   const line = s("g", { class: "link" }, s("path", { class: "arrow", d: arrow.path, "marker-end": "url(#head)" }));
   return { arrow, text, parts: [line, s("g", { class: "link" }, text)] };
 }

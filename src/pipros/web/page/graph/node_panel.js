@@ -1,13 +1,48 @@
 // Everything known about one node.
 
-import { bandwidth, h, hertz, morph, panelHead } from "../dom.js";
+import { bandwidth, h, hertz, morph, panelHead, replace } from "../dom.js";
 import { placeOf } from "../place.js";
+
+const LEVELS = { 1: "debug", 2: "info", 4: "warn", 8: "error", 16: "fatal" };
+const MOST_ENTRIES = 20;
 
 // Fills `side`; returns a function that stops the updates.
 export function nodePanel(side, name, context, onClose) {
   const body = h("div", {}, h("div", {}));
-  side.append(panelHead(name, onClose), body);
-  return context.watch("node", { name }, (node) => morph(body.firstChild, h("div", {}, contents(node, name))));
+  const log = h("div", {}, h("div", {}));
+  const error = h("p", { class: "error", role: "alert" });
+  side.append(panelHead(name, onClose), context.control ? killButton(name, context, error) : "", error, body, h("h3", {}, "Log"), log);
+  let entries = [];
+  const stops = [
+    context.watch("node", { name }, (node) => morph(body.firstChild, h("div", {}, contents(node, name)))),
+    context.watch("console", {}, ({ history = [], entries: fresh }) => {
+      entries = [...(history.length ? history : entries), ...fresh].filter((entry) => entry[1] === name).slice(-MOST_ENTRIES);
+      morph(log.firstChild, h("div", {}, entries.length ? h("ul", { class: "tree" }, entries.map(logEntry)) : h("span", { class: "key" }, "none")));
+    }),
+  ];
+  return () => stops.forEach((stop) => stop());
+}
+
+const logEntry = ([level, , text]) => h("li", { class: `level-${level}` }, h("span", { class: "key" }, `${LEVELS[level] ?? level}: `), text);
+
+// The first click asks, the second ends the node.
+function killButton(name, context, error) {
+  let isSure = false;
+  const button = h("button", { onblur: () => ask(false), onclick: async () => {
+    if (!isSure) { ask(true); return; }
+    ask(false);
+    try {
+      await context.act("kill_node", { name });
+      replace(error);
+    } catch (problem) {
+      replace(error, problem.message);
+    }
+  } }, "End node");
+  function ask(isAsked) {
+    isSure = isAsked;
+    button.textContent = isAsked ? `Really end ${name}?` : "End node";
+  }
+  return button;
 }
 
 function contents(node, name) {

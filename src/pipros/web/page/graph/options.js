@@ -11,10 +11,12 @@ const HIDDEN = [
   ["hide_unreachable", "Unreachable"],
   ["hide_parameters", "Params"],
 ];
+const GROUPED = [["group_actions", "Actions"], ["group_images", "Images"], ["group_tf", "tf"]];
 const KEEP = "pipros.graph.options";
 const INITIAL = {
   mode: "active", nodes: "/", topics: "/", hide_dead_sinks: true, hide_leaf_topics: true, hide_debug: true,
   hide_tf: false, hide_unreachable: false, hide_parameters: false,
+  group_actions: true, group_images: true, group_tf: true, group_opened: "",
 };
 const PATTERN = "Names separated by commas; * stands for anything, - in front excludes";
 
@@ -28,22 +30,43 @@ export function keptOptions() {
   }
 }
 
+// Opens or closes a collapsed namespace in `options`, and keeps them.
+export function toggleNamespace(options, name) {
+  const opened = options.group_opened.split(",").filter(Boolean);
+  const rest = opened.filter((each) => each !== name && !each.startsWith(`${name}/`));
+  options.group_opened = (opened.includes(name) ? rest : [...opened, name]).join(",");
+  keep(options);
+}
+
+export function closeNamespaces(options) {
+  options.group_opened = "";
+  keep(options);
+}
+
+const keep = (options) => localStorage.setItem(KEEP, JSON.stringify(options));
+
 // Returns controls that change `options`, keep them, and call `onChange`.
 export function optionControls(options, onChange) {
   const change = (name, value) => {
     options[name] = value;
-    localStorage.setItem(KEEP, JSON.stringify(options));
+    keep(options);
     onChange();
   };
   const pattern = (name, label) => h("label", {}, label, h("input", {
     value: options[name], size: 10, spellcheck: "false", title: PATTERN, onchange: (event) => change(name, event.target.value),
   }));
   const modes = MODES.map(([value, title]) => h("option", { value, selected: value === options.mode }, title));
-  const hidden = HIDDEN.map(([name, title]) => h("label", {},
+  const boxes = (list) => list.map(([name, title]) => h("label", {},
     h("input", { type: "checkbox", checked: options[name], onchange: (event) => change(name, event.target.checked) }), title));
+  // On a phone, the filters are folded until this button shows them: see `.fold` in style.css.
+  const folded = h("span", { class: "fold" }, pattern("nodes", "Nodes"), pattern("topics", "Topics"),
+    h("span", { class: "choices", role: "group", "aria-label": "Hide" }, "Hide:", boxes(HIDDEN)),
+    h("span", { class: "choices", role: "group", "aria-label": "Group" }, "Group:", boxes(GROUPED)));
+  const folder = h("button", { class: "folder", "aria-expanded": "false", onclick: () => {
+    folder.setAttribute("aria-expanded", String(folded.classList.toggle("open")));
+  } }, "Filters");
   return [
     h("select", { "aria-label": "What is shown", onchange: (event) => change("mode", event.target.value) }, modes),
-    pattern("nodes", "Nodes"), pattern("topics", "Topics"),
-    h("span", { class: "choices", role: "group", "aria-label": "Hide" }, "Hide:", hidden),
+    folder, folded,
   ];
 }

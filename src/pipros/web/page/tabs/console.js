@@ -1,6 +1,7 @@
 // The log of the system: 100,000 entries, of which only the visible ones are in the document.
 
-import { h, replace } from "../dom.js";
+import { download, h, replace } from "../dom.js";
+import { asLines, fromLines } from "../log_file.js";
 import { textFilter } from "../text_filter.js";
 
 const KEPT = 100000;
@@ -22,12 +23,31 @@ export function open(view, argument, context) {
   const text = h("input", { type: "search", placeholder: "Text", title: HELP, "aria-label": "Filter by text", oninput: () => filter() });
   const node = h("input", { type: "search", placeholder: "Node", title: HELP, "aria-label": "Filter by node", oninput: () => filter() });
   const place = h("input", { type: "search", placeholder: "File or function", title: HELP, "aria-label": "Filter by place", size: 14, oninput: () => filter() });
-  const pause = h("button", { "aria-pressed": "false", onclick: () => {
-    isPaused = !isPaused;
+  const pause = h("button", { "aria-pressed": "false", onclick: () => setPaused(!isPaused) }, "Pause");
+  const file = h("input", { type: "file", hidden: true, "aria-label": "Log file", accept: ".jsonl", onchange: () => load() });
+
+  function setPaused(isWanted) {
+    isPaused = isWanted;
     pause.setAttribute("aria-pressed", String(isPaused));
     replace(pause, isPaused ? "Go on" : "Pause");
     if (!isPaused) take(waiting.splice(0));
-  } }, "Pause");
+  }
+
+  // Shows the entries of a saved file; new ones wait until the user goes on.
+  async function load() {
+    try {
+      const loaded = fromLines(await file.files[0].text());
+      setPaused(true);
+      entries = loaded.slice(-KEPT);
+      lost = 0;
+      filter();
+      replace(error, "");
+    } catch (problem) {
+      replace(error, `${file.files[0].name} cannot be loaded: ${problem.message}`);
+    }
+    file.value = "";
+  }
+
   const count = h("span", { class: "count pale" });
   const error = h("div", { class: "error", role: "alert" });
   const space = h("div", { class: "space" });
@@ -36,7 +56,7 @@ export function open(view, argument, context) {
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Entry" });
   view.append(h("div", { class: "column" },
     h("div", { class: "bar" }, LEVELS.map(([level, name]) => h("label", { class: `level-${level}` }, h("input", { type: "checkbox", checked: true, onchange: (event) => { if (event.target.checked) levels.add(level); else levels.delete(level); filter(); } }), name)), node, text, place, h("span", { class: "spring" }), count, pause,
-      h("button", { onclick: () => { entries = []; lost = 0; filter(); } }, "Clear"), h("button", { onclick: () => showLoggers() }, "Logger levels")),
+      h("button", { onclick: () => { entries = []; lost = 0; filter(); } }, "Clear"), h("button", { title: "Save the entries that the filters let pass", onclick: () => download("log.jsonl", asLines(shown), "application/jsonl") }, "Save"), h("button", { title: "Show the entries of a saved file", onclick: () => file.click() }, "Load"), file, h("button", { onclick: () => showLoggers() }, "Logger levels")),
     error, scroll), side);
 
   let [isText, isNode, isPlace] = [text, node, place].map((input) => textFilter(input.value));
@@ -126,6 +146,7 @@ export function open(view, argument, context) {
   context.watch("console", {}, (data) => {
     lost += data.lost;
     if (data.error !== shownProblem) replace(error, shownProblem = data.error);
+    if (data.history && !entries.length) take(data.history);
     if (isPaused) waiting = waiting.concat(data.entries).slice(-KEPT);
     else take(data.entries);
   }, (problem) => replace(error, problem), { always: true });

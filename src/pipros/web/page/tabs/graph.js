@@ -1,18 +1,21 @@
 // The graph of nodes and topics. / searches, Escape ends the selection; see graph/canvas.js for the other keys.
 
-import { bandwidth, h, hertz, replace } from "../dom.js";
+import { bandwidth, h, hertz, panelHead, replace } from "../dom.js";
 import { graphCanvas } from "../graph/canvas.js";
-import { keptOptions, optionControls } from "../graph/options.js";
+import { eventPanel } from "../graph/events.js";
+import { closeNamespaces, keptOptions, optionControls, toggleNamespace } from "../graph/options.js";
 import { nodePanel } from "../graph/node_panel.js";
 import { savePicture } from "../graph/picture.js";
+import { placeOf } from "../place.js";
 import { topicPanel } from "../topic_panel.js";
 
 const NOTHING = "Nothing to show: no node is connected to another one, or everything is hidden.";
+const EVENTS = "events:";
 const FORMATS = ["svg", "png", "dot"];
 
 export function open(view, argument, context) {
   const options = keptOptions();
-  const canvas = graphCanvas("Graph of nodes and topics", (key) => choose(key === selected ? "" : key));
+  const canvas = graphCanvas("Graph of nodes and topics", (key) => onChosen(key));
   const error = h("div", { class: "error", role: "alert" });
   const counts = h("span", { class: "pale" });
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Selection" });
@@ -20,7 +23,9 @@ export function open(view, argument, context) {
   const search = h("input", { type: "search", placeholder: "Search (/)", "aria-label": "Search nodes and topics", oninput: () => mark(), onkeydown: (event) => { if (event.key === "Enter") canvas.centre(mark()[0]); } });
   const empty = h("div", { class: "note", hidden: true, role: "status" }, NOTHING);
   const toolbar = h("div", { class: "bar" }, optionControls(options, () => { canvas.fit(); look(); }), search, hits);
-  const corner = h("div", { class: "corner" }, counts,
+  const closer = h("button", { hidden: true, onclick: () => { closeNamespaces(options); regroup(""); } }, "Close namespaces");
+  const corner = h("div", { class: "corner" }, counts, closer,
+    h("button", { onclick: () => choose(selected === EVENTS ? "" : EVENTS) }, "Events"),
     canvas.zoomButtons(),
     h("span", { class: "buttons", role: "group", "aria-label": "Save the picture" },
       FORMATS.map((format) => h("button", { title: `Save as ${format.toUpperCase()}`, onclick: () => save(format) }, format.toUpperCase()))));
@@ -41,8 +46,10 @@ export function open(view, argument, context) {
 
   function draw({ scene, too_many: tooMany, most, names: all }) {
     names = all;
+    closer.hidden = !options.group_opened;
     canvas.draw(scene);
-    canvas.emphasise(selected);
+    if (selected.startsWith("group:")) go(selected); // its members may have changed
+    else canvas.emphasise(selected);
     label();
     mark();
     empty.hidden = scene.boxes.length > 0;
@@ -53,6 +60,7 @@ export function open(view, argument, context) {
     traffic = data.traffic;
     label();
     replace(error, data.error ? `The master does not answer: ${data.error}` : "");
+    canvas.showAges(data.removed);
     replace(counts, `${data.nodes} nodes, ${data.topics} topics`);
   }
 
@@ -73,6 +81,18 @@ export function open(view, argument, context) {
     return found;
   }
 
+  function onChosen(key) {
+    if (key.startsWith("namespace:")) regroup(key.slice("namespace:".length));
+    else choose(key === selected ? "" : key);
+  }
+
+  // Opens a namespace; with an empty name only draws the graph of the changed options.
+  function regroup(name) {
+    if (name) toggleNamespace(options, name);
+    canvas.fit();
+    look();
+  }
+
   function choose(key) {
     context.remember(key);
     go(key);
@@ -87,8 +107,16 @@ export function open(view, argument, context) {
     side.replaceChildren();
     if (!selected) return;
     const at = selected.indexOf(":");
-    const panel = selected.slice(0, at) === "topic" ? topicPanel : nodePanel;
-    closePanel = panel(side, selected.slice(at + 1), context, () => choose(""));
+    const [kind, name] = [selected.slice(0, at), selected.slice(at + 1)];
+    const close = () => choose("");
+    if (selected === EVENTS) closePanel = eventPanel(side, context, close);
+    else if (kind === "group") showGroup(name, close);
+    else closePanel = (kind === "topic" ? topicPanel : nodePanel)(side, name, context, close);
+  }
+
+  function showGroup(name, close) {
+    const members = canvas.vertexOf(selected)?.members ?? [];
+    side.append(panelHead(name, close), h("ul", { class: "tree" }, members.map((member) => h("li", {}, h("a", { href: placeOf("topics", member) }, member)))));
   }
 
   document.addEventListener("keydown", (event) => {

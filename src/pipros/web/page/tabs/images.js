@@ -1,15 +1,17 @@
 // Images: this module converts pixels; the browser decodes compressed images.
 
+import { depthOf } from "../depth_png.js";
 import { bandwidth, download, h, hertz, replace } from "../dom.js";
 
+const CHOOSE = "Choose a topic";
 const TYPES = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
 
 export function open(view, argument, context) {
   const choice = h("select", { "aria-label": "Topic", onchange: () => { context.remember(choice.value); look(choice.value); } });
   const figures = h("span", {});
   const error = h("div", { class: "error", role: "alert" });
-  const canvas = h("canvas", { width: 2, height: 2, role: "img", "aria-label": "Image" });
-  const hint = h("div", { class: "note" }, "No image received yet.");
+  const canvas = h("canvas", { width: 2, height: 2, hidden: true, role: "img", "aria-label": "Image" });
+  const hint = h("div", { class: "note" });
   view.append(h("div", { class: "column" }, h("div", { class: "bar" }, choice, figures, h("span", { class: "spring" }), h("button", { onclick: () => canvas.toBlob((blob) => download("image.png", blob)) }, "Save PNG")), error, hint, h("div", { class: "scroll picture" }, canvas)));
   let topic = argument;
   let close = () => {};
@@ -17,16 +19,27 @@ export function open(view, argument, context) {
   context.watch("topics", {}, (data) => {
     const names = data.topics.filter((each) => TYPES.includes(each.type)).map((each) => each.name);
     if (topic && !names.includes(topic)) names.unshift(topic);
-    if ([...choice.options].map((option) => option.value).join() !== names.join()) replace(choice, names.map((name) => h("option", { value: name, selected: name === topic }, name)));
-    if (!names.length) replace(hint, "There are no image topics.");
-    if (!topic && names.length) look(names[0]);
+    if (!topic && names.length === 1) look(names[0]);
+    if (!topic) replace(hint, names.length ? `${CHOOSE}: there are ${names.length} image topics.` : "There are no image topics.");
+    if (!topic) names.unshift("");
+    if ([...choice.options].map((option) => option.value).join() === names.join()) return;
+    replace(choice, names.map((name) => h("option", { value: name, selected: name === topic }, name || CHOOSE)));
   });
 
   function look(name) {
     close();
     topic = name;
     replace(error, "");
-    close = context.watch("image", { name }, show, (problem) => replace(error, problem));
+    replace(figures);
+    canvas.hidden = true;
+    hint.hidden = false;
+    replace(hint, name ? "No image received yet." : CHOOSE);
+    close = name ? context.watch("image", { name }, show, fail) : () => {};
+  }
+
+  function fail(problem) {
+    replace(error, problem);
+    hint.hidden = Boolean(problem) || !canvas.hidden;
   }
 
   async function show(data) {
@@ -36,7 +49,12 @@ export function open(view, argument, context) {
     const pixels = all.subarray(end + 1);
     const drawing = canvas.getContext("2d");
     try {
-      if (head.compressed) {
+      if (head.compressed === "depth") {
+        const depth = await depthOf(pixels, head.quantised);
+        Object.assign(canvas, { width: depth.width, height: depth.height });
+        drawing.putImageData(new ImageData(shaded(depth.values), depth.width, depth.height), 0, 0);
+        head.full = [depth.width, depth.height];
+      } else if (head.compressed) {
         const image = await createImageBitmap(new Blob([pixels], { type: `image/${head.compressed}` }));
         Object.assign(canvas, { width: image.width, height: image.height });
         drawing.drawImage(image, 0, 0);
@@ -46,12 +64,13 @@ export function open(view, argument, context) {
         Object.assign(canvas, { width: head.width, height: head.height });
         drawing.putImageData(new ImageData(colours(head, pixels), head.width, head.height), 0, 0);
       }
+      canvas.hidden = false;
       hint.hidden = true;
       replace(error, "");
     } catch (problem) {
-      replace(error, `The image cannot be shown: ${problem.message}`);
+      fail(`The image cannot be shown: ${problem.message}`);
     }
-    replace(figures, `${head.full?.join(" × ")} ${head.encoding}${head.frame ? `, ${head.frame}` : ""} · ${hertz(head.rate)} · ${bandwidth(head.bandwidth)}`);
+    replace(figures, `${head.full?.join(" × ") ?? ""} ${head.encoding ?? head.format}${head.frame ? `, ${head.frame}` : ""} · ${hertz(head.rate)} · ${bandwidth(head.bandwidth)}`);
   }
 
   if (topic) {
@@ -86,7 +105,10 @@ export function colours({ color, depth, big, width, height }, pixels) {
 function stretched(depth, big, count, pixels) {
   const view = new DataView(pixels.buffer, pixels.byteOffset, pixels.byteLength);
   const read = depth === "32F" ? (i) => view.getFloat32(i * 4, !big) : (i) => view.getUint16(i * 2, !big);
-  const values = Float64Array.from({ length: count }, (_, i) => read(i));
+  return scaled(Float64Array.from({ length: count }, (_, i) => read(i)));
+}
+
+function scaled(values) {
   let low = Infinity;
   let high = -Infinity;
   for (const value of values) {
@@ -95,6 +117,14 @@ function stretched(depth, big, count, pixels) {
     high = Math.max(high, value);
   }
   return values.map((value) => (Number.isFinite(value) && high > low ? ((value - low) * 255) / (high - low) : 0));
+}
+
+// Converts depths to RGBA, from black (minimum) to white (maximum).
+function shaded(depths) {
+  const shades = scaled(depths);
+  const out = new Uint8ClampedArray(depths.length * 4).fill(255);
+  shades.forEach((shade, i) => out.fill(shade, i * 4, i * 4 + 3));
+  return out;
 }
 
 // `pattern` has the colours of the upper left four pixels.

@@ -43,7 +43,7 @@ export function open(view, argument, context) {
     replace(side, panelHead(name, () => choose("")));
     try {
       const service = await context.act("service", { name });
-      if (selected === name) side.append(...form(name, service));
+      if (selected === name) side.append(...form(name, service).filter(Boolean));
     } catch (problem) {
       side.append(h("p", { class: "error" }, problem.message));
     }
@@ -56,6 +56,7 @@ export function open(view, argument, context) {
     const call = h("button", { disabled: !context.control, onclick: () => send(name, request.value, answer) }, "Call");
     return [
       h("dl", {}, h("dt", {}, "Type"), h("dd", {}, service.type), h("dt", {}, "Arguments"), h("dd", {}, service.arguments || "none")),
+      service.definition ? h("details", { class: "definition" }, h("summary", {}, "Definition"), h("pre", { class: "mono whole" }, service.definition)) : null,
       h("h3", {}, "Request"), request, h("p", {}, call, context.control ? "" : " Start with --control to call services."), answer,
     ];
   }

@@ -1,6 +1,7 @@
 // Tree of coordinate frames, as a drawing and a table.
 
 import { h, hertz, milliseconds, replace } from "../dom.js";
+import { framePair } from "../frame_pair.js";
 import { graphCanvas } from "../graph/canvas.js";
 import { dataTable } from "../table.js";
 
@@ -19,7 +20,8 @@ export function open(view, argument, context) {
   const table = dataTable(COLUMNS, { label: "Frames", keyOf: (frame) => frame.frame, onChoose: (name) => choose(name === selected ? "" : name), sortBy: "Frame" });
   const error = h("div", { class: "error", role: "alert" });
   const hint = h("div", { class: "note" }, "No transform received yet on /tf or /tf_static.");
-  view.append(h("div", { class: "column graph" }, error, hint,
+  const pair = framePair(context, (chosen) => choose(chosen));
+  view.append(h("div", { class: "column graph" }, pair.bar, error, hint, pair.element,
     h("div", { class: "stage" }, canvas.element, h("div", { class: "corner" }, canvas.zoomButtons())),
     h("div", { class: "scroll half" }, table.element)));
 
@@ -30,6 +32,7 @@ export function open(view, argument, context) {
 
   function go(name) {
     selected = name;
+    pair.go(name);
     canvas.emphasise(name ? `frame:${name}` : null);
     table.mark(name);
   }
@@ -39,13 +42,17 @@ export function open(view, argument, context) {
     replace(error, data.error);
     if (data.scene) canvas.draw(data.scene);
     table.show(data.frames);
-    go(selected);
+    pair.offer(data.frames);
+    canvas.emphasise(selected ? `frame:${selected}` : null);
+    table.mark(selected);
   }, (problem) => replace(error, problem));
   view.addEventListener("keydown", (event) => {
+    if (event.target.matches("input")) return;
     if (event.key === "Escape" && selected) choose("");
     else if (!canvas.onKey(event)) return;
     event.preventDefault();
   });
+  if (selected) go(selected);
   return { go };
 }
 

@@ -1,21 +1,41 @@
 // All topics, and the newest message of the selected one.
 
-import { h, hertz, replace } from "../dom.js";
+import { bandwidth, h, hertz, replace } from "../dom.js";
+import { namespaceRows } from "../namespace_rows.js";
 import { dataTable } from "../table.js";
 import { topicPanel } from "../topic_panel.js";
 
 const MOST_ROWS = 500;
-const UNMEASURED = "Publishers report the rates of their connections: without a subscriber there is none";
+const MOST_MEASURED = 50; // as the server allows
+const UNMEASURED = "Publishers report the rates of their connections: without a subscriber there is none. Measure subscribes to the topic.";
+const DEEPEST = 5; // deeper rows are not indented further
+const nodes = (names) => (names ?? []).join(", ");
 const COLUMNS = [
-  { title: "Topic", kind: "name", text: (topic) => topic.name, order: (topic) => topic.name },
-  { title: "Type", kind: "name mono", text: (topic) => topic.type, order: (topic) => topic.type },
-  { title: "Publishers", kind: "name", text: (topic) => topic.publishers.join(", "), order: (topic) => topic.publishers.length },
-  { title: "Subscribers", kind: "name", text: (topic) => topic.subscribers.join(", "), order: (topic) => topic.subscribers.length },
-  { title: "Rate", kind: "number", text: rateText, order: (topic) => topic.rate },
+  { title: "Topic", kind: "name", text: nameText, order: (topic) => topic.name },
+  { title: "Type", kind: "name mono", text: (topic) => topic.type ?? "", order: (topic) => topic.type },
+  { title: "Publishers", kind: "name", text: (topic) => nodes(topic.publishers), order: (topic) => topic.publishers.length },
+  { title: "Subscribers", kind: "name", text: (topic) => nodes(topic.subscribers), order: (topic) => topic.subscribers.length },
+  { title: "Rate", kind: "number", text: rateText, order: (topic) => topic.measured?.rate ?? topic.rate },
+  { title: "Bandwidth", kind: "number", text: (topic) => (topic.measured ? bandwidth(topic.measured.bandwidth) : ""), order: (topic) => topic.measured?.bandwidth },
+  { title: "Measure", kind: "number", text: measureButton },
 ];
 
+function nameText(topic) {
+  if (topic.depth === undefined) return topic.name;
+  const text = topic.count ? `${topic.isOpen ? "▾" : "▸"} ${topic.name} (${topic.count})` : topic.name;
+  return h("span", { class: `depth-${Math.min(topic.depth, DEEPEST)}`, "aria-expanded": topic.count ? String(topic.isOpen) : null }, text);
+}
+
 function rateText(topic) {
-  return h("span", { title: typeof topic.rate === "number" ? null : UNMEASURED }, hertz(topic.rate));
+  if (topic.count) return "";
+  const rate = topic.measured ? topic.measured.rate : topic.rate;
+  return h("span", { title: typeof rate === "number" ? null : UNMEASURED }, hertz(rate));
+}
+
+function measureButton(topic) {
+  if (topic.count) return "";
+  return h("button", { class: "plain measure", "data-topic": topic.name,
+    "aria-label": `Measure ${topic.name}`, "aria-pressed": String(Boolean(topic.isChosen)) }, topic.isChosen ? "stop" : "measure");
 }
 
 export function open(view, argument, context) {
@@ -23,16 +43,65 @@ export function open(view, argument, context) {
   const error = h("div", { class: "error", role: "alert" });
   const none = h("div", { class: "note", hidden: true }, "There are no topics.");
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Topic", onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
-  const table = dataTable(COLUMNS, { label: "Topics", keyOf: (topic) => topic.name, onChoose: (name) => choose(name === selected ? "" : name), most: MOST_ROWS, sortBy: "Topic" });
+  const table = dataTable(COLUMNS, { label: "Topics", keyOf: (topic) => topic.name, onChoose, onSort: () => draw(), most: MOST_ROWS, sortBy: "Topic" });
   table.element.classList.add("fixed", "topics");
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("span", { class: "spring" }), table.csvButton("topics")), error, none, h("div", { class: "scroll" }, table.element)), side);
+  table.element.addEventListener("click", (event) => {
+    const button = event.target.closest("button.measure");
+    if (!button) return;
+    event.stopPropagation();
+    toggle(button.dataset.topic);
+  }, { capture: true });
+  table.element.addEventListener("keydown", (event) => {
+    if (event.target.closest("button.measure")) event.stopPropagation(); // Enter means the button, not the row
+  }, { capture: true });
+  const inTree = h("input", { type: "checkbox", onchange: () => draw() });
+  const all = h("button", { title: `Subscribe to the first ${MOST_MEASURED} topics of the list`, onclick: () => measure(chosen.size ? [] : shown().map((topic) => topic.name)) }, "Measure all");
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("label", {}, inTree, "Tree"), all, h("span", { class: "spring" }), table.csvButton("topics")), error, none, h("div", { class: "scroll" }, table.element)), side);
   let topics = [];
   let selected = "";
+  let chosen = new Set(); // names of the measured topics
+  let figures = {}; // name to what was measured
+  let stopMeasuring = () => {};
+  const closed = new Set(); // namespaces
   let closePanel = () => {};
 
-  function draw() {
+  function shown() {
     const wanted = filter.value.trim().toLowerCase();
-    table.show(topics.filter((topic) => !wanted || `${topic.name} ${topic.type}`.toLowerCase().includes(wanted)));
+    return topics.filter((topic) => !wanted || `${topic.name} ${topic.type}`.toLowerCase().includes(wanted));
+  }
+
+  function draw() {
+    const rows = shown().map((topic) => ({ ...topic, isChosen: chosen.has(topic.name), measured: figures[topic.name] }));
+    if (inTree.checked) table.show(namespaceRows(rows, (name) => closed.has(name)), { isOrdered: true });
+    else table.show(rows);
+    replace(all, chosen.size ? `Stop measuring ${chosen.size}` : "Measure all");
+  }
+
+  function toggle(name) {
+    if (!chosen.has(name)) measure([...chosen, name]);
+    else measure([...chosen].filter((each) => each !== name));
+  }
+
+  function measure(names) {
+    if (names.length > MOST_MEASURED) replace(error, `At most ${MOST_MEASURED} topics are measured at a time.`);
+    chosen = new Set(names.slice(0, MOST_MEASURED));
+    const stopLast = stopMeasuring;
+    stopMeasuring = () => {};
+    figures = Object.fromEntries(Object.entries(figures).filter(([name]) => chosen.has(name)));
+    if (chosen.size) {
+      stopMeasuring = context.watch("measured", { names: [...chosen] }, (data) => {
+        figures = data.topics;
+        draw();
+      }, (text) => replace(error, text));
+    }
+    stopLast();
+    draw();
+  }
+
+  function onChoose(name) {
+    if (!name.endsWith("/")) { choose(name === selected ? "" : name); return; }
+    if (!closed.delete(name)) closed.add(name);
+    draw();
   }
 
   function choose(name) {

@@ -1,0 +1,55 @@
+"""Clients of the APIs of nodes that keep their connections between calls."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections.abc import Collection, Iterator
+
+from pipros.basics.limits import process_limits
+from pipros.net.rpc_client import RpcClient
+
+MOST_KEPT = 256
+"""Maximum number of nodes with kept connections. Calls to further nodes connect anew."""
+
+
+class NodeClients:
+    """One client per node. Thread-safe."""
+
+    def __init__(self, timeout_s: float) -> None:
+        """Create no client yet.
+
+        Args:
+            timeout_s: time limit of one call.
+        """
+        self._timeout_s = timeout_s
+        self._clients: dict[str, RpcClient] = {}
+        self._lock = threading.Lock()
+
+    @contextlib.contextmanager
+    def client(self, uri: str) -> Iterator[RpcClient]:
+        """Provide the client of the node at a URI.
+
+        Raises:
+            ValueError: the URI is malformed.
+        """
+        with self._lock:
+            client = self._clients.get(uri)
+            if client is None and len(self._clients) < MOST_KEPT:
+                client = self._clients[uri] = self._new(uri)
+        if client is not None:
+            yield client
+            return
+        with self._new(uri) as client:
+            yield client
+
+    def keep_only(self, uris: Collection[str]) -> None:
+        """Close the connections to all other nodes."""
+        with self._lock:
+            gone = [self._clients.pop(uri) for uri in [*self._clients] if uri not in uris]
+        for client in gone:
+            client.close()
+
+    def _new(self, uri: str) -> RpcClient:
+        limit_bytes = process_limits().bus_answer_bytes
+        return RpcClient(uri, timeout_s=self._timeout_s, answer_limit_bytes=limit_bytes)

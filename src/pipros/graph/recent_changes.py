@@ -1,0 +1,170 @@
+"""Nodes and topics that were added or removed lately, from successive observations.
+
+The master forgets a node at once, so that those who looked away would never learn of it.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Collection, Iterable, Mapping, Set
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from pipros.graph.observer import Observation, Traffic
+from pipros.graph.system_state import Registrations, SystemState, TopicConnection
+
+Kind = Literal["node", "topic"]
+Part = tuple[Kind, str]
+"""A node or topic: its kind and its name."""
+
+SHOWN_S = 120.0
+"""How long removed nodes and topics stay in `with_removed`."""
+EVENTS_S = 600.0
+"""How long changes are kept."""
+DYING_S = 20.0
+"""How long before its removal a node's connections still count: the master learns of its end later."""
+MOST_EVENTS = 500
+MOST_REMOVED = 1000
+"""Maximum number of removed nodes and topics that are kept; older ones are forgotten first."""
+LONGEST_GAP_S = 10.0
+"""After a longer time without observations, the next one only becomes the new basis."""
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """A node or topic was added or removed at a wall time (s)."""
+
+    when_s: float
+    is_added: bool
+    part: Part
+
+
+@dataclass(frozen=True, slots=True)
+class _Removal:
+    """Parts that vanished at once, with all registrations and connections that mention one of them."""
+
+    when_s: float
+    parts: frozenset[Part]
+    publishers: tuple[tuple[str, str], ...]
+    subscribers: tuple[tuple[str, str], ...]
+    connections: tuple[TopicConnection, ...]
+
+
+class RecentChanges:
+    """Compares observations. For use in one thread."""
+
+    def __init__(self) -> None:
+        """Create it without changes; the first observation is the basis."""
+        self._last: Observation | None = None
+        self._last_s = 0.0
+        self._parts: frozenset[Part] = frozenset()
+        self._connected_s: dict[TopicConnection, float] = {}
+        self._events: deque[Event] = deque(maxlen=MOST_EVENTS)
+        self._removals: list[_Removal] = []
+
+    def add(self, observation: Observation, now_s: float) -> None:
+        """Compare an observation, made at the wall time `now_s`, with the one before."""
+        if observation.error:
+            return
+        parts = _parts_of(observation.state)
+        last, gap_s = self._last, now_s - self._last_s
+        self._last, self._last_s = observation, now_s
+        before, self._parts = self._parts, parts
+        self._connected_s = {
+            **{
+                connection: seen_s
+                for connection, seen_s in self._connected_s.items()
+                if now_s - seen_s < DYING_S
+            },
+            **dict.fromkeys(observation.connections, now_s),
+        }
+        if last is None or gap_s > LONGEST_GAP_S:
+            self._removals.clear()
+            return
+        for is_added, changed in ((True, parts - before), (False, before - parts)):
+            self._events.extend(Event(now_s, is_added, part) for part in sorted(changed))
+        if removed := before - parts:
+            self._removals.append(_removal(last.state, self._connected_s, removed, now_s))
+        self._forget(now_s)
+
+    def events(self, now_s: float) -> list[Event]:
+        """Return the changes of the last ten minutes, newest first."""
+        return [event for event in reversed(self._events) if now_s - event.when_s < EVENTS_S]
+
+    def removed(self) -> Mapping[Part, float]:
+        """Return the parts that are gone, with the wall times of their removal."""
+        gone = {part: removal.when_s for removal in self._removals for part in removal.parts}
+        return {part: when_s for part, when_s in gone.items() if part not in self._parts}
+
+    def with_removed(self, observation: Observation) -> Observation:
+        """Return an observation with the removed nodes and topics, as they were connected at their end."""
+        gone = self.removed()
+        if not gone:
+            return observation
+        known = {*self._parts, *gone}
+        state = observation.state
+        publishers: dict[str, list[str]] = {}
+        subscribers: dict[str, list[str]] = {}
+        connections: dict[TopicConnection, Traffic | None] = {}
+        for removal in self._removals:
+            for kept, found in ((publishers, removal.publishers), (subscribers, removal.subscribers)):
+                for topic, node in found:
+                    if {("topic", topic), ("node", node)} <= known and _any_gone(gone, topic, node):
+                        kept.setdefault(topic, []).append(node)
+            connections |= {
+                connection: None
+                for connection in removal.connections
+                if _any_gone(gone, connection.topic, connection.publisher, connection.subscriber)
+            }
+        return replace(
+            observation,
+            state=SystemState(
+                _joined(state.publishers, publishers), _joined(state.subscribers, subscribers), state.services
+            ),
+            connections={**connections, **observation.connections},
+        )
+
+    def _forget(self, now_s: float) -> None:
+        self._removals = [removal for removal in self._removals if now_s - removal.when_s < SHOWN_S]
+        while sum(len(removal.parts) for removal in self._removals) > MOST_REMOVED:
+            del self._removals[0]
+
+
+def _parts_of(state: SystemState) -> frozenset[Part]:
+    nodes: set[Part] = {("node", name) for name in state.nodes()}
+    topics: set[Part] = {("topic", name) for name in state.topics()}
+    return frozenset(nodes | topics)
+
+
+def _removal(
+    last: SystemState, connected: Iterable[TopicConnection], parts: Set[Part], now_s: float
+) -> _Removal:
+    def mentioned(kind: Registrations) -> tuple[tuple[str, str], ...]:
+        return tuple(
+            (topic, node) for topic, nodes in kind.items() for node in nodes if _any_gone(parts, topic, node)
+        )
+
+    connections = tuple(
+        connection
+        for connection in connected
+        if _any_gone(parts, connection.topic, connection.publisher, connection.subscriber)
+    )
+    return _Removal(
+        now_s,
+        frozenset(parts),
+        mentioned(last.publishers),
+        mentioned(last.subscribers),
+        connections,
+    )
+
+
+def _any_gone(gone: Collection[Part], topic: str, *nodes: str) -> bool:
+    return ("topic", topic) in gone or any(("node", node) in gone for node in nodes)
+
+
+def _joined(present: Registrations, removed: Registrations) -> Registrations:
+    joined = {topic: list(nodes) for topic, nodes in present.items()}
+    for topic, nodes in removed.items():
+        known = joined.setdefault(topic, [])
+        known += [node for node in dict.fromkeys(nodes) if node not in known]
+    return joined

@@ -1,0 +1,18 @@
+// Nodes and topics that were added or removed in the last ten minutes.
+
+import { h, morph, panelHead } from "../dom.js";
+import { placeOf } from "../place.js";
+
+const clock = new Intl.DateTimeFormat("en-GB", { hour: "2-digit", minute: "2-digit", second: "2-digit" });
+
+// Fills `side`; returns a function that stops the updates.
+export function eventPanel(side, context, onClose) {
+  const body = h("div", {}, h("div", {}));
+  side.append(panelHead("Events", onClose), h("p", { class: "key" }, "Nodes and topics of the last ten minutes"), body);
+  return context.watch("events", {}, ({ events }) => morph(body.firstChild, h("div", {}, contents(events))));
+}
+
+const contents = (events) => (events.length ? h("ul", { class: "tree events" }, events.map(entry)) : h("p", {}, "Nothing was added or removed."));
+
+const entry = ({ when, added, kind, name }) => h("li", {}, h("span", { class: "key" }, `${clock.format(when * 1000)} `),
+  h("span", { class: added ? "added" : "removed" }, `${added ? "+" : "−"} ${kind} `), h("a", { href: placeOf("graph", `${kind}:${name}`) }, name));

@@ -1,0 +1,61 @@
+"""Resource usage of processes of this machine, from Linux's `/proc`.
+
+psutil, which does this on other systems too, is a compiled package that few users of the page have.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+PROC = Path("/proc")
+# Positions in /proc/PID/stat after the name, which ends with the last parenthesis; see proc(5).
+_USER_TICKS, _SYSTEM_TICKS, _THREADS, _START_TICKS, _PAGES = 11, 12, 17, 19, 21
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessUsage:
+    """Usage of a process at one moment.
+
+    Attributes:
+        processor_s: processor time since its start.
+        memory_bytes: resident memory.
+        threads: number of threads.
+        files: number of open descriptors; None for a process of another user.
+        start: time of its start, in ticks since the system's. A later process with the same id has another.
+    """
+
+    processor_s: float
+    memory_bytes: int
+    threads: int
+    files: int | None
+    start: int
+
+
+def has_proc() -> bool:
+    """Return True if this system has `/proc` of Linux."""
+    return (PROC / "self" / "stat").exists()
+
+
+def usage_of(pid: int) -> ProcessUsage | None:
+    """Return the usage of a process; None if it does not exist, or ended and was not reaped."""
+    try:
+        text = (PROC / str(pid) / "stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return None
+    state, *values = text.rpartition(")")[2].split()
+    if state in "ZX":
+        return None
+    numbers = [0, *map(int, values)]
+    files = None
+    with contextlib.suppress(OSError):
+        files = len(os.listdir(PROC / str(pid) / "fd"))
+    return ProcessUsage(
+        (numbers[_USER_TICKS] + numbers[_SYSTEM_TICKS]) / os.sysconf("SC_CLK_TCK"),
+        numbers[_PAGES] * os.sysconf("SC_PAGE_SIZE"),
+        numbers[_THREADS],
+        files,
+        numbers[_START_TICKS],
+    )
