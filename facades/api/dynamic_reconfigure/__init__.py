@@ -1,4 +1,4 @@
-"""Drop-in replacement for Noetic's dynamic_reconfigure: parameters that change while a node runs."""
+"""Drop-in replacement for Noetic's dynamic_reconfigure: parameters that can be changed while a node runs."""
 
 from typing import Any as _Any
 

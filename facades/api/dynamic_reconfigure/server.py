@@ -1,4 +1,4 @@
-"""`Server`: lets other nodes change the parameters of a node."""
+"""`Server`, with which other nodes can change the parameters of this node."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`roslib.launcher`, which made packages importable before catkin; in pipros they always are."""
+"""`roslib.launcher`, which made packages importable before catkin. In pipros, they always are."""
 
 from __future__ import annotations
 

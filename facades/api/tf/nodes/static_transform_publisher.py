@@ -42,7 +42,7 @@ def main() -> int:
         return 1
     broadcaster = TransformBroadcaster()
     while not rospy.is_shutdown():
-        transform.header.stamp = rospy.Time.now() + period  # valid until the next one
+        transform.header.stamp = rospy.Time.now() + period  # valid until the next transform
         broadcaster.sendTransform(transform)
         try:
             rospy.sleep(period)
