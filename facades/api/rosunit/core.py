@@ -77,7 +77,6 @@ def rostest_name_from_path(pkg_dir: str, test_file: str) -> str:
     """Return a launch file's name for result files.
 
     The name is the path relative to the package, or the full path if the file is outside the package.
-
     """
     path = Path(os.path.abspath(test_file))
     if not path.is_relative_to(pkg_dir):

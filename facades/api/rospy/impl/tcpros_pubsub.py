@@ -65,7 +65,6 @@ def check_if_still_publisher(resolved_topic_name: str, pub_uri: str) -> bool:
     """Return whether the master lists the node at `pub_uri` as a publisher.
 
     Return False if the master does not respond.
-
     """
     try:
         state = SystemState.from_state(session.master.get_system_state())
