@@ -59,7 +59,7 @@ class CompiledTypes:
         self._compiler = tuple(_file_stamp(os.path.join(folder_of_msg, name)) for name in _COMPILER)
 
     def get(self, kind: str, type_name: str) -> tuple[CodeType, Mapping[str, str]] | None:
-        """Return a type's code and its names for embedded types, as passed to `put`, or None if not cached."""
+        """Return a type's code and its names for embedded types, as passed to `put`, or else None."""
         try:
             data = self._folder.read(self._entry(kind, type_name))
         except OSError:  # the path is relative, and the working folder no longer exists
