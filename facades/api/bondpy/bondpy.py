@@ -20,7 +20,7 @@ _star_names(__name__, "time")
 Constants: Any = load_message_class("bond/Constants")
 Status: Any = load_message_class("bond/Status")
 
-Seconds = Any  # a rospy.Duration, or a number of seconds
+Seconds = Any  # accepts a rospy.Duration or a number of seconds
 
 
 def as_ros_duration(d: Seconds) -> rospy.Duration:

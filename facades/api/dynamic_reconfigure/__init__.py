@@ -8,7 +8,7 @@ _star_names(__name__, "roslib")
 
 
 class DynamicReconfigureException(Exception):
-    """Base class of the errors of dynamic_reconfigure."""
+    """Base class of dynamic_reconfigure's exceptions."""
 
 
 class DynamicReconfigureParameterException(DynamicReconfigureException):

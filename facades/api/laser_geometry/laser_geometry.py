@@ -26,11 +26,11 @@ class LaserProjection:
         """Flags for the channels that a point has besides x, y and z."""
 
         NONE = 0x00
-        INTENSITY = 0x01  # intensity: the scan's intensity, if the scan has intensities
-        INDEX = 0x02  # index: index of the ray in the scan, int32
-        DISTANCE = 0x04  # distances: the range in metres
-        TIMESTAMP = 0x08  # stamps: seconds since the scan's timestamp
-        VIEWPOINT = 0x10  # vp_x, vp_y, vp_z: position of the scanner, zeros
+        INTENSITY = 0x01  # intensity is set if the scan has intensities
+        INDEX = 0x02  # index is the index of the ray in the scan, int32
+        DISTANCE = 0x04  # distances are the ranges in metres
+        TIMESTAMP = 0x08  # stamps are seconds since the scan's timestamp
+        VIEWPOINT = 0x10  # vp_x, vp_y and vp_z are the position of the scanner: zeros
         DEFAULT = INTENSITY | INDEX
 
     def __init__(self) -> None:

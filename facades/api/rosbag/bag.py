@@ -299,7 +299,7 @@ class Bag(IndexAccess):
             return iter(bag.reindex())
 
     def close(self) -> None:
-        """Write the index, and close the file. Idempotent."""
+        """Write the index and close the file. May be called repeatedly."""
         if self._bag is None:
             return
         file, bag = self._file, self._bag

@@ -12,7 +12,7 @@ class ROSSerializationException(ROSException):
 
 
 class ROSInternalException(Exception):
-    """An internal error of the client library."""
+    """An internal error in the client library."""
 
 
 class ROSInitException(ROSException):

@@ -101,7 +101,7 @@ class LoggingOnce:
         return is_new
 
 
-# Separate tables: calls of different kinds on the same line do not affect each other.
+# The tables are separate, so that calls of different kinds on the same line do not affect each other.
 _logging_once, _logging_throttle, _logging_identical, _logging_identical_throttle = (
     LoggingOnce(),
     LoggingThrottle(),

@@ -92,7 +92,7 @@ def deserialize_messages(
         b: messages in the format of `serialize_message`, up to the buffer's position.
         queue_size: number of most recent messages to keep.
         max_msgs: the maximum number of messages to read.
-        start: the offset at which to begin.
+        start: the offset at which to start.
 
     Raises:
         genpy.DeserializationError: the bytes are not a message of class `data_class`.

@@ -22,7 +22,7 @@ NAME = "rosconsole"
 
 
 def error(status: int, msg: str) -> NoReturn:
-    """Print an error of the command and end the process with `status`."""
+    """Print the command's error message and end the process with `status`."""
     print(f"{NAME}: error: {msg}", file=sys.stderr)
     sys.exit(status)
 

@@ -49,13 +49,13 @@ class Session:
         self.logger = ros_logger("rosout")
         self.has_time = False
         self.init_arguments: tuple[Any, ...] | None = None
-        self.publishers: WeakSet[Closable] = WeakSet()  # every rospy.Publisher
+        self.publishers: WeakSet[Closable] = WeakSet()  # contains every rospy.Publisher
         self.before = BeforeInit()
         self.logs = NodeLogs(self.logger)
         self.globals = NoeticGlobals(self)
         self.lock = threading.RLock()
         self.signals = SignalHandlers(self.end)
-        self.process_id = 0  # the process that called init_node
+        self.process_id = 0  # identifies the process that called init_node
         self.end_reason = ""
         self._reset_node_state()
 
@@ -63,8 +63,8 @@ class Session:
         self.node: Node | None = None
         self.calls = OpenCalls()
         self.hooks = ShutdownHooks(self.logger)
-        self.services: dict[str, Any] = {}  # every rospy.Service, by name
-        self._is_over = False  # whether shut down without a node, or set to True by a package
+        self.services: dict[str, Any] = {}  # contains every rospy.Service, by name
+        self._is_over = False  # true if shut down without a node, or if a package set it
         self.before.reset()
         self.globals.reset()
 

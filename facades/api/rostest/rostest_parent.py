@@ -51,7 +51,7 @@ class ROSTestLaunchParent(ROSLaunchParent):
     def _load_config(self) -> None:
         """Do nothing: the constructor received the configuration."""
 
-    def setUp(self) -> None:  # unittest's name
+    def setUp(self) -> None:  # unittest requires this name
         """Start the master, or find the existing one.
 
         Raises:

@@ -66,7 +66,7 @@ class _Made:
 _made = _Made()
 
 
-def createUnitTest(  # Noetic's name
+def createUnitTest(  # this is Noetic's name
     pkg: str,
     test_file: str,
     reuse_master: bool = False,

@@ -90,7 +90,7 @@ class BareTestCase(unittest.TestCase):
         self.results = junitxml.Result(self.test_name)
         self._arguments = list(args)
 
-    def runTest(self) -> None:  # unittest's name
+    def runTest(self) -> None:  # unittest requires this name
         """Run the program. Repeat this while it fails and retries are left."""
         if self.package is None:
             self.fail("unable to determine package of executable")

@@ -123,7 +123,7 @@ class BufferCore:
         return self._buffer.as_yaml()
 
     def all_frames_as_string(self, *_: Any) -> str:
-        """Return a text with one line per frame that names its parent."""
+        """Return a string with one line per frame that names its parent."""
         return self._buffer.as_string()
 
     def _allFramesAsDot(self, current_time: Any = None) -> str:

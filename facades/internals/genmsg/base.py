@@ -39,7 +39,7 @@ def log(*args: object) -> None:
 
 
 def plog(msg: object, obj: object) -> None:
-    """Print a text and an object if enabled by `log_verbose`."""
+    """Print `msg` and an object if enabled by `log_verbose`."""
     if _is_verbose[0]:
         from pprint import pformat
 

@@ -19,7 +19,7 @@ from rosgraph.rosenv import get_master_uri
 _star_names(__name__, "xmlrpc.client:ServerProxy")
 
 
-class MasterException(Exception):  # Noetic's name
+class MasterException(Exception):  # this is Noetic's name
     """Base class of the errors that the master returns."""
 
 

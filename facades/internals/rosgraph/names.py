@@ -75,7 +75,7 @@ def namespace(name: str | None) -> str:
         ValueError: `name` is None.
         TypeError: `name` is not a string.
     """
-    if not isinstance(name, str):  # Noetic's exceptions
+    if not isinstance(name, str):  # Noetic raises the same exceptions
         raise ValueError("name") if name is None else TypeError("name")
     return _names.namespace(name)
 

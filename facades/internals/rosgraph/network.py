@@ -54,7 +54,7 @@ python3 = 1
 logger = logging.getLogger("rosgraph.network")
 
 
-class ROSHandshakeException(Exception):  # Noetic's name
+class ROSHandshakeException(Exception):  # this is Noetic's name
     """A connection header is invalid or was not received."""
 
 

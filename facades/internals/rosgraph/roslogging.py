@@ -20,7 +20,7 @@ _star_names(__name__, "datetime inspect rospkg time yaml")
 ROS_LOG_DIR = "ROS_LOG_DIR"
 
 
-class LoggingException(Exception):  # Noetic's name
+class LoggingException(Exception):  # this is Noetic's name
     """Logging could not be configured."""
 
 

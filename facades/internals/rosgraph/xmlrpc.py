@@ -29,10 +29,10 @@ class XmlRpcHandler:
     """Base class of the handlers of `XmlRpcNode`. Peers can call every public method of a subclass."""
 
     def _ready(self, uri: str) -> None:
-        """Called with the URI once the server accepts requests."""
+        """Handle the start. Called with the URI once the server accepts requests."""
 
     def _shutdown(self, reason: str) -> None:
-        """Called when the server shuts down."""
+        """Handle the shutdown. Called when the server shuts down."""
 
 
 class XmlRpcNode:

@@ -28,7 +28,7 @@ _rospack: RosPack | None = None
 
 
 def convert_value(value: str, type_: str) -> Any:
-    """Convert a text to a parameter value. `type_` is auto, str, int, double, bool or yaml.
+    """Convert text to a parameter value. `type_` is auto, str, int, double, bool or yaml.
 
     Raises:
         ValueError: the type is unknown, or the text is not valid for the type.

@@ -128,7 +128,7 @@ def rosnode_ping(
     verbose: bool = False,
     skip_cache: bool = False,  # noqa: ARG001
 ) -> bool:
-    """Ping a node `max_count` times, or without limit if None. Return False if it does not respond."""
+    """Ping a node `max_count` times, or forever if None. Return False if the node does not respond."""
     with _graph() as graph:
         return _pinging.ping(graph.master, node_name, count=max_count, say=print if verbose else None)
 

@@ -151,7 +151,7 @@ def call_service(
 
     Blocks until the service responds.
     """
-    del service_class  # determined by the server
+    del service_class  # the server determines the class
     with _graph() as graph:
         caller = ServiceCaller(graph.master, graph.resolve(service_name))
         request = caller.request(service_args)

@@ -46,7 +46,7 @@ def _translated(name: str) -> Iterator[None]:
     except BagError:
         raise
     except OSError as error:
-        if error.errno != errno.EINVAL:  # raised by a seek to a negative position
+        if error.errno != errno.EINVAL:  # a seek to a negative position raises this
             raise
         raise BagFormatError(f"{name} is damaged or truncated") from error
     except Exception as error:
@@ -280,7 +280,7 @@ class McapWriter:
         self._file.flush()
 
     def finish(self) -> None:
-        """Write the summary. Idempotent."""
+        """Write the summary. May be called repeatedly."""
         if not self._is_finished:
             self._is_finished = True
             self._writer.finish()

@@ -34,7 +34,7 @@ _MIN_SLICE_NS = 500_000
 
 @dataclass(frozen=True, slots=True)
 class PlayOptions:
-    """Options with the names and meanings of those of `rosbag play`.
+    """Options for playback. Their names and meanings are the same as for `rosbag play`.
 
     Attributes:
         duration_s, skip_empty_s: durations in seconds; None for no limit.

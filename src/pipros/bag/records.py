@@ -36,7 +36,7 @@ Fields = dict[str, bytes]
 class Op(IntEnum):
     """Kind of a record, which is stored in the field `op`."""
 
-    MESSAGE_DEFINITION = 1  # format 1.2 only
+    MESSAGE_DEFINITION = 1  # occurs only in format 1.2
     MESSAGE = 2
     FILE_HEADER = 3
     INDEX = 4

@@ -168,7 +168,7 @@ def expand(
 def expand_text(
     text: str, variables: Mapping[str, str], environment: Mapping[str, str], limit_characters: int
 ) -> str:
-    """Return a text with its variables replaced.
+    """Return `text` with its variables replaced.
 
     Nested references (`${A_${B}}`) are replaced from the inside out.
 

@@ -45,7 +45,7 @@ def message_classes_from_text(
             namespace: dict[str, Any] = {alias: make(inner) for inner, alias in embedded.items()}
             namespace["__name__"] = __name__
             made = run(source, namespace, f"<message {name}>")[specs[name].name]
-            made.__name__ = made.__qualname__ = f"_{name.replace('/', '__')}"  # the same name as in genpy
+            made.__name__ = made.__qualname__ = f"_{name.replace('/', '__')}"  # genpy uses the same name
             _classes().add(made)
             classes[name] = made
         return classes[name]

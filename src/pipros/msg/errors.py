@@ -8,7 +8,7 @@ from pipros.basics.errors import PiprosError
 class MessageException(PiprosError):
     """A message cannot be created, filled, written or read."""
 
-    __module__ = "genpy.message"  # as in genuine ROS; this also applies to the classes below
+    __module__ = "genpy.message"  # genuine ROS uses this name; the same applies to the classes below
 
 
 class SerializationError(MessageException):

@@ -19,7 +19,10 @@ _VERSION = re.compile(r"<version>\s*([^\s<]+)\s*</version>")
 
 
 class ShippedDistribution(Distribution):
-    """A ROS package with Python modules. The name and version are taken from its manifest."""
+    """A ROS package with Python modules, as a distribution.
+
+    The name and version are taken from its manifest.
+    """
 
     def __init__(self, name: str) -> None:
         """Represent the package `name` in `SHARE`. The manifest is read later."""

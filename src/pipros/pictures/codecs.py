@@ -42,7 +42,7 @@ def codec() -> Codec:
     """Return the OpenCV codec, or the Pillow codec if OpenCV is not installed.
 
     Raises:
-        ImportError: neither OpenCV nor Pillow is installed. The message says how to install them.
+        ImportError: neither OpenCV nor Pillow is installed. The message explains how to install them.
     """
     try:
         import cv2

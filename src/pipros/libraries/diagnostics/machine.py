@@ -68,7 +68,7 @@ def cpu_report(loads: Sequence[float], warning: float) -> Report:
 
 
 def ram_report(used: float, warning: float) -> Report:
-    """Return the report on the used memory in percent."""
+    """Return the report on memory usage in percent."""
     values = [("RAM Load Average", f"{used:.2f}")]
     if used > warning:
         return Report(WARN, f"RAM Average exceeds {warning:g} percent", values)

@@ -24,7 +24,7 @@ class ExactSynchronizer:
         self.queues: list[Queue] = [{} for _ in range(inputs)]
         self.queue_size = queue_size
         self.reset = reset
-        self._times = [0] * inputs  # clock time at the last message from each input
+        self._times = [0] * inputs  # these are clock times at the last message from each input
 
     def add(
         self, message: Any, stamp: int, queue: Queue, index: int | None, simulated_now: int | None

@@ -234,7 +234,7 @@ class TransformBuffer:
             return list(self._frames)
 
     def as_string(self) -> str:
-        """Return a text with one line per frame that names its parent."""
+        """Return a string with one line per frame that names its parent."""
         with self._lock:
             return frames_as_string(self._frames)
 

@@ -13,7 +13,7 @@ COUNTS = (4, 5, 8, 12, 14)
 4 or 5 are for plumb bob, 8 for rational polynomial, 12 with thin prisms, and 14 with a tilted sensor as well.
 """
 
-_ITERATIONS = 5  # the number of iterations in OpenCV's undistortPoints
+_ITERATIONS = 5  # OpenCV's undistortPoints uses the same number of iterations
 
 
 def undistorted(

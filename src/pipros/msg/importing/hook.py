@@ -214,7 +214,7 @@ def _may_be_package(name: str) -> bool:
 def _is_python_starting() -> bool:
     """Return True while Python runs `sitecustomize` or `usercustomize`.
 
-    They often import modules that do not exist. For example, at every start of Python, those of Debian and
+    They often import modules that do not exist. For example, at every start of Python, the ones on Debian and
     Ubuntu try to import a module of the crash reporter. Finding out that it is not a ROS package takes longer
     than the start itself.
     """

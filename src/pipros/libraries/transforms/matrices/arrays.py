@@ -52,7 +52,7 @@ def unit_vector(data: ArrayLike, axis: int | None = None, out: Array | None = No
 
 def random_vector(size: int | tuple[int, ...]) -> Array:
     """Return an array of shape `size` with uniformly distributed random numbers in [0, 1)."""
-    return np.random.random(size)  # seeded by numpy.random.seed, as scripts expect
+    return np.random.random(size)  # numpy.random.seed seeds this generator, as scripts expect
 
 
 def identity_matrix() -> Array:

@@ -156,7 +156,7 @@ def random_quaternion(rand: ArrayLike | None = None) -> Array:
     Method: K. Shoemake, "Uniform random rotations", Graphics Gems III.
     """
     if rand is None:
-        drawn = np.random.rand(3)  # seeded by numpy.random.seed, as scripts expect
+        drawn = np.random.rand(3)  # numpy.random.seed seeds this generator, as scripts expect
     else:
         drawn = np.asarray(rand, dtype=np.float64)
         if len(drawn) != 3:
