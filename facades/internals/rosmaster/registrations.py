@@ -30,8 +30,7 @@ def shutdown_node_task(api: str, caller_id: str, reason: str) -> None:
     from xmlrpc.client import Error
 
     with contextlib.suppress(OSError, Error):
-        # type: ignore[union-attr]
-        xmlrpcapi(api).shutdown("/master", f"[{reason}] Reason: new node registered with same name")
+        xmlrpcapi(api).shutdown("/master", f"[{reason}] Reason: new node registered with same name")  # type: ignore[union-attr]
     del caller_id
     remove_server_proxy(api)
 
