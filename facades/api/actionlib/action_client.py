@@ -26,7 +26,7 @@ _POLL_S = 0.01
 
 
 def get_name_of_constant(C: Any, n: int) -> str:
-    """Return the name of the constant of class `C` with the value `n`, or `NO_SUCH_STATE_<n>`."""
+    """Return the name of the constant with the value `n` in class `C`, or else `NO_SUCH_STATE_<n>`."""
     for name, value in C.__dict__.items():
         if isinstance(value, int) and value == n:
             return str(name)
@@ -34,7 +34,7 @@ def get_name_of_constant(C: Any, n: int) -> str:
 
 
 class CommState:
-    """States of a goal at its client."""
+    """States of a goal, as tracked by the client."""
 
     WAITING_FOR_GOAL_ACK = State.WAITING_FOR_GOAL_ACK.value
     PENDING = State.PENDING.value
@@ -68,8 +68,8 @@ GoalStatus.to_string = classmethod(get_name_of_constant)  # type: ignore[attr-de
 class CommStateMachine:
     """Client-side state of one goal, and its callbacks.
 
-    Transition callbacks run one at a time, in the order of the states, and without a lock held, so that they
-    may call any method. Transitions that occur during a callback are reported after it has returned.
+    Transition callbacks run one at a time, in the order of the states. No lock is held, so callbacks may call
+    any method. Transitions that occur during a callback are reported after the callback returns.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class CommStateMachine:
 
     @property
     def state(self) -> int:
-        """The last state that was reported to the callback, one of CommState."""
+        """The last state reported to the callback: a constant of CommState."""
         return int(self._reported)
 
     def __eq__(self, o: object) -> bool:
@@ -105,7 +105,7 @@ class CommStateMachine:
         return str(self.action_goal.goal_id.id)
 
     def cancel(self) -> None:
-        """Request cancellation of the goal. Does nothing if it is already ending."""
+        """Request cancellation of the goal. Does nothing if the goal is already ending."""
         with self.mutex:
             if self._goal.state not in MAY_BE_CANCELLED:
                 return
@@ -114,7 +114,7 @@ class CommStateMachine:
         self._notify()
 
     def update_status(self, status_array: Any) -> None:
-        """Handle a status list of the server."""
+        """Handle a status list from the server."""
         with self.mutex:
             if self._goal.state is State.DONE:
                 return
@@ -162,7 +162,7 @@ class CommStateMachine:
                 if self.transition_cb:
                     self.transition_cb(ClientGoalHandle(self))
             except Exception as error:
-                rospy.logerr("callback of action client raised %s\n%s", error, format_exc())
+                rospy.logerr("callback of the action client raised %s\n%s", error, format_exc())
             finally:
                 self._is_notifying = False
 
@@ -183,15 +183,15 @@ class ClientGoalHandle:
         return hash(self.comm_state_machine)
 
     def cancel(self) -> None:
-        """Request cancellation of the goal. Does nothing if it is already ending."""
+        """Request cancellation of the goal. Does nothing if the goal is already ending."""
         self.comm_state_machine.cancel()
 
     def get_comm_state(self) -> int:
-        """Return the state of the goal, one of CommState."""
+        """Return the state of the goal, a constant of CommState."""
         return self.comm_state_machine.state
 
     def get_goal_status(self) -> int:
-        """Return the last status from the server, one of the constants of GoalStatus."""
+        """Return the last status from the server, a constant of GoalStatus."""
         return self.comm_state_machine.latest_goal_status.status
 
     def get_goal_status_text(self) -> str:
@@ -199,12 +199,15 @@ class ClientGoalHandle:
         return self.comm_state_machine.latest_goal_status.text
 
     def get_result(self) -> Any:
-        """Return the result, or None if it was not received yet."""
+        """Return the result, or None if it has not been received yet."""
         result = self.comm_state_machine.latest_result
         return None if result is None else result.result
 
     def get_terminal_state(self) -> int:
-        """Return the final state, one of TerminalState. Log an error and return LOST if it has not ended."""
+        """Return the final state, a constant of TerminalState.
+
+        If the goal has not ended, log an error and return LOST.
+        """
         with self.comm_state_machine.mutex:
             status = self.comm_state_machine.latest_goal_status.status
             if self.comm_state_machine.state == CommState.DONE and status in TERMINAL:
@@ -214,7 +217,7 @@ class ClientGoalHandle:
 
 
 class GoalManager:
-    """The goals of a client that still have a handle."""
+    """A client's goals whose handles still exist."""
 
     def __init__(self, ActionSpec: Any) -> None:
         types = ActionTypes(ActionSpec)
@@ -247,7 +250,7 @@ class GoalManager:
         return handle
 
     def update_statuses(self, status_array: Any) -> None:
-        """Pass a status list of the server to all goals."""
+        """Pass a status list from the server to all goals."""
         for machine in self._tracked():
             machine.update_status(status_array)
 
@@ -269,7 +272,7 @@ class GoalManager:
 
 
 class ActionClient:
-    """Client of the action server `ns` that tracks any number of goals.
+    """Client of the action server `ns`. Tracks any number of goals.
 
     Callbacks run in threads of the node.
 
@@ -307,7 +310,7 @@ class ActionClient:
             part.unregister()
 
     def send_goal(self, goal: Any, transition_cb: Any = None, feedback_cb: Any = None) -> ClientGoalHandle:
-        """Send a goal and return its handle. Keep the handle: without it the goal is no longer tracked.
+        """Send a goal and return its handle. The goal is tracked only as long as the handle exists.
 
         Args:
             transition_cb: called with a handle on each transition of CommState.
@@ -316,11 +319,11 @@ class ActionClient:
         return self.manager.init_goal(goal, transition_cb, feedback_cb)
 
     def cancel_all_goals(self) -> None:
-        """Request cancellation of all goals of all clients."""
+        """Request cancellation of all goals from all clients."""
         self.pub_cancel.publish(GoalID())
 
     def cancel_goals_at_and_before_time(self, time: Any) -> None:
-        """Request cancellation of all goals of all clients with a stamp at or before `time`."""
+        """Request cancellation of all goals, from all clients, with a timestamp at or before `time`."""
         self.pub_cancel.publish(GoalID(time, ""))
 
     def wait_for_action_server_to_start(self, timeout: Any = rospy.Duration(0.0)) -> bool:  # noqa: B008
@@ -328,7 +331,7 @@ class ActionClient:
         return self.wait_for_server(timeout)
 
     def wait_for_server(self, timeout: Any = rospy.Duration(0.0)) -> bool:  # noqa: B008
-        """Wait until a server is connected on all topics, without limit if `timeout` is zero.
+        """Wait until a server is connected on all topics. If `timeout` is zero, wait without a limit.
 
         Return False if the timeout expires or the node is shut down first.
         """

@@ -23,7 +23,10 @@ from pipros.libraries.actions.goal_table import GoalTable
 _star_names(__name__, "threading")
 
 _SHORTEST_PERIOD_S = 0.001
-"""Between two statuses: a frequency of 1e12 must not make a timer that never sleeps."""
+"""Minimum interval between two status messages.
+
+Without it, a timer with a frequency of 1e12 would never sleep.
+"""
 
 
 def nop_cb(goal_handle: Any) -> None:
@@ -31,16 +34,16 @@ def nop_cb(goal_handle: Any) -> None:
 
 
 class ActionServer:
-    """Server of the action `ns` for any number of concurrent goals.
+    """Server of the action `ns`. Accepts any number of concurrent goals.
 
-    Callbacks run one at a time and without the server's lock held, so that they and other threads may use the
+    Callbacks run one at a time. The server's lock is not held, so callbacks and other threads may use the
     goal handles at the same time.
 
     Args:
         goal_cb: called with the ServerGoalHandle of each new goal.
         cancel_cb: called with the ServerGoalHandle of each goal whose cancellation was requested.
-        auto_start: whether to start immediately, which is deprecated, since callbacks may run before the
-            constructor returns: pass False and call `start`.
+        auto_start: whether to start immediately. True is deprecated because callbacks may then run before the
+            constructor returns. Pass False and call `start`.
     """
 
     def __init__(
@@ -187,7 +190,7 @@ class ActionServer:
         return cancelled
 
     def _expect_cancelled(self, goal_id: Any) -> None:
-        """Remember the cancellation of a goal that may still arrive."""
+        """Record the cancellation of a goal that may still arrive."""
         tracker = StatusTracker(goal_id, GoalStatus.RECALLING)
         tracker.handle_destruction_time = rospy.Time.now()
         if not self._goals.add(goal_id.id, tracker):
@@ -209,7 +212,8 @@ class ActionServer:
             if known is not None:
                 self._handle_known(known)
                 return None
-            # Only a stamp of the client can precede a cancellation; the server's is set on arrival.
+            # Only a timestamp set by the client can be earlier than a cancellation; the server sets its own
+            # on arrival.
             is_late = not goal.goal_id.stamp.is_zero() and goal.goal_id.stamp <= self.last_cancel
             tracker = StatusTracker(None, None, goal)
             if not self._goals.add(tracker.status.goal_id.id, tracker):
@@ -225,7 +229,7 @@ class ActionServer:
             return handle
 
     def _handle_known(self, tracker: StatusTracker) -> None:
-        """Handle a goal that arrived before, or was cancelled before it arrived."""
+        """Handle a goal that has already arrived, or that was cancelled before it arrived."""
         if tracker.status.status == GoalStatus.RECALLING:
             tracker.status.status = GoalStatus.RECALLED
             self.publish_result(tracker.status, self.ActionResultType())
@@ -233,7 +237,7 @@ class ActionServer:
             tracker.handle_destruction_time = rospy.Time.now()
 
     def _reject(self, tracker: StatusTracker) -> None:
-        """Tell the client of a goal for which there is no room."""
+        """Notify the client that its goal is rejected because the server has too many goals."""
         self._warn_of_refusal()
         tracker.status.status = GoalStatus.REJECTED
         tracker.status.text = "this action server has too many goals"
@@ -246,13 +250,13 @@ class ActionServer:
         if not self._has_refused:
             self._has_refused = True
             rospy.logwarn(
-                "The action server %s refuses goals: there are too many, or an id is too long; %s",
+                "The action server %s refuses goals, because there are too many or an ID is too long; %s",
                 self.ns,
                 limit_text("goals", process_limits().goals),
             )
 
     def publish_status_async(self, event: Any) -> None:  # noqa: ARG002 # of the timer
-        """Publish the status of all goals if the server runs. Called by a timer."""
+        """Publish the status of all goals if the server is running. Called by a timer."""
         with self.lock:
             if self.started:
                 self.publish_status()

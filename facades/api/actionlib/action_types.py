@@ -8,7 +8,7 @@ from actionlib.exceptions import ActionException
 
 
 class ActionTypes:
-    """The message classes of an action class such as `TestAction`.
+    """The message classes that belong to an action class such as `TestAction`.
 
     Raises:
         ActionException: `ActionSpec` is not the class of an action.

@@ -2,4 +2,4 @@
 
 
 class ActionException(Exception):
-    """A class is not the class of an action."""
+    """The given class is not an action class."""

@@ -15,7 +15,7 @@ _numbers = count(1)
 
 
 class GoalIDGenerator:
-    """Generator of goal IDs that consist of the node name, a counter of this process and the time."""
+    """Generator of goal IDs, which consist of the node name, a process-wide counter and the time."""
 
     def __init__(self, name: str | None = None) -> None:
         self.set_name(rospy.get_name() if name is None else name)

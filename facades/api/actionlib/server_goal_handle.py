@@ -17,8 +17,8 @@ _star_names(__name__, "actionlib_msgs")
 class ServerGoalHandle:
     """Handle to accept or reject a goal, publish feedback and set its final status.
 
-    Invalid transitions (success of a goal that was not accepted, a second final status) are logged as errors
-    and ignored. All methods may be called from any thread.
+    Invalid transitions, such as success before acceptance or a second final status, are logged as errors and
+    ignored. All methods may be called from any thread.
     """
 
     def __init__(
@@ -62,11 +62,11 @@ class ServerGoalHandle:
             self.action_server.publish_feedback(self.status_tracker.status, feedback)
 
     def get_goal(self) -> Any:
-        """Return the goal message of the client, or None for a handle without a goal."""
+        """Return the client's goal message, or None for a handle without a goal."""
         return self.goal.goal if self.goal else None
 
     def get_goal_id(self) -> GoalID:
-        """Return the goal ID; an empty one for a handle without a goal."""
+        """Return the goal ID, or an empty GoalID for a handle without a goal."""
         if not self.goal:
             rospy.logerr("get_goal_id requires a ServerGoalHandle with a goal")
             return GoalID()
@@ -75,7 +75,7 @@ class ServerGoalHandle:
             return goal_id
 
     def get_goal_status(self) -> GoalStatus:
-        """Return the status of the goal; an empty one for a handle without a goal."""
+        """Return the status of the goal, or an empty GoalStatus for a handle without a goal."""
         if not self.goal:
             rospy.logerr("get_goal_status requires a ServerGoalHandle with a goal")
             return GoalStatus()
@@ -84,7 +84,7 @@ class ServerGoalHandle:
             return status
 
     def set_cancel_requested(self) -> bool:
-        """Record a cancellation request. Return False if one was recorded before or the goal has ended."""
+        """Record a cancellation request. Return False if one is already recorded or the goal has ended."""
         if not self.goal:
             return False
         with self.action_server.lock:

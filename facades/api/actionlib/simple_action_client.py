@@ -15,7 +15,7 @@ from pipros.basics.lazy_names import star_names as _star_names
 _star_names(__name__, "threading")
 
 _SLICE_S = 0.1
-"""Maximum time between checks for Ctrl-C, shutdown and simulated time while waiting."""
+"""Maximum interval between checks for Ctrl-C, shutdown and simulated time while waiting."""
 
 
 class SimpleGoalState:
@@ -29,10 +29,10 @@ class SimpleGoalState:
 
 
 class SimpleActionClient:
-    """Client of the action server `ns` that tracks one goal at a time.
+    """Client of the action server `ns`. Tracks one goal at a time.
 
-    Transition callbacks of a goal run one at a time, in a thread of the node. A new goal replaces the tracked
-    one, which is not cancelled.
+    Transition callbacks run one at a time for each goal, in a thread of the node. A new goal replaces the
+    tracked goal without cancelling it.
     """
 
     def __init__(self, ns: str, ActionSpec: Any) -> None:
@@ -46,7 +46,7 @@ class SimpleActionClient:
         self._number = 0
 
     def wait_for_server(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008
-        """Wait until a server is connected on all topics, without limit if `timeout` is zero.
+        """Wait until a server is connected on all topics. If `timeout` is zero, wait without a limit.
 
         Return False if the timeout expires or the node is shut down first.
         """
@@ -55,7 +55,7 @@ class SimpleActionClient:
     def send_goal(
         self, goal: Any, done_cb: Any = None, active_cb: Any = None, feedback_cb: Any = None
     ) -> None:
-        """Send a goal and track it instead of the previous one. Does not wait for the server.
+        """Send a goal and track it instead of the previous goal. Does not wait for the server.
 
         Args:
             done_cb: called with the final status and the result.
@@ -87,7 +87,7 @@ class SimpleActionClient:
 
         Args:
             execute_timeout: time to wait before cancelling the goal; zero for no limit.
-            preempt_timeout: time to wait after cancelling it; zero for no limit.
+            preempt_timeout: time to wait after the cancellation; zero for no limit.
         """
         self.send_goal(goal)
         if not self.wait_for_result(execute_timeout):
@@ -96,7 +96,7 @@ class SimpleActionClient:
         return self.get_state()
 
     def wait_for_result(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008
-        """Wait until the goal has ended, without limit if `timeout` is zero.
+        """Wait until the goal has ended. If `timeout` is zero, wait without a limit.
 
         Return whether the goal has ended.
         """
@@ -116,14 +116,17 @@ class SimpleActionClient:
             return self.simple_state == SimpleGoalState.DONE
 
     def get_result(self) -> Any:
-        """Return the result of the goal, or None if it was not received yet."""
+        """Return the result of the goal, or None if it has not been received yet."""
         if self.gh is None:
             rospy.logerr("get_result was called without a goal")
             return None
         return self.gh.get_result()
 
     def get_state(self) -> int:
-        """Return the status of the goal: PENDING, ACTIVE, or its final status; LOST without a goal."""
+        """Return the status of the goal: PENDING, ACTIVE or its final status.
+
+        Return LOST if there is no goal.
+        """
         if self.gh is None:
             return GoalStatus.LOST
         status = self.gh.get_goal_status()
@@ -138,11 +141,11 @@ class SimpleActionClient:
         return self.gh.get_goal_status_text()
 
     def cancel_all_goals(self) -> None:
-        """Request cancellation of all goals of all clients."""
+        """Request cancellation of all goals from all clients."""
         self.action_client.cancel_all_goals()
 
     def cancel_goals_at_and_before_time(self, time: Any) -> None:
-        """Request cancellation of all goals of all clients with a stamp at or before `time`."""
+        """Request cancellation of all goals, from all clients, with a timestamp at or before `time`."""
         self.action_client.cancel_goals_at_and_before_time(time)
 
     def cancel_goal(self) -> None:

@@ -18,23 +18,23 @@ _star_names(__name__, "threading")
 
 _REPLACED = "This goal was canceled because another goal was received by the simple action server"
 _SLICE_S = 0.1
-"""Maximum time between checks for shutdown while waiting."""
+"""Maximum interval between checks for shutdown while waiting."""
 _GRACE_S = 0.2
-"""How long the process waits for `execute_cb` after shutdown."""
+"""Maximum time that the process waits for `execute_cb` after shutdown."""
 
 
 class SimpleActionServer:
     """Action server that executes one goal at a time.
 
-    A new goal requests preemption of the current one; a goal that is still pending is cancelled. Methods may
+    A new goal requests preemption of the current goal and cancels a goal that is still pending. Methods may
     be called from any thread.
 
     Args:
         name: namespace of the action.
-        ActionSpec: class of the action; its name ends in Action.
+        ActionSpec: action class, whose name ends in Action.
         execute_cb: called with each goal message in a dedicated thread. It should return when
             `is_preempt_requested` is true, and must set the final status. If None, call `accept_new_goal`.
-        auto_start: whether to start immediately, which is deprecated: pass False and call `start`.
+        auto_start: whether to start immediately. True is deprecated: pass False and call `start`.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class SimpleActionServer:
         self.action_server = ActionServer(
             name, ActionSpec, self.internal_goal_callback, self.internal_preempt_callback, False
         )
-        # Both servers share one lock, so that no lock order can be violated.
+        # Both servers share one lock, so there is no lock order to violate.
         self.lock = self.action_server.lock
         self.execute_condition = Condition(self.lock)
         self.execute_thread: Thread | None = None
@@ -86,7 +86,7 @@ class SimpleActionServer:
             self.action_server.stop()
 
     def accept_new_goal(self) -> Any:
-        """Accept the pending goal and return its goal message. The current goal, if active, is cancelled.
+        """Accept the pending goal and return its goal message. If a goal is active, cancel it.
 
         If there is no pending goal, log an error and return None.
         """
@@ -119,7 +119,7 @@ class SimpleActionServer:
 
     def set_succeeded(self, result: Any = None, text: str = "") -> None:
         """End the current goal as SUCCEEDED."""
-        with self.lock:  # excludes that `accept_new_goal` replaces the goal meanwhile
+        with self.lock:  # prevents `accept_new_goal` from replacing the goal in the meantime
             self.current_goal.set_succeeded(result, text)
 
     def set_aborted(self, result: Any = None, text: str = "") -> None:
@@ -153,7 +153,7 @@ class SimpleActionServer:
         self.preempt_callback = cb
 
     def internal_goal_callback(self, goal: ServerGoalHandle) -> None:
-        """Handle a new goal of the underlying ActionServer."""
+        """Handle a new goal from the underlying ActionServer."""
         with self.lock:
             stamp = goal.get_goal_id().stamp
             others = [other for other in (self.current_goal, self.next_goal) if other.get_goal()]
@@ -174,7 +174,7 @@ class SimpleActionServer:
         _call(self.goal_callback)
 
     def internal_preempt_callback(self, preempt: ServerGoalHandle) -> None:
-        """Handle a cancellation request of the underlying ActionServer."""
+        """Handle a cancellation request from the underlying ActionServer."""
         with self.lock:
             is_current = preempt == self.current_goal
             if is_current:
@@ -197,10 +197,10 @@ class SimpleActionServer:
             self._execute(goal)
 
     def _keep_process(self) -> None:
-        """Keep the interpreter alive while the server works, and briefly after shutdown.
+        """Keep the interpreter alive while the server is running, and briefly after shutdown.
 
-        `execute_cb` may block for ever, so its own thread is a daemon; a callback that notices the shutdown
-        has `_GRACE_S` to finish.
+        `execute_cb` may block forever, so it runs in a daemon thread. A callback that notices the shutdown
+        has `_GRACE_S` seconds to finish.
         """
         assert self.execute_thread is not None  # noqa: S101 # set before this thread starts
         while self.execute_thread.is_alive() and not rospy.is_shutdown():
@@ -218,7 +218,7 @@ class SimpleActionServer:
             return
         if self.is_active():
             rospy.logwarn(
-                "execute_cb returned without a call of set_succeeded, set_aborted or set_preempted: "
+                "execute_cb returned without calling set_succeeded, set_aborted or set_preempted: "
                 "aborting the goal"
             )
             self._abort(executed, "No terminal state was set.")
@@ -235,4 +235,4 @@ def _call(callback: Callable[[], object] | None) -> None:
     try:
         callback()
     except Exception as error:
-        rospy.logerr("callback of action server raised %s\n%s", error, traceback.format_exc())
+        rospy.logerr("callback of the action server raised %s\n%s", error, traceback.format_exc())

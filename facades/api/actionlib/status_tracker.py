@@ -1,4 +1,4 @@
-"""The record of a goal in its server."""
+"""The server's record of a goal."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ def type_of_action(name: str) -> str:
     """Return the type of a running action server, from its goal topic.
 
     Raises:
-        ValueError: no server is running, or the topic does not have the type of an action goal.
+        ValueError: no server is running, or the topic's type is not an action goal type.
     """
     found = rostopic.get_topic_type(rospy.resolve_name(f"{name}/goal"))[0]
     if found is None:
@@ -53,7 +53,7 @@ class Client:
         self._ended.set()
 
     def wait_for_server(self) -> bool:
-        """Wait for the server without limit. Return False if the node is shut down first."""
+        """Wait for the server without a limit. Return False if the node is shut down first."""
         if not self._client.wait_for_server(rospy.Duration(2)):
             print("Waiting for the action server …", file=sys.stderr)
             return self._client.wait_for_server()
@@ -63,7 +63,7 @@ class Client:
         """Set the goal from YAML.
 
         Raises:
-            ValueError: the text is not a goal of this action.
+            ValueError: the text is not a valid goal for this action.
         """
         self.goal = read_message(self.action.goal, text)
 
@@ -116,7 +116,7 @@ def main() -> int:
 
 def _run(name: str, action_type: str | None = None) -> int:
     is_terminal = sys.stdin.isatty()
-    goal = "" if is_terminal else sys.stdin.read()  # before the node starts
+    goal = "" if is_terminal else sys.stdin.read()  # Read before the node starts.
     # On a terminal, the first Ctrl-C cancels the goal instead of shutting down the node.
     rospy.init_node("axclient", anonymous=True, disable_signals=True)
     if action_type is None:
@@ -146,7 +146,7 @@ def _send(client: Client, notice: str = "") -> int:
 
 
 def _do(client: Client, word: str, rest: str) -> None:
-    """Execute a command of the user. Raises ValueError if its text is not a goal."""
+    """Execute a user command. Raises ValueError if its text is not a valid goal."""
     if word == "send":
         _send(client, "Cancelling the goal …\n")
     elif word == "cancel":

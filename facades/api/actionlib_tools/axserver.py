@@ -19,7 +19,7 @@ COMMANDS = "Commands: feedback YAML, succeed YAML, abort YAML, preempt YAML, qui
 
 
 class Server:
-    """Action server whose goals are ended by the user, or all with the result `answer`."""
+    """Action server whose user ends each goal. If `answer` is given, all goals succeed with that result."""
 
     def __init__(self, name: str, action: DynamicAction, answer: Any = None) -> None:
         self.action = action
@@ -43,7 +43,7 @@ class Server:
         print("The client requested cancellation of the goal.", flush=True)
 
     def do(self, word: str, text: str) -> None:
-        """Execute a command of the user.
+        """Execute a user command.
 
         Raises:
             ValueError: the command is unknown, no goal is active, or the text is not a valid message.
@@ -85,7 +85,7 @@ def main() -> int:
 
 def _serve(name: str, action_type: str) -> int:
     is_terminal = sys.stdin.isatty()
-    text = "" if is_terminal else sys.stdin.read()  # before rospy handles Ctrl-C
+    text = "" if is_terminal else sys.stdin.read()  # Read before rospy handles Ctrl-C.
     rospy.init_node("axserver", anonymous=True, disable_signals=is_terminal)
     action = DynamicAction(action_type)
     server = Server(name, action, None if is_terminal else read_message(action.result, text))

@@ -1,4 +1,4 @@
-"""`DynamicAction`, the message classes of an action by its type name."""
+"""`DynamicAction`, which finds the message classes of an action by its type name."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _star_names(__name__, "roslib")
 class DynamicAction:
     """The message classes of an action such as `actionlib/TestAction`.
 
-    If one of them does not exist, an error is logged and SystemExit is raised, as in Noetic.
+    If a class does not exist, an error is logged and SystemExit is raised, as in Noetic.
 
     Attributes:
         action, goal, feedback, result: the classes.

@@ -9,7 +9,7 @@ import tempfile
 
 
 def edited(text: str) -> str:
-    """Open a text in `$VISUAL`, `$EDITOR` or vi, and return the edited text. Blocks until the editor exits.
+    """Open `text` in `$VISUAL`, `$EDITOR` or vi, and return the edited text. Blocks until the editor exits.
 
     Raises:
         ValueError: the editor cannot be started, or exits with an error.

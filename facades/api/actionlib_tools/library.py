@@ -50,7 +50,7 @@ def yaml_msg(type_: Any, filename: str) -> Any:
 
 
 def yaml_msgs_str(type_: Any, yaml_str: str, filename: str | None = None) -> list[Any]:
-    """Return messages of class `type_` from a YAML list of mappings.
+    """Return a list of messages of class `type_` from a YAML list of mappings.
 
     Raises:
         ValueError: the text is not a list of mappings.

@@ -1,4 +1,4 @@
-"""`Prompt`, which reads commands from a terminal while a node runs, and messages as the user types them."""
+"""`Prompt`, which reads commands and messages from a terminal while a node runs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from rospy.core import is_shutdown_requested
 
 
 class Prompt:
-    """Reader of lines from the terminal. Use it in the main thread, with a node that has `disable_signals`.
+    """Reader of lines from the terminal.
+
+    Use it in the main thread, after `init_node(..., disable_signals=True)`.
 
     If rospy's signal handlers were installed, Ctrl-C would shut down the node but not interrupt the read.
     """
@@ -72,6 +74,6 @@ def read_message(wanted: Any, text: str) -> Any:
     try:
         message = yaml_msg_str(wanted, text)
         message._check_types()
-    except Exception as error:  # messages and YAML raise various exceptions
+    except Exception as error:  # Parsing YAML and filling messages raise various exceptions.
         raise ValueError(f"not a valid {wanted._type}: {error}") from None
     return message

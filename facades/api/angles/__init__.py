@@ -28,7 +28,7 @@ def shortest_angular_distance(from_angle: float, to_angle: float) -> float:
 
 
 def two_pi_complement(angle: float) -> float:
-    """Return the rotation in the opposite sense with the same result, in [-2 pi, 2 pi]; 2 pi for 0.
+    """Return the equivalent rotation in the opposite direction, in [-2 pi, 2 pi]; 2 pi for 0.
 
     >>> two_pi_complement(-pi / 4) == 7 * pi / 4
     True
@@ -45,11 +45,11 @@ def shortest_angular_distance_with_limits(
 
     Args:
         left_limit, right_limit: limits from -pi to pi. The range extends counterclockwise from the left to
-            the right limit: that from 0.25 to -0.25 excludes angles near 0.
+            the right limit. For example, the range from 0.25 to -0.25 excludes angles near 0.
 
     Returns:
-        True and the rotation; or False and the rotation that violates the limits least, if one of the angles
-        is outside the range.
+        True and the rotation. If one of the angles is outside the range, False and the rotation that violates
+        the limits least.
 
     >>> shortest_angular_distance_with_limits(-0.5, 0.5, 0.25, -0.25) == (True, 1.0 - 2 * pi)
     True
@@ -78,8 +78,8 @@ def shortest_angular_distance_with_large_limits(
         left_limit, right_limit: limits of any size; the left one must be less than the right one.
 
     Returns:
-        True and the rotation; or False and the shorter rotation if both violate the limits, if `from_angle`
-        is outside the range, or if the limits are reversed.
+        True and the rotation. If both rotations violate the limits, `from_angle` is outside the range, or the
+        limits are reversed, False and the shorter rotation.
     """
     shorter, longer = sorted(_rotations(from_angle, to_angle), key=abs)
     if left_limit <= right_limit:
@@ -90,7 +90,7 @@ def shortest_angular_distance_with_large_limits(
 
 
 def _rotations(from_angle: float, to_angle: float) -> tuple[float, float]:
-    """Return the shortest rotation to an angle, and the rotation in the opposite sense."""
+    """Return the shortest rotation to an angle, and the equivalent rotation in the opposite direction."""
     shortest = shortest_angular_distance(from_angle, to_angle)
     return shortest, two_pi_complement(shortest)
 
@@ -98,7 +98,7 @@ def _rotations(from_angle: float, to_angle: float) -> tuple[float, float]:
 def _rotations_to_limits(
     from_angle: float, left_limit: float, right_limit: float
 ) -> tuple[bool, float, float]:
-    """Return whether an angle is within the limits, and the rotations from it to each of them."""
+    """Return whether an angle is within the limits, and the rotation from the angle to each limit."""
     to_left, to_right = _rotations(from_angle, left_limit), _rotations(from_angle, right_limit)
     if to_left[0] == 0:
         return True, 0.0, max(to_right)

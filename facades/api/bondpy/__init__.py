@@ -1,1 +1,1 @@
-"""Drop-in replacement for Noetic's bondpy: bonds, by which two processes detect each other's end."""
+"""Drop-in replacement for Noetic's bondpy: bonds, with which two processes detect each other's exit."""

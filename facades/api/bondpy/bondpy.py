@@ -20,7 +20,7 @@ _star_names(__name__, "time")
 Constants: Any = load_message_class("bond/Constants")
 Status: Any = load_message_class("bond/Status")
 
-Seconds = Any  # a rospy.Duration, or a number of seconds
+Seconds = Any  # accepts a rospy.Duration or a number of seconds
 
 
 def as_ros_duration(d: Seconds) -> rospy.Duration:
@@ -34,7 +34,7 @@ def as_float_duration(d: Seconds) -> float:
 
 
 class Timeout(RestartableTimer):
-    """Timer that calls a function once, `duration` after the last `reset`, in a thread of its own."""
+    """Timer that calls a function once, `duration` after the last `reset`, in its own thread."""
 
     def __init__(self, duration: Seconds, on_timeout: Callable[[], object] | None = None) -> None:
         super().__init__()
@@ -52,7 +52,7 @@ Setter = Callable[["Bond", Seconds], None]
 
 
 def _accessors(event: Event, meaning: str) -> tuple[Getter, Setter, property]:
-    """Return a getter and a setter of a timeout, and both as a property."""
+    """Return the getter and the setter for a timeout, and a property that combines them."""
 
     def get(self: Bond) -> float:
         return self._side.durations_s[event]
@@ -71,7 +71,7 @@ class Bond:
     """One side of a bond between two processes with the same topic and ID.
 
     The bond is formed when the sides have received a message from each other, and broken when one side breaks
-    it or stops publishing. Callbacks are called without arguments in a thread of the bond or of its
+    the bond or stops publishing. Callbacks are called without arguments in a thread of the bond or of its
     subscriber, and may call any method. All methods may be called from any thread.
 
     Attributes:
@@ -115,12 +115,12 @@ class Bond:
 
     @property
     def sister_instance_id(self) -> str | None:
-        """ID of the other side; None before its first message."""
+        """ID of the other side; None until its first message arrives."""
         return self._side.sister_id
 
     @property
     def sister_died_first(self) -> bool:
-        """Whether the other side has ended before this one."""
+        """Whether the other side ended before this side."""
         return self._side.sister_ended_first
 
     # -- settings ----------------------------------------------------------------
@@ -132,7 +132,7 @@ class Bond:
         Event.HEARTBEAT_TIMEOUT, "maximum time between messages of the other side"
     )
     get_disconnect_timeout, set_disconnect_timeout, disconnect_timeout = _accessors(
-        Event.DISCONNECT_TIMEOUT, "maximum time to wait until the other side confirms the end"
+        Event.DISCONNECT_TIMEOUT, "maximum time to wait for the other side to confirm the end"
     )
 
     def get_heartbeat_period(self) -> float:
@@ -161,7 +161,7 @@ class Bond:
     # -- life --------------------------------------------------------------------
 
     def start(self) -> None:
-        """Start publishing and waiting for the other side. Does not block; does nothing if repeated."""
+        """Start publishing and waiting for the other side. Does not block. Further calls have no effect."""
         with self._lock:
             if self._started:
                 return
@@ -173,14 +173,16 @@ class Bond:
         rospy.on_shutdown(self._side.wake)
 
     def break_bond(self) -> None:
-        """Break the bond: publish its end until the other side confirms it or `disconnect_timeout` expires.
+        """Break the bond.
+
+        The end is published until the other side confirms it or `disconnect_timeout` expires.
 
         Does not block. Does nothing if the bond is already broken.
         """
         self._side.handle(Event.BREAK)
 
     def shutdown(self) -> None:
-        """Break the bond and unregister from its topic afterwards. Does not block; may be repeated."""
+        """Break the bond, then unregister from its topic. Does not block, and may be called repeatedly."""
         with self._lock:
             if self.is_shutdown:
                 return
@@ -198,18 +200,18 @@ class Bond:
                 handle.unregister()
 
     def is_broken(self) -> bool:
-        """Return whether the bond is broken, including one that was never formed."""
+        """Return whether the bond is broken, even if it was never formed."""
         return self._side.state is State.DEAD
 
     def wait_until_formed(self, timeout: Seconds | None = None) -> bool:
-        """Wait until the bond is formed or broken, without limit if `timeout` is None.
+        """Wait until the bond is formed or broken. If `timeout` is None, wait without a limit.
 
         Return False if the timeout expires or the node is shut down first.
         """
         return self._wait(lambda state: state is not State.WAITING, timeout)
 
     def wait_until_broken(self, timeout: Seconds | None = None) -> bool:
-        """Wait until the bond is broken, without limit if `timeout` is None.
+        """Wait until the bond is broken. If `timeout` is None, wait without a limit.
 
         Return False if the timeout expires or the node is shut down first.
         """
@@ -257,7 +259,7 @@ class Bond:
         status.header.stamp = rospy.Time.now()
         try:
             publisher.publish(status)
-        except rospy.ROSException:  # the node was shut down meanwhile
+        except rospy.ROSException:  # the node was shut down in the meantime
             return
 
 

@@ -1,4 +1,4 @@
-"""`CameraInfoManager`, which provides the CameraInfo of a camera to its driver."""
+"""`CameraInfoManager`, which provides a camera driver with its CameraInfo."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipros.libraries.vision.calibration_files import FILE, PACKAGE, load, resol
 
 default_camera_info_url = "file://${ROS_HOME}/camera_info/${NAME}.yaml"
 
-# Results of parseURL. Values from URL_invalid on do not denote a file.
+# Results of parseURL. URL_invalid and higher values do not denote a file.
 URL_empty = 0
 URL_file = 1
 URL_package = 2
@@ -34,9 +34,9 @@ class CameraInfoMissingError(CameraInfoError):
 
 
 class CameraInfoManager:
-    """The calibration of a camera, with the service `set_camera_info` to change and save it.
+    """The calibration of a camera. The service `set_camera_info` changes and saves it.
 
-    The calibration file is given by a URL: `file:///path`, `package://package/path`, or by default
+    The calibration file is given by a URL: `file:///path`, `package://package/path`, or the default,
     `file://${ROS_HOME}/camera_info/${NAME}.yaml`, where `${NAME}` is the camera name. Call `loadCameraInfo`
     before the first `getCameraInfo`, and after changing the name or the URL.
 
@@ -55,7 +55,7 @@ class CameraInfoManager:
         self.svc = rospy.Service(name, SetCameraInfo, self.setCameraInfo)
 
     def getCameraInfo(self) -> CameraInfo:
-        """Return the calibration; all zeros if the file does not exist or cannot be read.
+        """Return the calibration. All values are zero if the file does not exist or cannot be read.
 
         Raises:
             CameraInfoMissingError: the calibration was not loaded.
@@ -81,11 +81,11 @@ class CameraInfoManager:
         return bool(self.getCameraInfo().K[0] != 0.0)
 
     def loadCameraInfo(self) -> None:
-        """Load the calibration. If that fails, log the reason and use a calibration of zeros."""
+        """Load the calibration. On failure, log the reason and set all values to zero."""
         self._loadCalibration(self.url, self.cname)
 
     def setCameraInfo(self, req: SetCameraInfoRequest) -> SetCameraInfoResponse:
-        """Handle a service request: use a new calibration and save it."""
+        """Handle a service request to use and save a new calibration."""
         rospy.loginfo("New camera info received")
         self.camera_info = req.camera_info
         is_saved = saveCalibration(req.camera_info, self.url, self.cname)
@@ -120,7 +120,7 @@ class CameraInfoManager:
 
 
 def genCameraName(from_string: str) -> str:
-    """Return a valid camera name: characters other than letters, digits and underscores become `_`."""
+    """Return a valid camera name, with characters other than letters, digits and underscores replaced."""
     return re.sub(r"[^A-Za-z0-9_]", "_", from_string)
 
 
@@ -145,7 +145,10 @@ def parseURL(url: str) -> int:
 
 
 def getPackageFileName(url: str) -> str:
-    """Return the path of a package:// URL; an empty string, with a warning, if the package is unknown."""
+    """Return the path for a package:// URL.
+
+    If the package is unknown, log a warning and return an empty string.
+    """
     import rospkg
 
     package, _, path = url[len(PACKAGE) :].partition("/")
@@ -159,7 +162,7 @@ def getPackageFileName(url: str) -> str:
 def loadCalibrationFile(filename: str, cname: str) -> CameraInfo:
     """Read the calibration from a .yaml, .yml or .ini file.
 
-    Return a calibration of zeros if the file does not exist, or cannot be read (with a warning).
+    If the file does not exist, or cannot be read (which logs a warning), all values of the result are zero.
     """
     try:
         found = load(filename)
@@ -175,13 +178,13 @@ def loadCalibrationFile(filename: str, cname: str) -> CameraInfo:
 
 
 def saveCalibration(new_info: CameraInfo, url: str, cname: str) -> bool:
-    """Save a calibration to the file of a URL. On failure, log the reason and return False."""
+    """Save a calibration to the file that a URL denotes. On failure, log the reason and return False."""
     path = _path(url, cname)
     return path is not None and saveCalibrationFile(new_info, path, cname)
 
 
 def saveCalibrationFile(ci: CameraInfo, filename: str, cname: str) -> bool:
-    """Save a calibration to a file and create missing folders. On failure, log the reason, return False."""
+    """Save a calibration to a file, creating missing folders. On failure, log the reason and return False."""
     try:
         save(filename, calibration_of(cname, ci))
     except (OSError, CalibrationError) as error:
@@ -192,7 +195,7 @@ def saveCalibrationFile(ci: CameraInfo, filename: str, cname: str) -> bool:
 
 
 def _path(url: str, cname: str) -> str | None:
-    """Return the path of a URL; None, with an error in the log, if the URL is invalid."""
+    """Return the path that a URL denotes. If the URL is invalid, log an error and return None."""
     found = resolveURL(url, cname)
     kind = parseURL(found)
     if kind == URL_empty:

@@ -22,8 +22,8 @@ class CvBridge:
     """Converter between `sensor_msgs` image messages and numpy arrays as used by OpenCV.
 
     Arrays have the shape (height, width), or (height, width, channels) for more than one channel. Only
-    compressed images require OpenCV (`pip install 'pipros[vision]'`). Stateless, so it can be shared between
-    threads.
+    compressed images require OpenCV (`pip install 'pipros[vision]'`). A bridge has no state, so threads can
+    share it.
 
     >>> bridge = CvBridge()
     >>> gray = bridge.imgmsg_to_cv2(bridge.cv2_to_imgmsg(np.zeros((4, 6, 3), np.uint8), "rgb8"), "mono8")
@@ -44,7 +44,7 @@ class CvBridge:
         """Return the encoding, such as 8UC3, for a numpy dtype and a number of channels.
 
         Raises:
-            KeyError: no encoding has values of this dtype.
+            KeyError: no encoding uses this dtype.
         """
         if dtype.name not in self.numpy_type_to_cvtype:
             raise KeyError(f"dtype of an image must be one of {', '.join(DTYPES.values())}, got {dtype.name}")
@@ -74,10 +74,10 @@ class CvBridge:
         return self.cvtype2_to_dtype_with_channels(self.encoding_to_cvtype2(encoding))
 
     def imgmsg_to_cv2(self, img_msg: Any, desired_encoding: str = "passthrough") -> Any:
-        """Return the array of a `sensor_msgs/Image`, converted unless the encoding is "passthrough".
+        """Convert a `sensor_msgs/Image` to an array. "passthrough" keeps the encoding of the message.
 
-        Rows may be padded (`step`). If no conversion is needed, the array shares the message's data if
-        possible; it is read-only then.
+        Rows may be padded (`step`). If no conversion is needed, the array shares the message's data where
+        possible; such an array is read-only.
 
         Raises:
             CvBridgeError: an encoding is unknown, the conversion is not supported, or the data is too short.
@@ -92,11 +92,11 @@ class CvBridge:
         return self._converted(image, img_msg.encoding, desired_encoding)
 
     def cv2_to_imgmsg(self, cvim: Any, encoding: str = "passthrough", header: Header | None = None) -> Any:
-        """Return the `sensor_msgs/Image` of an array. "passthrough" means the array's type, such as 8UC3.
+        """Convert an array to a `sensor_msgs/Image`. "passthrough" selects the array's type, such as 8UC3.
 
         Raises:
             TypeError: `cvim` is not an array.
-            KeyError: no encoding has values of its dtype.
+            KeyError: no encoding uses the array's dtype.
             CvBridgeError: the encoding is unknown, or does not match the type of the array.
         """
         if not isinstance(cvim, np.ndarray | np.generic):
@@ -122,12 +122,12 @@ class CvBridge:
         return message
 
     def compressed_imgmsg_to_cv2(self, cmprs_img_msg: Any, desired_encoding: str = "passthrough") -> Any:
-        """Decode a `sensor_msgs/CompressedImage` with OpenCV; channels are in the order blue, green, red.
+        """Decode a `sensor_msgs/CompressedImage` with OpenCV. Channels are in the order blue, green, red.
 
         For "passthrough", return None if OpenCV cannot decode the image.
 
         Raises:
-            CvBridgeError: the image cannot be decoded, or not converted to this encoding.
+            CvBridgeError: the image cannot be decoded, or cannot be converted to this encoding.
             ImportError: OpenCV is not installed.
         """
         cv2 = opencv("a compressed image")
@@ -140,7 +140,7 @@ class CvBridge:
         return self._converted(image, "bgr8", desired_encoding)
 
     def cv2_to_compressed_imgmsg(self, cvim: Any, dst_format: str = "jpg") -> Any:
-        """Return the `sensor_msgs/CompressedImage` of an array.
+        """Encode an array as a `sensor_msgs/CompressedImage`.
 
         Args:
             cvim: the image; channels are in the order blue, green, red.

@@ -1,4 +1,4 @@
-"""`rosrun diagnostic_analysis export_csv.py`: write the diagnostics of bags to CSV files."""
+"""`rosrun diagnostic_analysis export_csv.py`: write the diagnostics in bags to CSV files."""
 
 from __future__ import annotations
 
@@ -12,10 +12,14 @@ from pipros.basics.errors import PiprosError
 
 
 def main() -> int:
-    """Write the files of each bag. Return the exit code: 1 if a bag cannot be read."""
+    """Write the CSV files for each bag. Return the exit code, which is 1 if a bag cannot be read."""
     parser = argparse.ArgumentParser("export_csv.py", description="Writes recorded diagnostics to CSV files.")
     parser.add_argument(
-        "-d", "--directory", default=".", metavar="DIR", help="write to DIR/output, by default here"
+        "-d",
+        "--directory",
+        default=".",
+        metavar="DIR",
+        help="write to DIR/output; DIR defaults to the current folder",
     )
     parser.add_argument("bags", nargs="*", metavar="BAG")
     options = parser.parse_args()

@@ -1,4 +1,4 @@
-"""`LogExporter`: export of a bag's diagnostics to CSV files."""
+"""`LogExporter`, which exports a bag's diagnostics to CSV files."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _TOPIC = "/diagnostics"
 
 
 class LogExporter:
-    """Exporter that writes one file per status name on `/diagnostics`.
+    """Exporter that writes one file for each status name on `/diagnostics`.
 
     Attributes:
-        logfile: the bag.
-        output_dir: the output folder: `name_csv` for `name.bag`, in the given folder.
+        logfile: path to the bag.
+        output_dir: the output folder, which is `name_csv` in the given folder for `name.bag`.
     """
 
     def __init__(self, output_dir: str, logfile: str) -> None:
@@ -62,7 +62,7 @@ class LogExporter:
         shutil.rmtree(self.output_dir, ignore_errors=True)
 
     def get_filename(self, name: str) -> str | None:
-        """Return the file of a status; None if the bag does not contain that name."""
+        """Return the path of the file for a status name, or None if the bag does not contain that name."""
         return str(self._path(name)) if name in self._files else None
 
     def _path(self, name: str) -> Path:

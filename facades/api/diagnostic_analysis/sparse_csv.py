@@ -8,13 +8,13 @@ import sys
 from diagnostic_analysis.sparse import make_sparse_length, make_sparse_skip
 
 _LARGEST = 65000
-"""Number of rows that any spreadsheet supports."""
+"""Number of rows that every spreadsheet program supports."""
 
 
 def main() -> int:
-    """Write the file. Return the exit code: 1 if a file cannot be read or written."""
+    """Write the file. Return the exit code, which is 1 if a file cannot be read or written."""
     parser = argparse.ArgumentParser("sparse_csv.py", description="Writes a CSV file with fewer rows.")
-    parser.add_argument("-l", "--length", type=int, metavar="LEN", help="about how many rows to keep")
+    parser.add_argument("-l", "--length", type=int, metavar="LEN", help="approximate number of rows to keep")
     parser.add_argument(
         "-s", "--skip", type=int, default=10, metavar="SKIP", help="without a length: keep each SKIP-th row"
     )

@@ -1,4 +1,4 @@
-"""Drop-in replacement for Noetic's diagnostic_updater: tasks that report on a device on /diagnostics."""
+"""Drop-in replacement for Noetic's diagnostic_updater: publish a device's state on /diagnostics."""
 
 from diagnostic_msgs.msg import DiagnosticArray as DiagnosticArray
 from diagnostic_msgs.msg import DiagnosticStatus as DiagnosticStatus

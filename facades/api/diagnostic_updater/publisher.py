@@ -8,7 +8,7 @@ from diagnostic_updater.tasks import CompositeDiagnosticTask, FrequencyStatus, T
 
 
 class HeaderlessTopicDiagnostic(CompositeDiagnosticTask):
-    """Task that reports the frequency of calls of `tick`. Adds itself to the updater `diag`."""
+    """Task that reports how frequently `tick` is called. Adds itself to the updater `diag`."""
 
     def __init__(self, name: str, diag: Any, freq: Any) -> None:
         super().__init__(f"{name} topic status")
@@ -41,7 +41,7 @@ class TopicDiagnostic(HeaderlessTopicDiagnostic):
 
 
 class DiagnosedPublisher(TopicDiagnostic):
-    """Publisher with diagnostics of its messages, which must have a header."""
+    """Publisher that reports diagnostics for its messages, which must have a header."""
 
     def __init__(self, pub: Any, diag: Any, freq: Any, stamp: Any) -> None:
         super().__init__(pub.name, diag, freq, stamp)

@@ -26,7 +26,7 @@ class DiagnosticStatusWrapper(DiagnosticStatus):
         self.summary(0, "")
 
     def mergeSummary(self, *args: Any) -> None:
-        """Merge a level and message: the worse level wins; messages of the same severity are joined."""
+        """Merge a level and message. The worse level wins; messages of equal severity are joined."""
         level, message = _level_and_message(args)
         self.level, self.message = merged(self.level, self.message, level, message)
 

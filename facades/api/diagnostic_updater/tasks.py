@@ -28,7 +28,7 @@ class DiagnosticTask:
 
 
 class FunctionDiagnosticTask(DiagnosticTask):
-    """Task that calls a function, which takes a status and returns it."""
+    """Task that calls a function that takes a status and returns it."""
 
     def __init__(self, name: str, fn: Callable[[Any], Any]) -> None:
         super().__init__(name)
@@ -40,7 +40,7 @@ class FunctionDiagnosticTask(DiagnosticTask):
 
 
 class CompositeDiagnosticTask(DiagnosticTask):
-    """Several tasks with a joint report: all their values, and a merged summary."""
+    """Several tasks with a joint report, which contains all their values and a merged summary."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -78,7 +78,7 @@ class FrequencyStatusParam:
 
 
 class FrequencyStatus(DiagnosticTask):
-    """Task that reports the frequency of calls of `tick`."""
+    """Task that reports how frequently `tick` is called."""
 
     def __init__(self, params: FrequencyStatusParam, name: str = "FrequencyStatus") -> None:
         super().__init__(name)
@@ -87,7 +87,7 @@ class FrequencyStatus(DiagnosticTask):
         self.clear()
 
     def clear(self) -> None:
-        """Reset the counts."""
+        """Reset the event counts."""
         with self.lock:
             self._window = EventWindow(self.params.window_size, rospy.get_time())
 
@@ -121,7 +121,7 @@ class FrequencyStatus(DiagnosticTask):
 class TimeStampStatusParam:
     """Parameters of a TimeStampStatus.
 
-    They are the accepted range of ages in seconds; the age of a future timestamp is negative.
+    The two values bound the accepted age in seconds. The age of a future timestamp is negative.
     """
 
     def __init__(self, min_acceptable: float = -1, max_acceptable: float = 5) -> None:

@@ -16,7 +16,7 @@ _PERIOD_CHECK_S = 0.25
 
 
 class DiagnosticTaskVector:
-    """Tasks by their names."""
+    """Tasks, accessible by name."""
 
     class DiagnosticTaskInternal:
         """A task's name and function."""
@@ -38,7 +38,7 @@ class DiagnosticTaskVector:
         """Handle the addition of a task; for subclasses."""
 
     def add(self, *args: Any) -> None:
-        """Add a task, or a name and a function that takes a status and return it."""
+        """Add a task, given as an object, or as a name and a function that takes a status and returns it."""
         name, function = (args[0].getName(), args[0].run) if len(args) == 1 else args
         task = DiagnosticTaskVector.DiagnosticTaskInternal(name, function)
         with self.lock:
@@ -58,7 +58,8 @@ class DiagnosticTaskVector:
 class Updater(DiagnosticTaskVector):
     """Publisher of the tasks' reports on `/diagnostics`, every `~diagnostic_period` seconds.
 
-    Call `update` at least as often. A task that raises is reported as an error; the other tasks still run.
+    Call `update` at least once per period. A task that raises is reported as an error; the other tasks still
+    run.
     """
 
     def __init__(self) -> None:
@@ -72,7 +73,7 @@ class Updater(DiagnosticTaskVector):
         self.warn_nohwid_done = False
 
     def setHardwareID(self, hwid: str) -> None:
-        """Set the identifier of the device; "none" if it has none."""
+        """Set the hardware ID of the device. Use "none" if the device does not have an ID."""
         self.hwid = hwid
 
     def update(self) -> None:
@@ -95,7 +96,9 @@ class Updater(DiagnosticTaskVector):
                 rospy.logwarn(words, status.name, status.level, status.message)
         if not self.hwid and not self.warn_nohwid_done and not any(status.level for status in found):
             self.warn_nohwid_done = True
-            rospy.logwarn("diagnostic_updater: no hardware id was set. Call setHardwareID(); 'none' will do.")
+            rospy.logwarn(
+                "diagnostic_updater: no hardware ID is set. Call setHardwareID('none') if it has none."
+            )
         self.publish(found)
 
     def _report(self, task: Any) -> DiagnosticStatusWrapper:
@@ -126,7 +129,7 @@ class Updater(DiagnosticTaskVector):
         self.publisher.publish(message)
 
     def addedTaskCallback(self, task: Any) -> None:
-        """Publish that the task's device is starting up."""
+        """Publish a status that says that the device is starting up."""
         status = DiagnosticStatusWrapper(name=task.name)
         status.summary(0, "Node starting up")
         self.publish(status)

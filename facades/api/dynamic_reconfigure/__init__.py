@@ -1,4 +1,4 @@
-"""Drop-in replacement for Noetic's dynamic_reconfigure: parameters that change while a node runs."""
+"""Drop-in replacement for Noetic's dynamic_reconfigure: parameters that can be changed while a node runs."""
 
 from typing import Any as _Any
 
@@ -8,7 +8,7 @@ _star_names(__name__, "roslib")
 
 
 class DynamicReconfigureException(Exception):
-    """Base class of the errors of dynamic_reconfigure."""
+    """Base class of dynamic_reconfigure's exceptions."""
 
 
 class DynamicReconfigureParameterException(DynamicReconfigureException):

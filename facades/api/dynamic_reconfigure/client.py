@@ -25,11 +25,11 @@ _star_names(__name__, "roslib threading")
 
 
 class Client:
-    """Client of the reconfigure server `name`. Receives its configuration and every change.
+    """Client of the reconfigure server `name`. Receives the server's configuration and every change to it.
 
     Args:
         timeout: seconds to wait for the server; None to wait forever.
-        config_callback: called with the configuration when it is first received, and at each change.
+        config_callback: called with the configuration when it is first received and after each change.
         description_callback: called with the list of parameters.
 
     Raises:
@@ -61,7 +61,10 @@ class Client:
         self._updates_sub = rospy.Subscriber(f"{topic}/parameter_updates", ConfigMsg, self._updates_msg)
 
     def get_configuration(self, timeout: float | None = None) -> Any:
-        """Return the configuration, or None if none arrives within `timeout` seconds (None: wait forever)."""
+        """Return the configuration, or None if it does not arrive within `timeout` seconds.
+
+        None waits forever.
+        """
         return self._wait("config", timeout)
 
     def get_parameter_descriptions(self, timeout: float | None = None) -> Any:
@@ -81,7 +84,9 @@ class Client:
             return getattr(self, what)
 
     def update_configuration(self, changes: dict[str, Any]) -> Any:
-        """Change parameters, and return the new configuration from the server. Blocks until it answers.
+        """Change parameters, and return the new configuration from the server.
+
+        Blocks until the server responds.
 
         Strings are converted to the parameter's type; enums also accept the name of a constant.
 
@@ -112,7 +117,7 @@ class Client:
             raise DynamicReconfigureParameterException(str(error)) from error
 
     def update_groups(self, changes: Any) -> Any:
-        """Return the tree of groups with new states, by the groups' names."""
+        """Return the tree of groups with the given states, which are keyed by group name."""
         tree = self.get_group_descriptions()
 
         def change(group: Any) -> None:

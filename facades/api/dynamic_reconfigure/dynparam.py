@@ -21,7 +21,10 @@ from pipros.safe.yaml import load
 
 
 class CommandParser(argparse.ArgumentParser):
-    """Argument parser that exits with 1 for a missing or unknown command, as Noetic's, else with 2."""
+    """Argument parser.
+
+    Like Noetic's, it exits with 1 if the command is missing or unknown; other errors exit with 2.
+    """
 
     def error(self, message: str) -> NoReturn:
         self.print_usage(sys.stderr)
@@ -37,9 +40,9 @@ def parser() -> argparse.ArgumentParser:
     for name, help_text, more in (
         ("get", "print the configuration of a node", ()),
         ("set", "change parameters: a name and a value, or a YAML mapping", ("words",)),
-        ("set_from_parameters", "change parameters to the private ones of this program", ()),
+        ("set_from_parameters", "set parameters from the private parameters of this program", ()),
         ("dump", "write the configuration of a node to a file", ("file",)),
-        ("load", "change parameters to those in a file", ("file",)),
+        ("load", "set parameters from a file", ("file",)),
     ):
         command = commands.add_parser(name, help=help_text)
         command.add_argument("-t", "--timeout", type=float, help="seconds to wait for the node")
@@ -112,7 +115,10 @@ def main() -> int:
 
 
 def _as_yaml(config: Any) -> str:
-    """Format one parameter per line. JSON values are valid YAML, except for some numbers."""
+    """Format the configuration as YAML, with one parameter per line.
+
+    JSON values are valid YAML, except for some numbers.
+    """
     lines = []
     for name, value in config.items():
         if name == "groups":

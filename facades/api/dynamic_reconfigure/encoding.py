@@ -1,4 +1,4 @@
-"""Convert configurations and descriptions to messages and back."""
+"""Conversion of configurations and descriptions to messages and back."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ _star_names(
 
 
 def encode_description(descr: Any) -> ConfigDescrMsg:
-    """Return the message that describes the configuration of a module."""
+    """Return the message that describes a module's configuration."""
     return ConfigDescrMsg(
         groups=encode_groups(None, descr.config_description),
         max=encode_config(descr.max),
@@ -70,12 +70,12 @@ def encode_groups(parent: Any, group: Any) -> list[Any]:  # noqa: ARG001 # part 
 
 
 _PARTS: tuple[tuple[type, str, Any], ...] = (
-    (bool, "bools", BoolParameter),  # before int: a bool is one
+    (bool, "bools", BoolParameter),  # Check bool before int, because bool is a subclass of int.
     (int, "ints", IntParameter),
     (str, "strs", StrParameter),
     (float, "doubles", DoubleParameter),
 )
-"""Type, field of a message, and message of each kind of parameter."""
+"""Python type, message field and message class for each kind of parameter."""
 
 
 def encode_config(config: Any, flat: bool = True) -> ConfigMsg:
@@ -104,7 +104,7 @@ def _states_below(group: Any) -> Iterator[GroupState]:
 
 
 def initial_config(msg: Any, description: Any = None) -> Config:
-    """Decode a message, with the states and values of the groups in a `.cfg` description."""
+    """Decode a message, adding the group states and values from a `.cfg` description."""
     config = values(msg)
     if msg.groups and description is not None:
         described = {group["id"]: group for group in all_groups(description)}

@@ -1,4 +1,4 @@
-"""`Server`: lets other nodes change the parameters of a node."""
+"""`Server`, with which other nodes can change the parameters of this node."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Server:
 
     Args:
         type: module of the configuration, such as `my_pkg.cfg.FooConfig`.
-        namespace: namespace of the server's topics and service; private unless it begins with a slash.
+        namespace: namespace of the server's topics and service; private unless it starts with a slash.
     """
 
     def __init__(self, type: Any, callback: Callable[[Any, int], Any], namespace: str = "") -> None:  # noqa: A002

@@ -20,7 +20,10 @@ _star_names(__name__, "cv2 numpy")
 
 
 def mkmat(rows: int, cols: int, L: Any) -> Any:
-    """Return a matrix of the values of `L`, row by row. Missing values are 0, surplus ones are ignored."""
+    """Return a matrix filled row by row with the values in `L`.
+
+    Missing values are 0; surplus values are ignored.
+    """
     matrix = np.zeros(rows * cols)
     values = np.asarray(L, dtype="float64").ravel()[: rows * cols]
     matrix[: values.size] = values
@@ -33,8 +36,8 @@ class PinholeCameraModel:
     Attributes:
         K, P: matrices (3x3, 3x4) for the published image, adjusted for binning and region of interest;
             `full_K` and `full_P` are K and P at full resolution.
-        D: distortion coefficients as a column; None without distortion.
-        stamp: stamp of the message.
+        D: distortion coefficients as a column, or None if there is no distortion.
+        stamp: timestamp of the message.
     """
 
     def __init__(self) -> None:
@@ -63,7 +66,7 @@ class PinholeCameraModel:
         self.binning_x, self.binning_y = max(1, msg.binning_x), max(1, msg.binning_y)
         self.tf_frame, self.stamp = msg.header.frame_id, msg.header.stamp
         roi = self.raw_roi = copy.copy(msg.roi)
-        if roi.x_offset == roi.y_offset == roi.width == roi.height == 0:  # the whole image
+        if roi.x_offset == roi.y_offset == roi.width == roi.height == 0:  # this region is the whole image
             roi.width, roi.height = self.width, self.height
         for matrix in (self.K, self.P):
             matrix[0, 0] /= self.binning_x
@@ -84,7 +87,7 @@ class PinholeCameraModel:
         cv2.remap(raw, self.mapx, self.mapy, cv2.INTER_CUBIC, rectified)
 
     def rectifyPoint(self, uv_raw: Sequence[float]) -> Any:
-        """Return the rectified pixel of a pixel (u, v) of the raw image, as an array of shape (2,).
+        """Convert the pixel (u, v) of the raw image to a rectified pixel. Return an array of shape (2,).
 
         Raises:
             ValueError: the number of distortion coefficients is not 4, 5, 8, 12 or 14.
@@ -95,7 +98,7 @@ class PinholeCameraModel:
     def project3dToPixel(self, point: Sequence[float]) -> tuple[float, float]:
         """Project a point (x, y, z) in the camera frame to the rectified pixel (u, v).
 
-        Return NaN for a point in the plane of the camera.
+        Return NaN for a point in the camera plane.
         """
         x, y, w = np.asarray(self.P) @ np.array([point[0], point[1], point[2], 1.0])
         if w == 0:
@@ -110,25 +113,25 @@ class PinholeCameraModel:
             return x / length, y / length, 1.0 / length
 
     def getDeltaU(self, deltaX: float, Z: float) -> float:
-        """Return the horizontal distance in pixels of points `deltaX` apart at depth `Z`."""
+        """Return the horizontal distance in pixels between points that are `deltaX` apart at depth `Z`."""
         return math.inf if Z == 0 else float(self.fx() * deltaX / Z)
 
     def getDeltaV(self, deltaY: float, Z: float) -> float:
-        """Return the vertical distance in pixels of points `deltaY` apart at depth `Z`."""
+        """Return the vertical distance in pixels between points that are `deltaY` apart at depth `Z`."""
         return math.inf if Z == 0 else float(self.fy() * deltaY / Z)
 
     def getDeltaX(self, deltaU: float, Z: float) -> float:
-        """Return the horizontal distance of points at depth `Z` whose pixels are `deltaU` apart."""
+        """Return the horizontal distance between points at depth `Z` whose pixels are `deltaU` apart."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return float(Z * deltaU / self.fx())
 
     def getDeltaY(self, deltaV: float, Z: float) -> float:
-        """Return the vertical distance of points at depth `Z` whose pixels are `deltaV` apart."""
+        """Return the vertical distance between points at depth `Z` whose pixels are `deltaV` apart."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return float(Z * deltaV / self.fy())
 
     def fullResolution(self) -> tuple[int, int]:
-        """Return width and height of the full-resolution image in pixels."""
+        """Return the width and height of the full-resolution image in pixels."""
         return self.resolution
 
     def intrinsicMatrix(self) -> Any:
@@ -136,7 +139,7 @@ class PinholeCameraModel:
         return self.K
 
     def distortionCoeffs(self) -> Any:
-        """Return D, or None without distortion."""
+        """Return D, or None if there is no distortion."""
         return self.D
 
     def rotationMatrix(self) -> Any:
@@ -190,7 +193,7 @@ class PinholeCameraModel:
             return 2 * math.atan(self.height / (2 * self.fy()))
 
     def tfFrame(self) -> str:
-        """Return the frame id of the camera."""
+        """Return the frame ID of the camera."""
         return self.tf_frame  # type: ignore[no-any-return]
 
 
@@ -214,7 +217,7 @@ class StereoCameraModel:
             self.Q[3, 2] = 1 / baseline
 
     def tfFrame(self) -> str:
-        """Return the frame id of the left camera."""
+        """Return the frame ID of the left camera."""
         return self.left.tfFrame()
 
     def project3dToPixel(self, point: Sequence[float]) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -222,7 +225,7 @@ class StereoCameraModel:
         return self.left.project3dToPixel(point), self.right.project3dToPixel(point)
 
     def projectPixelTo3d(self, left_uv: Sequence[float], disparity: float) -> tuple[float, float, float]:
-        """Return the point (x, y, z) of a rectified pixel of the left image; zeros for a disparity of 0.
+        """Return the point (x, y, z) for a rectified pixel of the left image; zeros if the disparity is 0.
 
         Args:
             disparity: column in the left image minus column in the right image.
@@ -232,9 +235,9 @@ class StereoCameraModel:
             return (x / w, y / w, z / w) if w != 0 else (0.0, 0.0, 0.0)
 
     def getZ(self, disparity: float) -> float:
-        """Return the depth of points with this disparity; infinity for 0."""
+        """Return the depth of points with the given disparity; infinity if it is 0."""
         return math.inf if disparity == 0 else float(-self.right.Tx() / disparity)
 
     def getDisparity(self, Z: float) -> float:
-        """Return the disparity of points at this depth; infinity for 0."""
+        """Return the disparity of points at the given depth; infinity if it is 0."""
         return math.inf if Z == 0 else float(-self.right.Tx() / Z)

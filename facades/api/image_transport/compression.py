@@ -13,7 +13,7 @@ from pipros.pictures.codecs import codec
 
 
 def compressor(topic: str) -> Callable[[Image], CompressedImage | None]:
-    """Return a function that compresses images by the parameters of `topic`.
+    """Return a function that compresses images according to the parameters of `topic`.
 
     The parameters are `format`, `jpeg_quality` and `png_level` in the namespace of the topic. The function
     returns None if an image cannot be compressed.
@@ -42,7 +42,7 @@ def compressor(topic: str) -> Callable[[Image], CompressedImage | None]:
 
 
 def decompressor() -> Callable[[CompressedImage], Image | None]:
-    """Return a function that decompresses images. It returns None if an image cannot be decompressed.
+    """Return a function that decompresses images, and returns None for images that cannot be decompressed.
 
     Raises:
         ImportError: neither OpenCV nor Pillow is installed.

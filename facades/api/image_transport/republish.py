@@ -16,7 +16,7 @@ from pipros.libraries.topic_tools.raw import class_like
 
 USAGE = "Usage: {} in_transport in:=<in_base_topic> [out_transport] out:=<out_base_topic>"
 
-# Class of images that are passed on unchanged, without decoding.
+# Message class for images that are passed on unchanged, without decoding.
 _RawImage: Any = class_like(
     {"type": Image._type, "md5sum": Image._md5sum, "message_definition": Image._full_text}
 )

@@ -7,5 +7,5 @@ SUBSCRIBED = ("raw", "compressed", "compressedDepth")
 
 
 def topic_of(base: str, transport: str) -> str:
-    """Return a transport's topic; for `raw` this is the base topic."""
+    """Return a transport's topic, which for `raw` is the base topic."""
     return base if transport == "raw" else f"{base}/{transport}"

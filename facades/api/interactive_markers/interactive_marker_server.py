@@ -26,7 +26,7 @@ _EMPTY_HEADER = Header()
 
 
 class InteractiveMarkerServer:
-    """Server of the interactive markers of a namespace.
+    """Server of the interactive markers in a namespace.
 
     `insert`, `setPose`, `erase` and `clear` take effect with `applyChanges`; callbacks take effect
     immediately. All methods may be called from any thread, and from callbacks.
@@ -36,7 +36,7 @@ class InteractiveMarkerServer:
 
     Args:
         topic_ns: namespace of the topics.
-        server_id: suffix to the node name, to distinguish several servers of one node and namespace.
+        server_id: suffix to the node name that distinguishes several servers in the same node and namespace.
         q_size: queue size of the feedback subscriber.
     """
 
@@ -60,7 +60,7 @@ class InteractiveMarkerServer:
 
     @property
     def marker_contexts(self) -> dict[str, MarkerContext]:
-        """The published markers by name."""
+        """The published markers, by name."""
         return self._markers.contexts
 
     @property
@@ -81,7 +81,7 @@ class InteractiveMarkerServer:
                 self._markers.set_callback(marker.name, feedback_cb, self._event_type(feedback_type))
 
     def setPose(self, name: str, pose: Pose, header: Header = _EMPTY_HEADER) -> bool:
-        """Move a marker. A header without a frame id leaves the marker's header unchanged.
+        """Move a marker. If the header has no frame ID, the marker's header stays unchanged.
 
         Return False if the marker does not exist, or its insertion is pending.
         """
@@ -107,7 +107,7 @@ class InteractiveMarkerServer:
         """Set the function to call with the feedback for a marker; None removes it.
 
         Args:
-            feedback_type: the type of event, such as `InteractiveMarkerFeedback.POSE_UPDATE`; by default all
+            feedback_type: the type of event, such as `InteractiveMarkerFeedback.POSE_UPDATE`; by default, all
                 types without a specific callback.
 
         Return False if the marker does not exist.
@@ -116,7 +116,7 @@ class InteractiveMarkerServer:
             return self._markers.set_callback(name, feedback_cb, self._event_type(feedback_type))
 
     def applyChanges(self) -> None:
-        """Apply the pending changes and publish them. Does nothing without pending changes."""
+        """Apply the pending changes and publish them. Does nothing if there are no pending changes."""
         with self.mutex:
             changes = self._markers.apply()
             if changes is None:
@@ -142,7 +142,7 @@ class InteractiveMarkerServer:
         return marker
 
     def processFeedback(self, feedback: InteractiveMarkerFeedback) -> None:
-        """Handle feedback of a viewer. A moved marker is a pending change until `applyChanges`."""
+        """Handle feedback from a viewer. Moving a marker is a pending change until `applyChanges`."""
         with self.mutex:
             is_move = feedback.event_type == InteractiveMarkerFeedback.POSE_UPDATE
             callback = self._markers.take_feedback(feedback, is_move, rospy.Time.now().to_sec())

@@ -11,7 +11,7 @@ from visualization_msgs.msg import InteractiveMarkerFeedback, MenuEntry
 import rospy
 from interactive_markers.interactive_marker_server import InteractiveMarkerServer
 
-_CHECKBOX = {1: "[x] ", 2: "[ ] "}  # by check state: CHECKED, UNCHECKED
+_CHECKBOX = {1: "[x] ", 2: "[ ] "}  # the check state is the index: CHECKED, UNCHECKED
 
 
 @dataclass(slots=True)
@@ -30,7 +30,7 @@ class EntryContext:
 class MenuHandler:
     """A menu that can be attached to any number of markers.
 
-    Changed entries become visible after `reApply` and the server's `applyChanges`.
+    Changes become visible after calls to `reApply` and to the server's `applyChanges`.
     """
 
     NO_CHECKBOX = 0
@@ -54,7 +54,7 @@ class MenuHandler:
         """Add an entry to the menu, or to the submenu of the entry `parent`.
 
         Returns:
-            The handle of the entry; None, with an error in the log, if the parent does not exist.
+            The handle of the entry, or None if the parent does not exist, which is logged as an error.
         """
         if parent is not None and parent not in self.entry_contexts_:
             rospy.logerr(f"Parent menu entry {parent} not found.")
@@ -84,12 +84,12 @@ class MenuHandler:
         return entry is not None
 
     def getCheckState(self, handle: int) -> int | None:
-        """Return NO_CHECKBOX, CHECKED or UNCHECKED; None if the entry does not exist."""
+        """Return NO_CHECKBOX, CHECKED or UNCHECKED, or None if the entry does not exist."""
         entry = self.entry_contexts_.get(handle)
         return entry.check_state if entry else None
 
     def getTitle(self, handle: int) -> str | None:
-        """Return the title of an entry; None if it does not exist."""
+        """Return the title of an entry, or None if the entry does not exist."""
         entry = self.entry_contexts_.get(handle)
         return entry.title if entry else None
 
@@ -105,7 +105,10 @@ class MenuHandler:
         return True
 
     def reApply(self, server: InteractiveMarkerServer) -> bool:
-        """Attach the current menu to all its markers again. Return False if one of them no longer exists."""
+        """Attach the current menu to all its markers again.
+
+        Return False if one of the markers no longer exists.
+        """
         applied = [self.apply(server, name) for name in sorted(self.managed_markers_)]
         return all(applied)
 

@@ -1,4 +1,4 @@
-"""Drop-in replacement for Noetic's joint_state_publisher: publish default or collected values of joints."""
+"""Drop-in replacement for Noetic's joint_state_publisher: publish default or collected joint values."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pipros.libraries.robot_model.urdf import UrdfError, read_robot
 
 
 def get_param(name: str, value: Any = None) -> Any:
-    """Return the private parameter `name`, else the namespace's parameter, else the default `value`."""
+    """Return the private parameter `name`, or else the one in the node's namespace, or else `value`."""
     for wanted in (f"~{name}", name):
         if rospy.has_param(wanted):
             return rospy.get_param(wanted)
@@ -23,7 +23,7 @@ def get_param(name: str, value: Any = None) -> Any:
 
 
 class JointStatePublisher:
-    """Publisher of `joint_states` for the robot in the parameter `robot_description`.
+    """Publisher of `joint_states` for the robot described in the parameter `robot_description`.
 
     The attributes `free_joints`, `joint_list` and `dependent_joints` hold the joints and may be modified.
 
@@ -64,13 +64,13 @@ class JointStatePublisher:
         self.pub = rospy.Publisher("joint_states", JointState, queue_size=5)
 
     def source_cb(self, msg: Any) -> None:
-        """Handle a message of a source."""
+        """Handle a message from a source."""
         self._values.update(msg.name, position=msg.position, velocity=msg.velocity, effort=msg.effort)
         if self.source_update_cb is not None:
             self.source_update_cb()
 
     def set_source_update_cb(self, user_cb: Callable[[], object]) -> None:
-        """Set a function to call without arguments after each message of a source."""
+        """Set a function to call without arguments after each message from a source."""
         self.source_update_cb = user_cb
 
     def loop(self) -> None:

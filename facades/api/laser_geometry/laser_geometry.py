@@ -15,7 +15,7 @@ _star_names(__name__, "pc2=sensor_msgs.point_cloud2 rospy")
 class LaserProjection:
     """Converter of laser scans to point clouds in the frame of the scanner.
 
-    The directions of the rays are cached for scans of the same geometry.
+    The ray directions are cached for scans with the same geometry.
     """
 
     LASER_SCAN_INVALID = -1.0
@@ -23,14 +23,14 @@ class LaserProjection:
     LASER_SCAN_MAX_RANGE = -3.0
 
     class ChannelOption:
-        """Flags of the channels of a point besides x, y and z."""
+        """Flags for the channels that a point has besides x, y and z."""
 
         NONE = 0x00
-        INTENSITY = 0x01  # intensity: of the scan, if it has intensities
-        INDEX = 0x02  # index: index of the ray in the scan, int32
-        DISTANCE = 0x04  # distances: the range in metres
-        TIMESTAMP = 0x08  # stamps: seconds since the stamp of the scan
-        VIEWPOINT = 0x10  # vp_x, vp_y, vp_z: position of the scanner, zeros
+        INTENSITY = 0x01  # intensity is set if the scan has intensities
+        INDEX = 0x02  # index is the index of the ray in the scan, int32
+        DISTANCE = 0x04  # distances are the ranges in metres
+        TIMESTAMP = 0x08  # stamps are seconds since the scan's timestamp
+        VIEWPOINT = 0x10  # vp_x, vp_y and vp_z are the position of the scanner: zeros
         DEFAULT = INTENSITY | INDEX
 
     def __init__(self) -> None:
@@ -42,7 +42,7 @@ class LaserProjection:
         range_cutoff: float = -1.0,
         channel_options: int = ChannelOption.DEFAULT,
     ) -> PointCloud2:
-        """Return a cloud (one row) of the points with `range_min` <= range < limit.
+        """Return the points with `range_min` <= range < limit as a point cloud with one row.
 
         Args:
             range_cutoff: the limit in metres, at most the scan's `range_max`; negative for `range_max`.

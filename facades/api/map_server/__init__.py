@@ -1,4 +1,4 @@
-"""`rosrun map_server map_server map.yaml`: publish a map. `map_saver` saves one."""
+"""`rosrun map_server map_server map.yaml`: publish a map. To save a map, use `map_saver`."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def message_of(grid: Grid, frame_id: str) -> Any:
 
 
 class MapServer:
-    """Server of a map on the latched topics `map` and `map_metadata`, and by the service `static_map`.
+    """Server of a map. It uses the latched topics `map` and `map_metadata`, and the service `static_map`.
 
     The service `change_map` loads another map from a YAML file.
     """

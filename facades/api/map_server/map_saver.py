@@ -1,4 +1,4 @@
-"""`rosrun map_server map_saver`: save the map of the topic `map` as an image and a YAML file."""
+"""`rosrun map_server map_saver`: save the map published on `map` as an image and a YAML file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ USAGE = """Usage:
   map_saver [--occ <threshold_occupied>] [--free <threshold_free>] [-f <mapname>] [ROS remapping args]"""  # noqa: W291
 
 _THRESHOLDS = {"--occ": ("threshold_occupied", 1), "--free": ("threshold_free", 0)}
-"""Name and minimum of each threshold, by option."""
+"""Name and minimum value of each threshold, keyed by option."""
 
 
 class WrongArguments(ValueError):
@@ -28,7 +28,7 @@ class WrongArguments(ValueError):
 
 
 def read_arguments(arguments: Sequence[str]) -> tuple[str, int, int]:
-    """Return the name of the map, and the thresholds (in percent) of occupied and of free cells.
+    """Return the map name and the thresholds, in percent, for occupied and free cells.
 
     Raises:
         WrongArguments: an option is unknown, or a value is missing or out of range.
@@ -56,7 +56,7 @@ def _threshold(option: str, value: str) -> int:
 
 
 def save_map(message: Any, name: str, occupied: int, free: int) -> None:
-    """Write `name`.pgm and `name`.yaml; cells up to `free` are free, those from `occupied` on occupied.
+    """Write `name`.pgm and `name`.yaml. Cells <= `free` are free, and cells >= `occupied` are occupied.
 
     Raises:
         MapError: the number of cells is not width times height. Nothing is written.
@@ -79,7 +79,7 @@ def save_map(message: Any, name: str, occupied: int, free: int) -> None:
 
 @exits_after_ctrl_c(1)
 def main() -> int:
-    """Wait for a map without limit and save it. Return the exit code."""
+    """Wait without a limit for a map, and save it. Return the exit code."""
     arguments = rospy.myargv()[1:]
     if arguments[:1] == ["-h"]:
         print(USAGE)

@@ -9,12 +9,13 @@ from pipros.libraries.filters.history import History
 
 
 class Cache(SimpleFilter):
-    """Filter that passes messages on and keeps the last ones in the order of arrival.
+    """Filter that passes messages on and keeps the most recent messages in order of arrival.
 
     Args:
         f: the input filter.
         cache_size: maximum number of messages.
-        allow_headerless: stamp messages without a header with their time of arrival; otherwise drop them.
+        allow_headerless: use the time of arrival as the timestamp of messages without a header, instead of
+            dropping them.
     """
 
     def __init__(self, f: SimpleFilter, cache_size: int = 1, allow_headerless: bool = False) -> None:
@@ -34,16 +35,16 @@ class Cache(SimpleFilter):
 
     @property
     def cache_msgs(self) -> list[Any]:
-        """The messages in the order of arrival."""
+        """The messages in order of arrival."""
         return self._history.messages
 
     @property
     def cache_times(self) -> list[Any]:
-        """The stamps of the messages in the order of arrival."""
+        """The timestamps of the messages in order of arrival."""
         return self._history.stamps
 
     def connectInput(self, f: SimpleFilter) -> None:
-        """Connect a filter as a further input."""
+        """Connect another filter as an input."""
         self.incoming_connection = f.registerCallback(self.add)
 
     def add(self, msg: Any) -> None:
@@ -54,7 +55,7 @@ class Cache(SimpleFilter):
             self.signalMessage(msg)
 
     def getInterval(self, from_stamp: Any, to_stamp: Any) -> list[Any]:
-        """Return the messages with stamps from `from_stamp` to `to_stamp`, both included.
+        """Return the messages with timestamps from `from_stamp` to `to_stamp`, inclusive.
 
         Raises AssertionError if `from_stamp` is after `to_stamp`, as in Noetic.
         """
@@ -63,15 +64,15 @@ class Cache(SimpleFilter):
         return self._history.between(from_stamp, to_stamp)
 
     def getElemAfterTime(self, stamp: Any) -> Any:
-        """Return the first message in order of arrival with a stamp at or after `stamp`, or None."""
+        """Return the first message in order of arrival whose timestamp is >= `stamp`, or None."""
         return self._history.first_from(stamp)
 
     def getElemBeforeTime(self, stamp: Any) -> Any:
-        """Return the last message in order of arrival with a stamp at or before `stamp`, or None."""
+        """Return the last message in order of arrival whose timestamp is <= `stamp`, or None."""
         return self._history.last_until(stamp)
 
     def getLatestTime(self) -> Any:
-        """Return the stamp of the message that arrived last, or None."""
+        """Return the timestamp of the message that arrived last, or None if the cache is empty."""
         stamps = self._history.stamps
         return stamps[-1] if stamps else None
 
@@ -80,11 +81,11 @@ class Cache(SimpleFilter):
         return self.getLatestTime()
 
     def getOldestTime(self) -> Any:
-        """Return the stamp of the cached message that arrived first, or None."""
+        """Return the timestamp of the cached message that arrived first, or None if the cache is empty."""
         stamps = self._history.stamps
         return stamps[0] if stamps else None
 
     def getLast(self) -> Any:
-        """Return the first message with a stamp at or after `getLatestTime`, or None."""
+        """Return the first message with a timestamp >= `getLatestTime()`, or None if the cache is empty."""
         latest = self.getLatestTime()
         return None if latest is None else self.getElemAfterTime(latest)

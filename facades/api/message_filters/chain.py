@@ -52,7 +52,7 @@ class Chain(SimpleFilter):
         return number
 
     def getFilter(self, index: int) -> Any:
-        """Return the filter with this index, or None if it does not exist."""
+        """Return the filter with the given index, or None if it does not exist."""
         return self._filters[index] if 0 <= index < len(self._filters) else None
 
     def _pass_on(self, number: int, msg: tuple[Any, ...]) -> None:

@@ -11,14 +11,16 @@ from pipros.libraries.filters.history import Sequencer
 
 
 class TimeSequencer(SimpleFilter):
-    """Filter that passes messages on in the order of their stamps, each at `delay` after its stamp.
+    """Filter that passes messages on in timestamp order.
 
-    Messages that arrive after a message with a later stamp was passed on are dropped. Callbacks run in the
-    thread of a timer.
+    Each message is passed on `delay` after its timestamp.
+
+    A message that arrives after a message with a later timestamp was passed on is dropped. Callbacks run in a
+    timer thread.
 
     Args:
         f: the input filter.
-        delay: `rospy.Duration` for which a message waits for earlier ones.
+        delay: `rospy.Duration` for which a message waits for earlier messages.
         update_rate: `rospy.Duration` between checks for messages that are due.
         queue_size: maximum number of waiting messages; 0 for no limit.
     """
@@ -31,7 +33,7 @@ class TimeSequencer(SimpleFilter):
         self._timer = rospy.Timer(update_rate, lambda _: self.dispatch(), reset=True)
 
     def connectInput(self, f: SimpleFilter) -> None:
-        """Connect a filter as a further input."""
+        """Connect another filter as an input."""
         self.incoming_connection = f.registerCallback(self.add)
 
     def add(self, msg: Any) -> None:

@@ -1,4 +1,4 @@
-"""`SimpleFilter`, the base class of filters, and `Subscriber`, the filter of a topic."""
+"""`SimpleFilter`, the base class of filters, and `Subscriber`, which outputs a topic's messages."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import rospy
 
 
 class SimpleFilter:
-    """Base class of filters, whose output can be connected to callbacks."""
+    """Base class of filters. Callbacks can be connected to a filter's output."""
 
     def __init__(self) -> None:
         self.callbacks: dict[int, tuple[Callable[..., object], tuple[Any, ...]]] = {}
@@ -27,9 +27,9 @@ class SimpleFilter:
 
 
 class Subscriber(SimpleFilter):
-    """Filter that outputs the messages of a topic.
+    """Filter that outputs the messages received on a topic.
 
-    It takes the arguments of `rospy.Subscriber` and has its attributes. Callbacks run in its threads.
+    It has the arguments and attributes of `rospy.Subscriber`, in whose threads the callbacks run.
     """
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
@@ -39,7 +39,7 @@ class Subscriber(SimpleFilter):
         self.sub = rospy.Subscriber(*args, **kwargs)
 
     def callback(self, msg: Any) -> None:
-        """Pass a message of the topic to the callbacks."""
+        """Pass a message from the topic to the callbacks."""
         self.signalMessage(msg)
 
     def getTopic(self) -> str:
@@ -47,13 +47,13 @@ class Subscriber(SimpleFilter):
         return str(self.topic)
 
     def __getattr__(self, key: str) -> Any:
-        if key == "sub":  # before the constructor has set it
+        if key == "sub":  # before the constructor has set the attribute
             raise AttributeError(key)
         return getattr(self.sub, key)
 
 
 def stamp_of(msg: Any, allow_headerless: bool) -> Any:
-    """Return the stamp of a message.
+    """Return the timestamp of a message.
 
     For a message without a header, return the current time if `allow_headerless` is true; otherwise log a
     warning and return None.

@@ -1,4 +1,4 @@
-"""`TimeSynchronizer` and `ApproximateTimeSynchronizer`, which match messages of several filters by stamp."""
+"""`TimeSynchronizer` and `ApproximateTimeSynchronizer`, which match messages by timestamp."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ from pipros.libraries.filters.synchronizer import ApproximateSynchronizer, Exact
 
 
 class TimeSynchronizer(SimpleFilter):
-    """Filter that outputs sets of messages, one of each input, with equal stamps.
+    """Filter that outputs sets of messages with equal timestamps, one message from each input.
 
     Callbacks run one at a time, in the thread that delivers the last message of a set. Exceptions in a
     callback, and messages added by it, do not affect later sets.
 
     Args:
         fs: the input filters.
-        queue_size: maximum number of waiting messages of each input; the oldest stamps are dropped.
-        reset: clear the queues if simulated time jumps back.
+        queue_size: maximum number of waiting messages for each input. If it is exceeded, the message with the
+            oldest timestamp is dropped.
+        reset: whether to clear the queues if simulated time jumps back.
     """
 
     def __init__(self, fs: Sequence[SimpleFilter], queue_size: int, reset: bool = False) -> None:
@@ -34,7 +35,7 @@ class TimeSynchronizer(SimpleFilter):
 
     @property
     def queues(self) -> list[Queue]:
-        """The queue of each input: messages by stamp in nanoseconds."""
+        """The queue of each input, which maps timestamps in nanoseconds to messages."""
         queues: list[Queue] = self._matcher.queues
         return queues
 
@@ -66,7 +67,7 @@ class TimeSynchronizer(SimpleFilter):
         ]
 
     def add(self, msg: Any, my_queue: Queue, my_queue_index: int | None = None) -> None:
-        """Add a message of the input with this queue and index."""
+        """Add a message from the input with this queue and index."""
         stamp: int = msg.header.stamp.to_nsec()
         with self.lock:
             now = self._simulated_now()
@@ -74,23 +75,25 @@ class TimeSynchronizer(SimpleFilter):
                 self.signalMessage(*complete)
 
     def _simulated_now(self) -> int | None:
-        """Return the simulated time in nanoseconds; None if `reset` is off or the clock is real."""
+        """Return the simulated time in nanoseconds, or None if `reset` is off or time is not simulated."""
         if not self._matcher.reset or rospy.rostime.is_wallclock():
             return None
         return rospy.Time.now().to_nsec()
 
 
 class ApproximateTimeSynchronizer(TimeSynchronizer):
-    """Filter that outputs sets of messages, one of each input, whose stamps differ by less than `slop`.
+    """Filter that outputs sets of messages, one from each input, whose timestamps differ by less than `slop`.
 
     Callbacks run as in `TimeSynchronizer`. If the clock jumps back, all waiting messages are dropped.
 
     Args:
         fs: the input filters.
-        queue_size: maximum number of waiting messages of each input; the oldest stamps are dropped.
-        slop: exclusive limit of the difference between the stamps of a set, in seconds.
-        allow_headerless: stamp messages without a header with their time of arrival; otherwise drop them.
-        reset: clear the queue of an input if simulated time has jumped back since its last message.
+        queue_size: maximum number of waiting messages for each input. If it is exceeded, the message with the
+            oldest timestamp is dropped.
+        slop: exclusive limit on the difference between timestamps in a set, in seconds.
+        allow_headerless: use the time of arrival as the timestamp of messages without a header, instead of
+            dropping them.
+        reset: whether to clear an input's queue if simulated time has jumped back since its last message.
     """
 
     def __init__(
@@ -109,7 +112,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
         return ApproximateSynchronizer(inputs, queue_size, self.slop.to_nsec(), reset)
 
     def add(self, msg: Any, my_queue: Queue, my_queue_index: int | None = None) -> None:
-        """Add a message of the input with this queue and index."""
+        """Add a message from the input with this queue and index."""
         stamp_as_time = stamp_of(msg, self.allow_headerless)
         if stamp_as_time is None:
             return
@@ -119,7 +122,9 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
             now: int = rospy.Time.now().to_nsec()
             simulated_now = now if matcher.reset and not rospy.rostime.is_wallclock() else None
             if matcher.went_back(now, simulated_now, my_queue_index):
-                rospy.loginfo("Clock jumped back: dropped the messages that waited for synchronization.")
+                rospy.loginfo(
+                    "Clock jumped back: dropped the messages that were waiting for synchronization."
+                )
                 return
             matcher.slop = self.slop.to_nsec()
             for complete in matcher.add(msg, stamp, my_queue, my_queue_index, simulated_now):

@@ -1,4 +1,4 @@
-"""Drop-in replacement for Noetic's resource_retriever: read the files of package:// and file:// URLs."""
+"""Drop-in replacement for Noetic's resource_retriever: read files from package:// and file:// URLs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from urllib.request import url2pathname, urlopen
 PACKAGE_PREFIX = "package://"
 
 HTTP_VARIABLE = "PIPROS_RESOURCES_BY_HTTP"
-"""Environment variable that enables http:// and https:// URLs in `get` if it is 1."""
+"""Environment variable that enables http:// and https:// URLs in `get` if set to 1."""
 
 _HTTP_TIMEOUT_S = 30.0
 
@@ -20,7 +20,7 @@ def get_filename(url: str, use_protocol: bool = True) -> str:
     Other URLs are returned unchanged.
 
     Raises:
-        Exception: the URL does not contain a path in the package.
+        Exception: the URL does not contain a path within the package.
         rospkg.ResourceNotFound: the package does not exist.
     """
     if not url.startswith(PACKAGE_PREFIX):
@@ -35,9 +35,9 @@ def get_filename(url: str, use_protocol: bool = True) -> str:
 
 
 def get(url: str) -> bytes:
-    """Return the content of the file of a package:// or file:// URL.
+    """Return the contents of the file at a package:// or file:// URL.
 
-    URLs often come from messages of other nodes. Therefore http:// and https:// are rejected unless
+    URLs often arrive in messages from other nodes. Therefore http:// and https:// are rejected unless
     PIPROS_RESOURCES_BY_HTTP=1 is set, so that other nodes cannot make this process send requests. Requests
     have a timeout of 30 s.
 

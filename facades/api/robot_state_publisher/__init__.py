@@ -26,17 +26,17 @@ _MAX_AGE_S = 30.0
 """Age of a JointState message above which a warning is logged."""
 
 _SHORTEST_PERIOD_S = 0.001
-"""Between two messages: a frequency of 1e12 must not make a timer that never sleeps."""
+"""Minimum interval between two messages. Without it, a timer with a frequency of 1e12 would never sleep."""
 
 
 class RobotStatePublisher:
-    """Publisher of the frames of `robot`, from the messages of `joint_states`.
+    """Publisher of the frames of `robot`, computed from the messages on `joint_states`.
 
     Args:
-        frequency: maximum rate in Hz, and the rate of fixed joints without `use_tf_static`.
+        frequency: maximum rate in Hz. If `use_tf_static` is false, also the rate for fixed joints.
         use_tf_static: whether to publish fixed joints on `/tf_static`.
-        ignore_timestamp: whether to publish for every message, without limiting the rate by stamps.
-        tf_prefix: prefix of all frame ids, followed by a slash.
+        ignore_timestamp: whether to publish for every message, instead of limiting the rate by timestamp.
+        tf_prefix: prefix of all frame IDs, to which a slash is appended.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class RobotStatePublisher:
             self._timer = rospy.Timer(period, self._on_timer, reset=True)
 
     def on_joints(self, message: Any) -> None:
-        """Handle a message of `joint_states`."""
+        """Handle a message on `joint_states`."""
         if len(message.name) != len(message.position):
             if message.position:
                 rospy.logerr(
@@ -100,7 +100,7 @@ class RobotStatePublisher:
 
     def _on_timer(self, _event: Any) -> None:
         if self._frames.fixed:
-            # Stamped in the future, as in Noetic, so that lookups succeed until the next message.
+            # As in Noetic, the timestamp is in the future, so that lookups succeed until the next message.
             self._broadcaster.sendTransform(self._fixed(rospy.Time.now() + rospy.Duration(0.5)))
 
     def _fixed(self, stamp: Any) -> list[Any]:

@@ -69,7 +69,7 @@ class Bag(IndexAccess):
         chunk_threshold: uncompressed size of written chunks, in bytes.
         allow_unindexed: whether to open a bag without an index as an empty one, for `reindex`.
         options: a dictionary with `compression` and `chunk_threshold`, which override the arguments.
-        skip_index: whether not to read the indexes of all chunks; frequencies of topics are then unknown.
+        skip_index: whether to skip reading the chunk indexes. The topic frequencies are then unknown.
 
     Raises:
         ValueError: an argument is invalid.
@@ -141,7 +141,7 @@ class Bag(IndexAccess):
 
     @property
     def options(self) -> dict[str, Any]:
-        """Options of written chunks, as a dictionary."""
+        """The options used for written chunks, as a dictionary."""
         return {"compression": self._compression, "chunk_threshold": self._chunk_threshold}
 
     @property
@@ -212,15 +212,15 @@ class Bag(IndexAccess):
         """Return an iterator over messages in time order.
 
         Args:
-            topics: a topic or several; by default, or if empty, all.
+            topics: one topic or several. If empty or None, all topics are read.
             start_time, end_time: first and last timestamp, inclusive.
-            connection_filter: called with topic, type, md5sum, definition and connection header of each
-                connection; returns whether to read it.
+            connection_filter: called with the topic, type, md5sum, definition and header of each connection;
+                returns whether to read its messages.
             raw: yield (type, serialized message, md5sum, position, class) instead of the message.
             return_connection_header: yield `BagMessageWithConnectionHeader` instead of `BagMessage`.
 
         Raises:
-            ROSBagException: the bag is damaged, or has no valid definition of a type.
+            ROSBagException: the bag is damaged, or does not contain a valid definition for a type.
         """
         bag = self._view()
         connections = self._chosen(bag, topics, connection_filter)
@@ -252,9 +252,9 @@ class Bag(IndexAccess):
         """Add a message.
 
         Args:
-            msg: a message; if `raw`, the tuple (type, serialized message, md5sum, class), or one with a
-                position before the class, as yielded by `read_messages`.
-            t: time of receipt; by default now.
+            msg: a message. If `raw` is true, the tuple (type, serialized message, md5sum, class), or (type,
+                serialized message, md5sum, position, class) as yielded by `read_messages`.
+            t: time of receipt; defaults to the current time.
             connection_header: connection header of the publisher.
 
         Raises:
@@ -285,9 +285,9 @@ class Bag(IndexAccess):
             self._opened().flush()
 
     def reindex(self) -> Iterator[int]:
-        """Rebuild the index of a bag opened with mode `a` and `allow_unindexed`; `close` writes it.
+        """Rebuild the index of a bag opened with mode `a` and `allow_unindexed`. `close` writes the index.
 
-        Returns an iterator over the positions of the chunks, for progress displays.
+        Return an iterator over the chunk positions, for progress displays.
 
         Raises:
             ROSBagException: the format does not support an index.
@@ -299,7 +299,7 @@ class Bag(IndexAccess):
             return iter(bag.reindex())
 
     def close(self) -> None:
-        """Write the index, and close the file. Idempotent."""
+        """Write the index and close the file. May be called repeatedly."""
         if self._bag is None:
             return
         file, bag = self._file, self._bag
@@ -345,7 +345,7 @@ def _ns(name: str, time: _Time | None) -> int | None:
 
 
 def _results(found: Iterator[tuple[Connection, int, Any]], with_header: bool) -> Iterator[Any]:
-    """Yield `BagMessage`s, without the calls of constructors that would take most of the time."""
+    """Yield `BagMessage`s without calling their constructor, which would take most of the time."""
     new_time, new = Time.__new__, tuple.__new__
     with translated():
         for connection, time_ns, message in found:

@@ -1,4 +1,4 @@
-"""Counts and descriptions of a `rosbag.Bag`."""
+"""Methods that count and describe the contents of a `rosbag.Bag`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rospy.rostime import Time
 
 
 class BagContents(ABC):
-    """Methods of `Bag` that count and describe its contents, in any mode."""
+    """Methods of `Bag` that count and describe its contents. They work in any mode."""
 
     _filename: str | None
     _skip_index: bool
@@ -39,7 +39,7 @@ class BagContents(ABC):
         return CompressionTuple(found[0].name, *sums)
 
     def get_message_count(self, topic_filters: Iterable[str] | str | None = None) -> int:
-        """Return the number of messages on the given topics, or on all."""
+        """Return the number of messages on the given topics, or on all topics by default."""
         bag = self._view()
         if topic_filters is None:
             return bag.message_count
@@ -63,7 +63,10 @@ class BagContents(ABC):
     def get_type_and_topic_info(
         self, topic_filters: Iterable[str] | str | None = None
     ) -> TypesAndTopicsTuple:
-        """Return the message types with their md5sums, and the given topics, or all."""
+        """Return the message types with their md5sums, and summaries of the topics.
+
+        By default, all topics are included.
+        """
         bag = self._view()
         wanted = {topic_filters} if isinstance(topic_filters, str) else topic_filters
         with translated():

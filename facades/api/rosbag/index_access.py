@@ -22,7 +22,7 @@ ConnectionFilter = Callable[[str, str, str, str, Mapping[str, bytes]], bool]
 
 
 class ConnectionInfo:
-    """A connection, with rosbag's attribute names."""
+    """A connection, described with rosbag's attribute names."""
 
     def __init__(self, connection: Connection) -> None:
         self.id = connection.id
@@ -57,7 +57,7 @@ class ChunkHeader:
 
 @total_ordering
 class IndexEntry:
-    """Location of a message, ordered by its time alone. Pass `position` to `_read_message`."""
+    """Location of a message. Entries are ordered by time only. Pass `position` to `_read_message`."""
 
     __slots__ = ("chunk_pos", "offset", "time")
 
@@ -83,7 +83,7 @@ class IndexEntry:
 
 
 class IndexAccess(BagContents):
-    """Underscored methods and attributes of `Bag` that public code uses."""
+    """Underscored methods and attributes of `Bag` that other programs use."""
 
     _version: int
     _indexed: MessageIndex | None = None
@@ -146,7 +146,7 @@ class IndexAccess(BagContents):
     def _get_connections(
         self, topics: Iterable[str] | str | None = None, connection_filter: ConnectionFilter | None = None
     ) -> Iterator[ConnectionInfo]:
-        """Yield the connections of these topics that the filter accepts."""
+        """Yield the connections on the given topics that the filter accepts."""
         return map(ConnectionInfo, self._chosen(self._view(), topics, connection_filter))
 
     @staticmethod
@@ -171,7 +171,7 @@ class IndexAccess(BagContents):
         start_time: Time | None = None,
         end_time: Time | None = None,
     ) -> Iterator[IndexEntry]:
-        """Return the entries of the connections in time order, between two times, inclusive."""
+        """Return the entries of the connections between two times, inclusive, in time order."""
         return self._between(connections, start_time, end_time)
 
     def _get_entries_reverse(
@@ -195,7 +195,7 @@ class IndexAccess(BagContents):
         return map(IndexEntry, found)
 
     def _get_entry(self, t: Time, connections: Iterable[ConnectionInfo] | None = None) -> IndexEntry | None:
-        """Return the last entry at or before `t`, or None."""
+        """Return the last entry at or before `t`, or None if there is none."""
         with translated():
             found = self._index().last_until(t.to_nsec(), _numbers(connections))
         return found and IndexEntry(found)
@@ -203,7 +203,7 @@ class IndexAccess(BagContents):
     def _get_entry_after(
         self, t: Time, connections: Iterable[ConnectionInfo] | None = None
     ) -> IndexEntry | None:
-        """Return the first entry after `t`, or None."""
+        """Return the first entry after `t`, or None if there is none."""
         with translated():
             found = self._index().first_after(t.to_nsec(), _numbers(connections))
         return found and IndexEntry(found)

@@ -35,7 +35,7 @@ class MessageMigrator:
 
     Args:
         input_rule_files: paths of the rule files.
-        plugins: whether to load also the rules that installed packages export.
+        plugins: whether to also load the rules that installed packages export.
 
     Raises:
         BagMigrationException: a file cannot be read, or is not a rule file.
@@ -55,7 +55,7 @@ def _warn(text: str) -> None:
 
 
 def checkbag(migrator: MessageMigrator, inbag: str) -> list[Change]:
-    """Return the types of a bag that need a migration.
+    """Return the message types in a bag that need migration.
 
     Raises:
         BagMigrationException: the bag cannot be read.
@@ -70,13 +70,13 @@ def checkbag(migrator: MessageMigrator, inbag: str) -> list[Change]:
 def fixbag(migrator: MessageMigrator, inbag: str, outbag: str) -> bool:
     """Write the migrated bag.
 
-    Return False, and write nothing, if rules are missing. Raises the same errors as `checkbag`.
+    If rules are missing, write nothing and return False. Raises the same errors as `checkbag`.
     """
     return not fixbag2(migrator, inbag, outbag)
 
 
 def fixbag2(migrator: MessageMigrator, inbag: str, outbag: str, force: bool = False) -> list[Change]:
-    """Write the migrated bag. If rules are missing, write nothing, and return the changes that lack them.
+    """Write the migrated bag. If rules are missing, write nothing and return the changes that lack a rule.
 
     If `force` is true, the affected messages are copied unchanged. Raises the same errors as `checkbag`.
     """

@@ -6,9 +6,9 @@ and exceptions that ROS users know.
 
 from pipros.basics import interrupts as _interrupts
 
-_interrupts.install()  # before the other imports, during which Python drops a Ctrl-C most often
+_interrupts.install()  # Import this first: Python is most likely to drop a Ctrl-C during the other imports.
 
-# Noetic's rospy imports these, so that scripts use them after `import importlib` or `import xml`.
+# Noetic's rospy imports these submodules, so scripts use them after only `import importlib` or `import xml`.
 import importlib.util as _importlib_util  # noqa: F401
 import xml.etree.ElementTree as _ElementTree  # noqa: F401
 import xml.parsers.expat as _expat  # noqa: F401
@@ -104,7 +104,7 @@ from rospy.topics import Publisher as Publisher
 from rospy.topics import SubscribeListener as SubscribeListener
 from rospy.topics import Subscriber as Subscriber
 
-# Few use it, and it would cost every start-up a message type.
+# Few programs use this name, and importing it would load a message type at every start-up.
 __getattr__, __dir__ = _lazy_names(__name__, {"Header": "std_msgs.msg"})
 
 _star_names(

@@ -1,4 +1,4 @@
-"""The process before `init_node`: its names, clock and parameters, and operations that wait for the node."""
+"""The state before `init_node`: names, clock, parameters, and operations that wait for the node."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ Deferred = Callable[[Node], object]
 
 
 class BeforeInit:
-    """The process without a node; also the remappings that replace those of the command line.
+    """State of a process without a node, including remappings that replace those on the command line.
 
     Attributes:
-        clock: the clock of the process.
+        clock: the process's clock.
     """
 
     def __init__(self) -> None:
         self.clock: Clock = WallClock()
-        self._arguments: names.Arguments | None = None  # replace those of the command line
+        self._arguments: names.Arguments | None = None  # these replace the remappings on the command line
         self._clients: tuple[str, MasterClient, Parameters] | None = None
         self._lock = threading.Lock()
         self.reset()
 
     def reset(self) -> None:
-        """Forget deferred operations and resolved remappings, for the next node."""
+        """Discard deferred operations and resolved remappings before another node starts."""
         self._remappings: dict[str, str] | None = None
         self._deferred: list[Deferred] = []
         self._services: set[str] = set()
@@ -54,7 +54,7 @@ class BeforeInit:
         self._remappings = names.resolve_remappings(self.identity_of(None).arguments.remappings, node_name)
 
     def identity_of(self, node: Node | None) -> Identity:
-        """Return the names of the node, or those of a process without one, with the replaced remappings."""
+        """Return the node's names with the replaced remappings, or those of the process if `node` is None."""
         if node is not None:
             identity = node.identity
         else:
@@ -85,7 +85,7 @@ class BeforeInit:
     # -- deferred operations --------------------------------------------------------------
 
     def defer(self, action: Deferred) -> None:
-        """Keep an operation until the node has started."""
+        """Defer an operation until the node has started."""
         self._deferred.append(action)
 
     def take_deferred(self) -> list[Deferred]:

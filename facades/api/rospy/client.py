@@ -1,4 +1,4 @@
-"""Starting the node, parameters, and the rest of rospy's everyday functions."""
+"""rospy's everyday functions, such as starting the node and accessing parameters."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ TIMEOUT_READY = 15.0
 
 
 class _Unspecified:
-    """The type of the default of a parameter for which no default was given. Other packages use it."""
+    """Type of the placeholder for a default that was not given. Other packages use this class."""
 
 
 _unspecified = _Unspecified()
@@ -55,7 +55,7 @@ T = TypeVar("T")
 
 
 def _interruptible(function: Callable[P, T]) -> Callable[P, T]:
-    """Translate the interruption of a master call by the node's shutdown into rospy's exception."""
+    """Raise rospy's exception if the node's shutdown interrupts a call to the master."""
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> T:
@@ -80,22 +80,22 @@ def init_node(
     xmlrpc_port: int = 0,
     tcpros_port: int = 0,
 ) -> None:
-    """Make this process a ROS node, and wait until the master answers.
+    """Make this process a ROS node, and wait until the master responds.
 
     Args:
-        name: the name without a namespace; `__name:=` on the command line overrides it.
-        argv: the arguments with remappings; by default `sys.argv`.
+        name: the node's name without a namespace; `__name:=` on the command line overrides it.
+        argv: the command-line arguments with remappings; defaults to `sys.argv`.
         anonymous: whether to make the name unique.
         log_level: `rospy.DEBUG`, `INFO`, `WARN`, `ERROR` or `FATAL`; INFO by default.
-        disable_rostime: whether to keep wall time, whatever `/use_sim_time` says.
-        disable_rosout: whether not to publish log messages.
+        disable_rostime: whether to use wall time even if `/use_sim_time` is set.
+        disable_rosout: whether to disable publishing log messages.
         disable_signals: whether to leave SIGINT and SIGTERM to the caller.
-        xmlrpc_port: the port of the node's slave API; 0 selects a free one.
-        tcpros_port: the port of its topics and services; 0 selects a free one.
+        xmlrpc_port: the port of the node's slave API; 0 selects a free port.
+        tcpros_port: the port for topics and services; 0 selects a free port.
 
     Raises:
         ValueError: the name is empty, or has a namespace.
-        ROSException: init_node was called before, with different arguments.
+        ROSException: init_node was already called with different arguments.
         ROSInitException: init_node was interrupted, or called outside the main thread with signals enabled.
     """
     start_node(
@@ -138,7 +138,7 @@ def myargv(argv: Sequence[str] | None = None) -> list[str]:
 
 
 def load_command_line_node_params(argv: Sequence[str]) -> dict[str, Any]:
-    """Return the private parameters that a command line sets with `_name:=value`; values are YAML."""
+    """Return the private parameters that a command line sets with `_name:=value`, whose values are YAML."""
     from pipros.safe import yaml
 
     return {name: yaml.load(text) for name, text in parse_arguments(argv).params.items()}
@@ -146,12 +146,12 @@ def load_command_line_node_params(argv: Sequence[str]) -> dict[str, Any]:
 
 @_interruptible
 def get_published_topics(namespace: str = "/") -> list[list[str]]:
-    """Return `[topic, type]` of every published topic below the namespace."""
+    """Return `[topic, type]` for every published topic in the namespace."""
     return session.master.get_published_topics(namespace)
 
 
 def get_master(env: Mapping[str, str] | None = None) -> MasterProxy:
-    """Return the master, for direct calls of its API."""
+    """Return a proxy for direct calls to the master's API."""
     uri = session.master.uri if env is None else Environment.from_os(env).master_uri
     return MasterProxy(uri)
 
@@ -163,7 +163,7 @@ def wait_for_message(
 
     Raises:
         ROSException: no message arrived within `timeout` seconds.
-        ROSInterruptException: the node was shut down meanwhile.
+        ROSInterruptException: the node was shut down while waiting.
     """
     arrived: list[AnyMessage] = []
     changed = OnceEvent()
@@ -192,7 +192,7 @@ def get_param(param_name: str, default: Any = _unspecified) -> Any:
     """Return a parameter's value; a namespace is a dictionary.
 
     Raises:
-        KeyError: it is not set, and there is no default.
+        KeyError: the parameter is not set, and no default was given.
     """
     try:
         return session.params.get(param_name)
@@ -202,7 +202,7 @@ def get_param(param_name: str, default: Any = _unspecified) -> Any:
 
 @_interruptible
 def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
-    """Like `get_param`, but query the master only once: the master announces later changes."""
+    """Like `get_param`, but query the master only once. The master announces later changes."""
     try:
         return session.params.get_cached(param_name)
     except NotFound:
@@ -219,12 +219,12 @@ def _default(param_name: str, default: Any) -> Any:
 def set_param(param_name: str, param_value: Any) -> None:
     """Set a parameter; a dictionary replaces a whole namespace.
 
-    Setting the root, `/`, to another type has no effect.
+    Setting the root, `/`, to anything but a dictionary has no effect.
 
     Raises:
-        TypeError: XML-RPC has no form for a value: None, a set, a key that is not a string.
+        TypeError: XML-RPC cannot represent a value, such as None, a set, or a key that is not a string.
         OverflowError: an integer has more than 32 bits.
-        ROSException: the master refused.
+        ROSException: the master rejected the request.
     """
     if session.resolve(param_name) == "/" and not isinstance(param_value, (dict, type(None))):
         return
@@ -236,7 +236,7 @@ def set_param(param_name: str, param_value: Any) -> None:
 
 @_interruptible
 def has_param(param_name: str) -> bool:
-    """Return True for a parameter that is set, and for a namespace with parameters."""
+    """Return True if the parameter is set, or is a namespace that contains parameters."""
     return session.params.has(param_name)
 
 
@@ -245,7 +245,7 @@ def delete_param(param_name: str) -> None:
     """Delete a parameter or a namespace.
 
     Raises:
-        KeyError: it is not set.
+        KeyError: the parameter is not set.
     """
     try:
         session.params.delete(param_name)
@@ -255,7 +255,7 @@ def delete_param(param_name: str) -> None:
 
 @_interruptible
 def search_param(param_name: str) -> str | None:
-    """Return the full name of the closest parameter, from the node's namespace upwards; None if not found."""
+    """Search upwards from the node's namespace. Return the parameter's full name, or None if not found."""
     return session.params.search(param_name)
 
 

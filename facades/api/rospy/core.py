@@ -56,7 +56,7 @@ T = TypeVar("T")
 
 _rospy_logger = logging.getLogger("rospy.internal")
 
-# Log messages of the client library itself: for log files, not for `/rosout`.
+# Log messages of the client library itself. They are written to log files but not to `/rosout`.
 rospydebug = _rospy_logger.debug
 rospyinfo = _rospy_logger.info
 rospywarn = _rospy_logger.warning
@@ -87,7 +87,7 @@ def set_initialized(initialized: bool) -> None:
 
 
 def is_shutdown() -> bool:
-    """Return True once the node has begun to shut down; its shutdown hooks still see False."""
+    """Return True once the node has started to shut down, but not yet within its shutdown hooks."""
     return session.is_shutdown
 
 
@@ -97,9 +97,9 @@ def is_shutdown_requested() -> bool:
 
 
 def signal_shutdown(reason: str) -> None:
-    """Shut the node down: run the hooks, unregister at the master, then close all links.
+    """Shut the node down: run the hooks, unregister from the master, then close all links.
 
-    Blocks until done. May be called repeatedly.
+    Blocks until the shutdown is complete. May be called repeatedly.
     """
     session.end(reason)
 
@@ -111,10 +111,10 @@ def check_hook(hook: object) -> None:
 
 
 def add_client_shutdown_hook(h: Callable[[], object]) -> None:
-    """Call `h` when the node shuts down, while publishing still works; at once if it has already.
+    """Call `h` when the node shuts down, while publishing still works. After the shutdown, call `h` at once.
 
     Raises:
-        TypeError: it is not callable.
+        TypeError: `h` is not callable.
     """
     check_hook(h)
     session.call_or_add(session.hooks.client, h)
@@ -139,7 +139,7 @@ def add_shutdown_hook(h: Callable[[str], object]) -> None:
 
 
 def register_signals() -> None:
-    """Let SIGINT and SIGTERM end the node, as `init_node` does by default.
+    """Make SIGINT and SIGTERM shut the node down, as `init_node` does by default.
 
     Raises:
         ROSInitException: called outside the main thread.
@@ -162,7 +162,7 @@ def configure_logging(node_name: str, level: int = logging.INFO) -> None:
 
 
 def get_node_uri() -> str | None:
-    """Return the URI of the node's slave API; None before init_node."""
+    """Return the URI of the node's slave API, or None before `init_node`."""
     return session.globals.node_uri
 
 
@@ -182,7 +182,7 @@ def get_ros_root(required: bool = False, env: dict[str, str] | None = None) -> s
 
 
 def parse_rosrpc_uri(uri: str) -> tuple[str, int]:
-    """Return the host and port of a service's URI.
+    """Return the host and port in a service's URI.
 
     Raises:
         ParameterInvalid: the URI is not `rosrpc://host:port`.
@@ -199,9 +199,9 @@ def parse_rosrpc_uri(uri: str) -> tuple[str, int]:
 
 
 def xmlrpcapi(uri: str | None, cache: bool = True) -> object | None:
-    """Return an XML-RPC proxy of a node or master; None if `uri` has no host."""
+    """Return an XML-RPC proxy for a node or master, or None if `uri` does not contain a host."""
     del cache  # the proxy manages its connections itself
-    from urllib.parse import urlsplit  # also accepts a URI without a port, as `ServerProxy` does
+    from urllib.parse import urlsplit  # Like `ServerProxy`, this also accepts a URI without a port.
 
     if uri is None or not urlsplit(uri).netloc:
         return None
@@ -211,14 +211,14 @@ def xmlrpcapi(uri: str | None, cache: bool = True) -> object | None:
 
 
 class NullHandler(logging.NullHandler):
-    """Discards log records."""
+    """Handler that discards log records."""
 
     def emit(self, record: object) -> None:
         """Do nothing."""
 
 
 def _add_shutdown_thread(t: threading.Thread) -> None:
-    """Let the shutdown of the node wait for a running thread, for some seconds at most."""
+    """Make the node's shutdown wait for a running thread, for a few seconds at most."""
     if not session.is_shutdown:
         session.hooks.join(t)
 

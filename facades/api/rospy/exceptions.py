@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class ROSException(Exception):
-    """Base of the errors of rospy."""
+    """Base class of rospy's exceptions."""
 
 
 class ROSSerializationException(ROSException):
@@ -12,7 +12,7 @@ class ROSSerializationException(ROSException):
 
 
 class ROSInternalException(Exception):
-    """An internal error of the client library."""
+    """An internal error in the client library."""
 
 
 class ROSInitException(ROSException):
@@ -20,14 +20,14 @@ class ROSInitException(ROSException):
 
 
 class ROSInterruptException(ROSException, KeyboardInterrupt):
-    """A wait ended because the node is shutting down."""
+    """A blocking call was interrupted because the node is shutting down."""
 
 
 class ROSTimeMovedBackwardsException(ROSInterruptException):
-    """Simulated time went back during a wait.
+    """Simulated time moved backwards during a wait.
 
     Attributes:
-        time: the jump in seconds; negative.
+        time: the size of the jump in seconds, which is negative.
     """
 
     def __init__(self, time: float) -> None:
@@ -36,12 +36,12 @@ class ROSTimeMovedBackwardsException(ROSInterruptException):
 
 
 class TransportException(ROSInternalException):
-    """Base of the errors of connections."""
+    """Base class of connection errors."""
 
 
 class TransportTerminated(TransportException):
-    """A connection ended."""
+    """A connection was closed."""
 
 
 class TransportInitError(TransportException):
-    """A connection could not be opened, or the peer refused it."""
+    """A connection could not be opened, or was refused by the peer."""

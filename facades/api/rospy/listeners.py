@@ -1,4 +1,4 @@
-"""Listeners for registrations of the node, as in `rospy.impl.registration`."""
+"""Listeners for the node's registrations, as in `rospy.impl.registration`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from rospy.logs import logerr
 
 
 class Registration:
-    """The kinds of registrations."""
+    """Kinds of registration."""
 
     PUB = "pub"
     SUB = "sub"
@@ -26,10 +26,10 @@ class RegistrationListener:
 
 
 class RegistrationListeners:
-    """The listeners of a process.
+    """The listeners of this process.
 
     Attributes:
-        listeners: the added listeners.
+        listeners: the listeners added so far.
     """
 
     def __init__(self) -> None:
@@ -42,7 +42,10 @@ class RegistrationListeners:
             self.listeners.append(l)
 
     def notify_added(self, resolved_name: str, data_type: str, reg_type: str) -> None:
-        """Notify the listeners of a registration. Errors of one are logged and do not affect the others."""
+        """Notify the listeners of a registration.
+
+        If a listener raises, the error is logged and the others are still notified.
+        """
         for listener in list(self.listeners):
             try:
                 listener.reg_added(resolved_name, data_type, reg_type)

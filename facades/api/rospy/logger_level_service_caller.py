@@ -1,4 +1,7 @@
-"""Levels of other nodes' loggers, for tools such as rqt_logger_level. Facade of `pipros.graph.loggers`."""
+"""Access to other nodes' logger levels, for tools such as rqt_logger_level.
+
+Facade of `pipros.graph.loggers`.
+"""
 
 from __future__ import annotations
 
@@ -16,17 +19,17 @@ _star_names(__name__, "rosgraph rosnode rospy rosservice")
 
 
 class ROSConsoleException(Exception):
-    """A node does not exist, or does not support queries of its loggers."""
+    """A node does not exist, or does not offer services for its loggers."""
 
 
 class LoggerLevelServiceCaller:
-    """Queries the loggers of nodes, and sets their levels."""
+    """Client that queries nodes' loggers and sets their levels."""
 
     def __init__(self) -> None:
         self._current_levels: dict[str, str] = {}
 
     def get_levels(self) -> list[str]:
-        """Return the names of the levels, the lowest first."""
+        """Return the names of the levels, starting with the lowest."""
         return list(_loggers.LEVELS)
 
     def get_loggers(self, node: str) -> list[str]:
@@ -36,14 +39,16 @@ class LoggerLevelServiceCaller:
         return list(self._current_levels)
 
     def get_node_names(self) -> list[str]:
-        """Return the nodes whose levels can be set, sorted."""
+        """Return the sorted names of the nodes whose logger levels can be set."""
         with GraphClient("rosconsole") as graph:
             return _loggers.nodes_with_loggers(graph.master)
 
     def send_logger_change_message(self, node: str, logger: str, level: str) -> bool:
-        """Set a level; return False if the logger has it already. Call `get_loggers` for the node first.
+        """Set a level.
 
-        Raises KeyError for a logger that it did not list.
+        Return False if the logger already has this level. Call `get_loggers` for the node first.
+
+        Raises KeyError if `get_loggers` did not list the logger.
         """
         if self._current_levels[logger].lower() == level.lower():
             return False

@@ -1,7 +1,7 @@
 """`rospy.loginfo` and its family.
 
-Everything goes to Python's logger `rosout` (or `rosout.<logger_name>`), whose handlers write to the console,
-the log file and the topic `/rosout`; each line has the caller's source location.
+All messages are passed to Python's logger `rosout` (or `rosout.<logger_name>`), whose handlers write to the
+console, the log file and the topic `/rosout`. Each line includes the caller's source location.
 """
 
 from __future__ import annotations
@@ -18,23 +18,26 @@ from rospy.rostime import get_time, in_seconds
 from rospy.session import session
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
-"""The level numbers of `/rosout` and `init_node(log_level=)`."""
+"""The level numbers used on `/rosout` and in `init_node(log_level=)`."""
 
 
 class Log(Protocol):
-    """Logs `msg % args`, or `msg` without args. `logger_name` names a logger below `rosout`."""
+    """Function that logs `msg % args`, or `msg` if there are no args.
+
+    `logger_name` names a logger below `rosout`.
+    """
 
     def __call__(self, msg: object, *args: Any, **kwargs: Any) -> None: ...
 
 
 class LogThrottled(Protocol):
-    """Logs a line unless this place in the code logged one less than `period` seconds ago."""
+    """Function that logs at most one line per `period` seconds from each place in the code."""
 
     def __call__(self, period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None: ...
 
 
 class Family(NamedTuple):
-    """The functions of one level."""
+    """Log functions for one level."""
 
     log: Log
     throttle: LogThrottled
@@ -43,17 +46,17 @@ class Family(NamedTuple):
 
 
 class LoggingThrottle:
-    """Passes one line of each caller per period.
+    """Filter that lets through one line from each caller per period.
 
     Attributes:
-        last_logging_time_table: time at which each caller last passed, in seconds of the node's clock.
+        last_logging_time_table: time at which each caller last logged a line, in seconds on the node's clock.
     """
 
     def __init__(self) -> None:
         self.last_logging_time_table: dict[Hashable, float] = {}
 
     def __call__(self, caller_id: Hashable, period: float | msg_time.Duration) -> bool:
-        """Return True if this caller has not passed for `period`, or the clock went back."""
+        """Return True if this caller has not logged a line for `period`, or if the clock moved backwards."""
         now = get_time() if session.has_time else time.time()
         last = self.last_logging_time_table.get(caller_id)
         if last is not None and last <= now <= last + in_seconds(period):
@@ -65,7 +68,7 @@ class LoggingThrottle:
 
 
 class LoggingIdentical:
-    """Passes a line of a caller if it differs from the caller's last one.
+    """Filter that lets a caller's line through if it differs from the caller's previous line.
 
     Attributes:
         last_logging_msg_table: the last line of each caller.
@@ -75,7 +78,7 @@ class LoggingIdentical:
         self.last_logging_msg_table: dict[Hashable, str] = {}
 
     def __call__(self, caller_id: Hashable, msg: str) -> bool:
-        """Return True if the caller's last line was different."""
+        """Return True if the caller's previous line was different, or if there is none."""
         is_new = self.last_logging_msg_table.get(caller_id) != msg
         self.last_logging_msg_table[caller_id] = msg
         return is_new
@@ -92,13 +95,13 @@ class LoggingOnce:
         self.called_caller_ids: set[Hashable] = set()
 
     def __call__(self, caller_id: Hashable) -> bool:
-        """Return True the first time."""
+        """Return True on the caller's first call."""
         is_new = caller_id not in self.called_caller_ids
         self.called_caller_ids.add(caller_id)
         return is_new
 
 
-# Separate tables: calls of different kinds on the same line do not affect each other.
+# The tables are separate, so that calls of different kinds on the same line do not affect each other.
 _logging_once, _logging_throttle, _logging_identical, _logging_identical_throttle = (
     LoggingOnce(),
     LoggingThrottle(),
@@ -108,7 +111,7 @@ _logging_once, _logging_throttle, _logging_identical, _logging_identical_throttl
 
 
 def _caller() -> tuple[str, int, int]:
-    """Return the file and line of the call of a log function, and the position of the call in the line."""
+    """Return the file and line where a log function was called, and the position of the call in the line."""
     frame = sys._getframe(2)
     return frame.f_code.co_filename, frame.f_lineno, frame.f_lasti
 
@@ -124,13 +127,13 @@ def _family(level: int) -> Family:
         _logger(kwargs).log(level, msg, *args, stacklevel=2, **kwargs)
 
     def throttle(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None:
-        """Log unless this place in the code logged less than `period` seconds ago, by the node's clock."""
+        """Log unless this place in the code logged less than `period` seconds ago on the node's clock."""
         logger = _logger(kwargs)
         if _logging_throttle(_caller(), period):
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
     def throttle_identical(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None:
-        """Like `throttle`, but log a text immediately if it differs from this place's last one."""
+        """Like `throttle`, but immediately log a message that differs from this place's previous message."""
         logger = _logger(kwargs)
         caller = _caller()
         is_due = _logging_identical_throttle(caller, period)

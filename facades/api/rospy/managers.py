@@ -1,4 +1,4 @@
-"""The topic and service managers of the node, as in `rospy.impl.registration`."""
+"""The node's topic and service managers, as in `rospy.impl.registration`."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ RegistrationCallback = Callable[[str, str, str], object]
 
 
 class TopicManager:
-    """The publications and subscriptions of the node.
+    """The node's publications and subscriptions.
 
     Attributes:
-        lock: a lock for callers that make several changes at once; the node has its own.
+        lock: a lock for callers that make several changes at once. The node does not use this lock.
     """
 
     def __init__(self) -> None:
@@ -64,22 +64,22 @@ class TopicManager:
         return self.topics
 
     def get_pub_sub_info(self) -> list[list[Any]]:
-        """Return the connections, as `getBusInfo` of the slave API describes them."""
+        """Return the connections in the format of the slave API's `getBusInfo`."""
         return list(_slave(session.node).get_bus_info("")[2]) if session.node is not None else []
 
     def get_pub_sub_stats(self) -> tuple[list[Any], list[Any]]:
-        """Return the traffic of the connections, as `getBusStats` of the slave API describes it."""
+        """Return the connections' traffic in the format of the slave API's `getBusStats`."""
         if session.node is None:
             return [], []
         published, subscribed, _ = _slave(session.node).get_bus_stats("")[2]
         return published, subscribed
 
     def get_publications(self) -> list[list[str]]:
-        """Return `[topic, type]` of each topic that the node publishes."""
+        """Return `[topic, type]` for each topic that the node publishes."""
         return [[topic, one.type] for topic, one in self.pubs.items()]
 
     def get_subscriptions(self) -> list[list[str]]:
-        """Return `[topic, type]` of each topic that the node subscribes to."""
+        """Return `[topic, type]` for each topic that the node subscribes to."""
         return [[topic, one.type] for topic, one in self.subs.items()]
 
     def has_publication(self, resolved_name: str) -> bool:
@@ -95,7 +95,7 @@ class TopicManager:
         return self.subs.get(resolved_name)
 
     def get_impl(self, reg_type: str, resolved_name: str) -> TopicImpl | None:
-        """Return the publishing side (`pub`) or receiving side (`sub`) of a topic; None if there is none.
+        """Return the publishing (`pub`) or receiving (`sub`) side of a topic, or None if it does not exist.
 
         Raises:
             TypeError: `reg_type` is neither `pub` nor `sub`.
@@ -124,7 +124,7 @@ class TopicManager:
         return self.get_impl(reg_type, resolved_name)
 
     def release_impl(self, reg_type: str, resolved_name: str) -> None:
-        """Undo one `acquire_impl`. Does nothing if there was none."""
+        """Undo one call to `acquire_impl`. Does nothing if every call was already undone."""
         for held in self._held:
             if held[:2] == (reg_type, resolved_name):
                 self._held.remove(held)
@@ -135,17 +135,20 @@ class TopicManager:
         """Do nothing, because pipros links detect lost peers themselves."""
 
     def close_all(self) -> None:
-        """Release all that `acquire_impl` acquired; other topics end with the node."""
+        """Release everything acquired with `acquire_impl`.
+
+        Other topics are closed when the node shuts down.
+        """
         while self._held:
             self._held.pop()[2].unregister()
 
 
 class ServiceManager:
-    """The services of the node.
+    """The node's services.
 
     Attributes:
-        map: each service by its name.
-        registration_listeners: notified of the services that are registered here.
+        map: the services by name.
+        registration_listeners: listeners that are notified of services registered here.
     """
 
     def __init__(self, registration_listeners: RegistrationListeners | None = None) -> None:
@@ -158,7 +161,7 @@ class ServiceManager:
         return {**session.services, **self._own}
 
     def get_services(self) -> list[tuple[str, Any]]:
-        """Return `(name, class)` of each service."""
+        """Return `(name, class)` for each service."""
         return [(name, service.service_class) for name, service in self.map.items()]
 
     def get_service(self, resolved_service_name: str) -> Service | None:
@@ -168,7 +171,7 @@ class ServiceManager:
         """Add a running service to the list.
 
         Raises:
-            ServiceException: the name is registered already.
+            ServiceException: the name is already registered.
         """
         from rospy.service import ServiceException
 
@@ -179,7 +182,7 @@ class ServiceManager:
         self.registration_listeners.notify_added(resolved_service_name, str(service.uri), "srv")
 
     def unregister(self, resolved_service_name: str, service: Service) -> None:
-        """Remove a service from the list, unless another one has its name."""
+        """Remove a service from the list, unless its name now belongs to another service."""
         with self.lock:
             if self._own.get(resolved_service_name) is not service:
                 return
@@ -194,7 +197,7 @@ class ServiceManager:
 
 
 class Managers:
-    """The managers of the process, and the listeners for registrations."""
+    """The process's managers, and the listeners for registrations."""
 
     def __init__(self) -> None:
         self.topics: Any = TopicManager()
@@ -202,7 +205,7 @@ class Managers:
         self._is_watching = False
 
     def watch(self, added: RegistrationCallback, removed: RegistrationCallback) -> None:
-        """Call the functions with the name, type (a service's URI) and kind of each registration."""
+        """Call the functions with the name, type (for a service, the URI) and kind of each registration."""
         if self._is_watching:
             return
         self._is_watching = True

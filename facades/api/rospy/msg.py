@@ -18,7 +18,7 @@ MessageClass = TypeVar("MessageClass", bound=Message)
 
 
 class AnyMsg(Message):
-    """A message of any type with the serialized body in `_buff`; for subscribing and relaying."""
+    """A message of any type, whose serialized body is in `_buff`. Used to subscribe to and relay messages."""
 
     _md5sum: ClassVar[str] = "*"
     _type: ClassVar[str] = "*"
@@ -47,7 +47,7 @@ class AnyMsg(Message):
         """Write the received bytes.
 
         Raises:
-            ROSException: the message holds no bytes.
+            ROSException: the message does not contain any bytes.
         """
         if self._buff is None:
             raise ROSException("AnyMsg is not initialized")
@@ -65,7 +65,7 @@ class AnyMsg(Message):
 
 
 def serialize_message(b: BinaryIO, seq: int, msg: Message) -> None:
-    """Write a message in wire format, after its length; a header gets the number `seq`.
+    """Write a message in wire format, preceded by its length. If it has a header, set `header.seq` to `seq`.
 
     Raises:
         SerializationError: a value does not fit the type of its field. Nothing was written.
@@ -84,16 +84,18 @@ def deserialize_messages(
     max_msgs: int | None = None,
     start: int = 0,
 ) -> None:
-    """Move the complete messages of a buffer to a list; an incomplete one stays at the buffer's start.
+    """Move the complete messages from a buffer to a list.
+
+    An incomplete message remains at the buffer's start.
 
     Args:
         b: messages in the format of `serialize_message`, up to the buffer's position.
-        queue_size: number of newest messages to keep.
+        queue_size: number of most recent messages to keep.
         max_msgs: the maximum number of messages to read.
-        start: the offset at which to begin.
+        start: the offset at which to start.
 
     Raises:
-        genpy.DeserializationError: the bytes are not such a message.
+        genpy.DeserializationError: the bytes are not a message of class `data_class`.
     """
     try:
         end, data = b.tell(), b.getvalue()
@@ -116,10 +118,11 @@ def deserialize_messages(
 def args_kwds_to_message(
     data_class: type[MessageClass], args: Sequence[Any], kwds: Mapping[str, Any]
 ) -> MessageClass:
-    """Return the message for `publish(*args, **kwds)` or a service call, given itself or its fields.
+    """Return the message for `publish(*args, **kwds)` or a service call from a message or its field values.
 
     Raises:
-        TypeError: a message of another type, too few or too many fields, or both kinds of arguments.
+        TypeError: the message has another type, the number of fields is wrong, or both positional and keyword
+            arguments were passed.
         AttributeError: a keyword is not a field.
     """
     if args and kwds:

@@ -1,4 +1,4 @@
-"""A proxy of the master with the methods of its XML-RPC API."""
+"""A proxy for the master with the methods of its XML-RPC API."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _star_names(__name__, "threading:Lock rospy")
 
 
 class MasterProxy:
-    """Calls any method of the Master and Parameter API, with the caller_id as implicit first argument.
+    """Proxy for any method of the Master and Parameter API, with `caller_id` as the implicit first argument.
 
     `target` names the master; `proxy.getPid()` returns `[code, text, value]`. Parameters can be used like
     entries of a dictionary: `proxy['~rate'] = 5`.
@@ -51,7 +51,7 @@ class MasterProxy:
         """Return a parameter's value, cached until the master announces a change.
 
         Raises:
-            KeyError: it is not set.
+            KeyError: the parameter is not set.
         """
         try:
             return session.params.get_cached(key)

@@ -1,4 +1,4 @@
-"""The names of the default node."""
+"""Names of the default node, and name resolution."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ __all__ = [
 
 
 def get_name() -> str:
-    """Return the full name of the node; `/unnamed` before init_node."""
+    """Return the full name of the node, which is `/unnamed` before `init_node`."""
     return session.name
 
 
@@ -74,7 +74,7 @@ def get_namespace() -> str:
 
 
 def resolve_name(name: str, caller_id: str | None = None) -> str:
-    """Return the global name of `name` in the node `caller_id`, by default this one, with remappings."""
+    """Resolve and remap `name` for the node `caller_id`, by default this node. Return the global name."""
     identity = session.identity
     return identity.resolve_for(caller_id or identity.name, name or "")
 
@@ -83,14 +83,14 @@ def resolve_name_without_node_name(name: str) -> str:
     """Resolve and remap a topic that is created before the node has its name.
 
     Raises:
-        ValueError: the name is private, and so needs the node's.
+        ValueError: the name is private, so resolving it requires the node's name.
     """
     return session.identity.resolve_topic_without_name(name or "")
 
 
 def remap_name(name: str, caller_id: str | None = None, resolved: bool = True) -> str:
-    """Return the target of the remapping argument whose source is literally `name`, else `name`."""
-    del resolved  # has no effect in Noetic either
+    """Return the target of the remapping argument whose source is literally `name`, or else `name`."""
+    del resolved  # Noetic ignores this argument too.
     identity = session.identity
     return identity.remap(name, caller_id or identity.name)
 
@@ -117,7 +117,9 @@ def get_mappings() -> dict[str, str]:
 
 
 def get_resolved_mappings() -> dict[str, str]:
-    """Return the remapping arguments of the node as global names; special ones (`__log`) as written.
+    """Return the node's remapping arguments as global names.
+
+    Special arguments such as `__log` stay as written.
 
     The result is empty before init_node, unless `initialize_mappings` was called.
     """
@@ -141,7 +143,7 @@ def initialize_mappings(node_name: str) -> None:
 
 
 def make_global_ns(name: str) -> str:
-    """Return the namespace as a global one, with a trailing slash.
+    """Return the namespace as a global name with a trailing slash.
 
     Raises:
         ValueError: the name is private.
@@ -156,7 +158,7 @@ def isstring(s: object) -> bool:
 
 def get_ros_namespace(env: Mapping[str, str] | None = None, argv: Sequence[str] | None = None) -> str:
     """Return the namespace of the process; see `rosgraph.names.get_ros_namespace`."""
-    from rosgraph import names as graph_names  # late, because few programs need rosgraph
+    from rosgraph import names as graph_names  # Imported here because few programs need rosgraph.
 
     return graph_names.get_ros_namespace(env, argv)
 
@@ -176,7 +178,7 @@ def namespace(name: str | None) -> str:
 
 
 def __getattr__(name: str) -> Any:
-    """Return module state that some packages read."""
+    """Return the module variables that some packages read."""
     if name == "_mappings":
         return get_mappings()
     if name == "_resolved_mappings":

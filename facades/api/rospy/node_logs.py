@@ -1,4 +1,4 @@
-"""The log handlers of the node: console, file and `/rosout`."""
+"""The node's log handlers for the console, the log file and `/rosout`."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ _INTERNAL_LOGGERS = (
     *("rospy.impl", "rospy.impl.masterslave", "rospy.rosout", "rospy.service", "rospy.simtime"),
     *("rospy.tcpros", "rospy.topics", "rosgraph", "rosgraph.network", "xmlrpc"),
 )
-"""Loggers that tools expect a rospy node to list; a program may log by them, too."""
+"""Loggers that tools expect a rospy node to list. Programs may also log with them."""
 
 
 class NodeLogs:
-    """The handlers of one node after another.
+    """The log handlers, which successive nodes reuse.
 
     Attributes:
-        rosout_handler: publishes on `/rosout`; None if there is none.
+        rosout_handler: the handler that publishes on `/rosout`, or None.
     """
 
     def __init__(self, logger: logging.Logger) -> None:
@@ -28,11 +28,11 @@ class NodeLogs:
         self._handlers: list[logging.Handler] = []
 
     def open(self, node: Node, level: int | None) -> None:
-        """Log to the console and to the file of the node."""
+        """Start logging to the console and to the node's log file."""
         self._handlers += open_console_and_file(node, self._logger, level)
 
     def open_rosout(self, node: Node) -> None:
-        """Publish log messages on `/rosout`, unless they are already."""
+        """Start publishing log messages on `/rosout`, unless already started."""
         if self.rosout_handler is None:
             self.rosout_handler = open_rosout(node, self._logger)
             self._handlers.append(self.rosout_handler)

@@ -1,4 +1,4 @@
-"""The start of the node by `init_node`."""
+"""Starting the node, as done by `init_node`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from rospy.session import Session
 
 
 class InitInterrupted(ROSInitException, ROSInterruptException):
-    """The process was shut down while init_node waited for the master."""
+    """The process was shut down while `init_node` was waiting for the master."""
 
 
 def start_node(
@@ -58,7 +58,7 @@ def _claim(session: Session, arguments: tuple[Any, ...]) -> bool:
     """Return True if the caller is the first to start the node.
 
     Raises:
-        ROSException: the node has been started with other arguments.
+        ROSException: the node was already started with different arguments.
     """
     with session.lock:
         if session.init_arguments is None:
@@ -118,7 +118,8 @@ def _start(
         session.signals.listen(node)
     atexit.unregister(session.end)
     atexit.register(session.end, "atexit")
-    call_in_children(lambda: atexit.unregister(session.end))  # a child's exit does not end the node
+    # the exit of a forked child does not end the node
+    call_in_children(lambda: atexit.unregister(session.end))
     try:
         node.wait_for_master(lambda _: _warn_no_master(node))
     except Interrupted:

@@ -8,7 +8,7 @@ from pipros.node import Node
 
 
 class OwnerOfNode(Protocol):
-    """The part of the session that the variables show."""
+    """The part of the session that the variables expose."""
 
     node: Node | None
     has_time: bool
@@ -20,7 +20,7 @@ class OwnerOfNode(Protocol):
 
 
 class NoeticGlobals:
-    """Variables that follow the session, and can be assigned to.
+    """Variables that reflect the session's state and can be assigned to.
 
     Attributes:
         log_file: `rospy.core._log_filename`.
@@ -31,14 +31,14 @@ class NoeticGlobals:
         self.reset()
 
     def reset(self) -> None:
-        """Forget assigned values, for the next node."""
+        """Discard assigned values before another node starts."""
         self.log_file: str | None = None
         self._is_initialized: bool | None = None
         self._node_uri: str | None = None
 
     @property
     def is_initialized(self) -> bool:
-        """Whether init_node has returned, or the assigned value."""
+        """The assigned value, or else whether `init_node` has returned."""
         if self._is_initialized is not None:
             return self._is_initialized
         return self._session.node is not None and self._session.has_time
@@ -58,7 +58,7 @@ class NoeticGlobals:
 
     @property
     def is_ending(self) -> bool:
-        """Whether the shutdown of the node was requested."""
+        """Whether shutdown of the node was requested."""
         node = self._session.node
         return self._session.is_shutdown or (node is not None and node.is_ending)
 
@@ -68,7 +68,7 @@ class NoeticGlobals:
 
     @property
     def node_uri(self) -> str | None:
-        """The URI of the node's slave API, or the assigned one; None before init_node."""
+        """The assigned URI, or else that of the node's slave API; None before `init_node`."""
         node = self._session.node
         return self._node_uri if self._node_uri is not None or node is None else node.uri
 

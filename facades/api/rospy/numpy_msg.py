@@ -1,4 +1,4 @@
-"""`numpy_msg`: message classes that receive arrays of numbers as numpy arrays."""
+"""`numpy_msg`, which creates message classes that receive arrays of numbers as numpy arrays."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _star_names(__name__, "numpy")
 
 @cache
 def numpy_msg(msg_type: type[AnyMessage]) -> type[AnyMessage]:
-    """Return the class to publish or subscribe with instead of `msg_type`; the same one for each call.
+    """Return the class to publish or subscribe with instead of `msg_type`. Every call returns the same class.
 
-    Numpy arrays can be published with either class; this one also receives them.
+    Numpy arrays can be published with either class, but only this class also receives them.
 
     >>> rospy.Subscriber("floats", numpy_msg(Float32MultiArray), callback)       # doctest: +SKIP
     """

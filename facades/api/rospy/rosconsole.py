@@ -22,13 +22,13 @@ NAME = "rosconsole"
 
 
 def error(status: int, msg: str) -> NoReturn:
-    """Print an error of the command and end the process with `status`."""
+    """Print the command's error message and end the process with `status`."""
     print(f"{NAME}: error: {msg}", file=sys.stderr)
     sys.exit(status)
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Run the command; `argv` begins with its name. Raises SystemExit on errors."""
+    """Run the command. `argv` starts with the command name. Raises SystemExit on errors."""
     code = _main(list(sys.argv if argv is None else argv)[1:])
     if code:
         sys.exit(code)

@@ -46,7 +46,7 @@ class Time(msg_time.Time):
 
     @staticmethod
     def now() -> Time:
-        """Return the time of the node's clock; zero while a simulated clock has not started.
+        """Return the node's current time; zero if a simulated clock has not started.
 
         Raises:
             ROSInitException: init_node has not been called.
@@ -55,17 +55,17 @@ class Time(msg_time.Time):
 
     @classmethod
     def from_seconds(cls, float_secs: float) -> Time:
-        """Return the same as `from_sec`, which new code should use."""
+        """Same as `from_sec`, which new code should use."""
         return cls.from_sec(float_secs)
 
 
 def get_rostime() -> Time:
-    """Return the same as `Time.now`."""
+    """Same as `Time.now`."""
     return Time(*divmod(clock().now_ns(), NS_PER_S))
 
 
 def get_time() -> float:
-    """Return the time of the node's clock in seconds.
+    """Return the node's current time in seconds.
 
     Raises:
         ROSInitException: init_node has not been called.
@@ -77,7 +77,10 @@ _condition = threading.Condition()
 
 
 def get_rostime_cond() -> threading.Condition:
-    """Return a condition that is notified when simulated time changes; it is never notified in wall time."""
+    """Return a condition that is notified when simulated time changes.
+
+    With wall time, it is never notified.
+    """
     clock = session.clock
     return clock.changed if isinstance(clock, SimulatedClock) else _condition
 
@@ -102,17 +105,17 @@ def _set_rostime(t: msg_time.Time) -> None:
 
 
 def switch_to_wallclock() -> None:
-    """Switch to the clock of the machine."""
+    """Switch to wall time."""
     session.use_wall_clock()
 
 
 def wallsleep(duration: float | msg_time.Duration) -> None:
-    """Sleep in wall time, even if the node uses simulated time."""
+    """Sleep for a wall-clock duration, even if the node uses simulated time."""
     time.sleep(max(0.0, in_seconds(duration)))
 
 
 def in_seconds(duration: float | msg_time.Duration) -> float:
-    """Return a duration, or a number of seconds, in seconds."""
+    """Convert a duration to seconds. Numbers are taken as seconds."""
     return duration.to_sec() if isinstance(duration, msg_time.Duration) else duration
 
 

@@ -33,7 +33,7 @@ class ServiceException(Exception):
 
 @dataclass(frozen=True, slots=True)
 class ServiceProtocol:
-    """The parts of a service connection."""
+    """The parts of a service connection that this module uses."""
 
     resolved_name: str
     service_class: Any
@@ -41,7 +41,7 @@ class ServiceProtocol:
 
 
 class Service:
-    """Offers a service: calls `handler(request)` for each call, in a thread of the connection.
+    """A service that calls `handler(request)` for each call, in a thread of the connection.
 
     The handler may return the response, its only field, its fields as a list, tuple or dictionary, or `[]` or
     `{}` if it has none.
@@ -55,7 +55,7 @@ class Service:
         buff_size: int = DEFAULT_BUFF_SIZE,
         error_handler: ErrorHandler | None = None,
     ) -> None:
-        """Register the service, or do so in init_node.
+        """Register the service, or defer this to `init_node` if the node has not started.
 
         `error_handler(exception, type, value, traceback)` is called if the handler raises; the client gets an
         error in any case. `buff_size` is accepted for compatibility and has no effect.
@@ -67,7 +67,7 @@ class Service:
         self.protocol = ServiceProtocol(self.resolved_name, service_class, buff_size)
         self.buff_size = buff_size
         self.error_handler = error_handler or _log_handler_error
-        self.uri: str | None = None  # rosrpc://host:port, once the node runs
+        self.uri: str | None = None  # rosrpc://host:port, once the node is running
         self.service_class = service_class
         self.request_class = service_class._request_class
         self.response_class = service_class._response_class
@@ -97,7 +97,7 @@ class Service:
             session.services[self.resolved_name] = self
 
         try:
-            if session.node is None:  # a node checks this itself
+            if session.node is None:  # a running node checks this itself
                 session.before.claim_service(self.resolved_name)
         except NameInUse as error:
             raise ServiceException(str(error)) from None
@@ -105,11 +105,11 @@ class Service:
 
     @property
     def done(self) -> bool:
-        """Whether the service was shut down."""
+        """Whether the service has been shut down."""
         return self._is_shut_down or session.is_shutdown
 
     def handle(self, transport: object, header: object) -> None:
-        """Refuse to handle a connection, which pipros's node does itself, unlike genuine rospy.
+        """Refuse to handle a connection. In pipros, unlike in genuine rospy, the node does this itself.
 
         Raises:
             NotImplementedError: always.
@@ -148,7 +148,7 @@ class Service:
 def _log_handler_error(
     error: BaseException, kind: type[BaseException], value: BaseException, trace: Any
 ) -> None:
-    """Log an exception of a handler; the default `error_handler`."""
+    """Log a handler's exception. This is the default `error_handler`."""
     del value, kind
     session.logger.error("Error processing request: %s", error, exc_info=(type(error), error, trace))
 
@@ -180,7 +180,7 @@ def convert_return_to_response(response: Any, response_class: type[Message]) -> 
 
 
 class ServiceProxy:
-    """Calls a service: `proxy(request)`, or with the request's fields as arguments."""
+    """A callable that calls a service with a request, or with the request's fields as arguments."""
 
     def __init__(
         self,
@@ -197,7 +197,7 @@ class ServiceProxy:
             name: the service.
             service_class: the service class, for example `std_srvs.srv.Empty`.
             persistent: whether to keep one connection for all calls.
-            headers: passed to the handler in `request._connection_header`.
+            headers: extra connection header fields, which the handler finds in `request._connection_header`.
             timeout: the timeout of a call in seconds; None for no limit. (Not in Noetic.)
         """
         self.resolved_name = session.resolve(name)
@@ -225,12 +225,13 @@ class ServiceProxy:
     def call(self, *args: Any, **kwds: Any) -> Any:
         """Call the service and return its response.
 
-        The arguments are the request, or its fields: all in order, or some by name. `timeout=` limits this
+        The arguments are the request, all its fields in order, or some of its fields by name. `timeout=`
+        limits this
         call, unless the request has a field named `timeout`.
 
         Raises:
             ServiceException: no node provides the service, it replied with an error, or the timeout expired.
-            ROSInterruptException: the node was shut down meanwhile.
+            ROSInterruptException: the node was shut down while waiting.
             TypeError, AttributeError: the arguments do not fit the request.
         """
         timeout = self.timeout
@@ -251,7 +252,7 @@ class ServiceProxy:
 
     @property
     def uri(self) -> str | None:
-        """The server's URI at the last call, `rosrpc://host:port`; None before the first."""
+        """The server's URI at the last call, `rosrpc://host:port`; None before the first call."""
         return self._client.uri
 
     @property
@@ -265,12 +266,12 @@ class ServiceProxy:
 
 
 def wait_for_service(service: str, timeout: float | msg_time.Duration | None = None) -> None:
-    """Wait until a service is offered and its server really answers.
+    """Wait until a service is registered and its server responds.
 
     Raises:
         ValueError: `timeout` is 0.
         ROSException: the service was not available within `timeout` seconds.
-        ROSInterruptException: the node was shut down meanwhile.
+        ROSInterruptException: the node was shut down while waiting.
     """
     client = ServiceClient(
         session.resolve(service), _AnyService, master=lambda: session.master, calls=session.calls

@@ -1,6 +1,6 @@
-"""The default node of the process; rospy's module-level functions use it.
+"""The process's default node, which rospy's module-level functions use.
 
-All state of rospy is in the `session` object at the end of this module.
+All of rospy's state is in the `session` object at the end of this module.
 """
 
 from __future__ import annotations
@@ -29,33 +29,33 @@ from rospy.signal_handlers import SignalHandlers
 
 
 class Closable(Protocol):
-    """An object that is closed with its node: a `rospy.Publisher`."""
+    """An object that is closed together with its node, such as a `rospy.Publisher`."""
 
     def close(self) -> None: ...
 
 
 class Session:
-    """The node of this process: before `init_node`, while it runs, and after the shutdown.
+    """The process's node: before `init_node`, while it is running, and after its shutdown.
 
     Attributes:
-        before: names, parameters and deferred operations without a node.
-        hooks: the shutdown hooks of the node.
-        logs: the log handlers of the node.
+        before: names, parameters and deferred operations while there is no node.
+        hooks: the node's shutdown hooks.
+        logs: the node's log handlers.
         globals: values that packages assign to variables of Noetic's modules.
-        init_arguments: those of `init_node`; None lets it start another node.
+        init_arguments: the arguments of `init_node`. If set to None, `init_node` can start another node.
     """
 
     def __init__(self) -> None:
         self.logger = ros_logger("rosout")
         self.has_time = False
         self.init_arguments: tuple[Any, ...] | None = None
-        self.publishers: WeakSet[Closable] = WeakSet()  # each rospy.Publisher
+        self.publishers: WeakSet[Closable] = WeakSet()  # contains every rospy.Publisher
         self.before = BeforeInit()
         self.logs = NodeLogs(self.logger)
         self.globals = NoeticGlobals(self)
         self.lock = threading.RLock()
         self.signals = SignalHandlers(self.end)
-        self.process_id = 0  # the process that called init_node
+        self.process_id = 0  # identifies the process that called init_node
         self.end_reason = ""
         self._reset_node_state()
 
@@ -63,13 +63,13 @@ class Session:
         self.node: Node | None = None
         self.calls = OpenCalls()
         self.hooks = ShutdownHooks(self.logger)
-        self.services: dict[str, Any] = {}  # each rospy.Service by its name
-        self._is_over = False  # shut down without a node, or set to that
+        self.services: dict[str, Any] = {}  # contains every rospy.Service, by name
+        self._is_over = False  # true if shut down without a node, or if a package set it
         self.before.reset()
         self.globals.reset()
 
     def wait(self, seconds: float) -> None:
-        """Wait in wall time, or until the node ends."""
+        """Wait in wall time. Return early if the node shuts down."""
         if self.node is not None:
             self.node.wait_for_shutdown(seconds)
         else:
@@ -79,7 +79,7 @@ class Session:
 
     @property
     def identity(self) -> Identity:
-        """The names of the node; before init_node those of a process without one."""
+        """The node's names; before `init_node`, those of a process without a node."""
         return self.before.identity_of(self.node)
 
     @property
@@ -95,18 +95,21 @@ class Session:
         return self._is_over or (self.node is not None and self.node.is_shutdown)
 
     def set_shutdown(self, value: bool) -> None:
-        """Restore the state before `init_node` if set to False after the shutdown."""
+        """Handle an assignment to the shutdown flag.
+
+        False after a shutdown restores the state before `init_node`.
+        """
         if not value and self.node is not None and self.node.is_shutdown:
             self.forget_node()
         self._is_over = value
 
     @property
     def clock(self) -> Clock:
-        """The clock of the node; before init_node, that of the process."""
+        """The node's clock; before `init_node`, the process's clock."""
         return self.before.clock if self.node is None else self.node.clock
 
     def set_sim_time(self, now_ns: int) -> None:
-        """Set the time of the clock, and switch to a simulated one."""
+        """Switch to a simulated clock and set its time."""
         clock = self.clock
         if not isinstance(clock, SimulatedClock):
             clock = SimulatedClock()
@@ -114,7 +117,7 @@ class Session:
         clock.set_ns(now_ns)
 
     def use_wall_clock(self) -> None:
-        """Switch to the clock of the machine."""
+        """Switch to wall time."""
         if self.clock.is_simulated:
             self._replace_clock(WallClock())
 
@@ -139,17 +142,17 @@ class Session:
         return self.identity.resolve(name)
 
     def resolve_topic(self, name: str) -> str:
-        """Return the global name of a topic, remapped also before init_node.
+        """Resolve and remap a topic, and return its global name. Remappings also apply before `init_node`.
 
         Raises:
-            InvalidName: the name is private, before init_node.
+            InvalidName: the name is private and `init_node` has not been called.
         """
         if self.node is not None:
             return self.identity.resolve(name)
         return self.identity.resolve_topic_without_name(name)
 
     def when_started(self, action: Callable[[Node], object]) -> None:
-        """Call `action` with the node: now, or as soon as it has started."""
+        """Call `action` with the node, immediately or as soon as the node has started."""
         with self.lock:
             if self.node is None:
                 self.before.defer(action)
@@ -174,7 +177,7 @@ class Session:
         self._reset_node_state()
 
     def run_deferred(self, node: Node) -> None:
-        """Run the operations that were deferred until the node exists."""
+        """Run the operations that were deferred until the node started."""
         with self.lock:
             deferred = self.before.take_deferred()
         for action in deferred:
@@ -192,7 +195,7 @@ class Session:
             self.node.use_simulated_time()
 
     def install_signals(self) -> None:
-        """Let SIGINT and SIGTERM end the node, unless they already do. Does nothing without a node.
+        """Make SIGINT and SIGTERM shut the node down. Does nothing if there is no node or they already do.
 
         Raises:
             ROSInitException: called outside the main thread.
@@ -204,7 +207,7 @@ class Session:
     # -- the end --------------------------------------------------------------------
 
     def call_or_add(self, hooks: list[Hook], hook: Hook, *args: object) -> None:
-        """Add a hook; after the shutdown, call it at once with `args`, as Noetic does."""
+        """Add a hook. After the shutdown, call the hook at once with `args`, as Noetic does."""
         if self.is_shutdown:
             hook(*args)
         else:

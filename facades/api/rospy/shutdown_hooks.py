@@ -1,4 +1,4 @@
-"""The shutdown hooks of the node, and the threads and waits that end with it."""
+"""The node's shutdown hooks, and the threads and waits that end when the node shuts down."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from pipros.basics.interruptible_wait import OnceEvent
 Hook = Callable[..., object]
 
 THREAD_END_S = 5.0
-"""How long the shutdown waits for each registered thread."""
+"""Maximum time that the shutdown waits for each registered thread."""
 
 
 class ShutdownHooks:
-    """Hooks in the order of their calls. One that fails is logged.
+    """Hooks, in the order in which they are called. Exceptions from a hook are logged.
 
     Attributes:
         client: called without arguments, while publishing still works.
-        preshutdown: called with the reason after them.
+        preshutdown: called with the reason after the client hooks.
         shutdown: called with the reason once the node has unregistered, each by one thread only.
-        threads: waited for at the end, for some seconds at most.
+        threads: threads to wait for at the end, for a few seconds at most.
     """
 
     def __init__(self, log: logging.Logger) -> None:
@@ -36,12 +36,12 @@ class ShutdownHooks:
         self._lock = threading.Lock()
 
     def join(self, thread: threading.Thread) -> None:
-        """Let the shutdown wait for a thread that is still running."""
+        """Make the shutdown wait for a thread that is still running."""
         self.threads = [*filter(threading.Thread.is_alive, self.threads), thread]
 
     @contextlib.contextmanager
     def ended_by_shutdown(self, wait: OnceEvent) -> Iterator[None]:
-        """Set the event if the node ends within the block."""
+        """Set the event if the node shuts down within the block."""
         self._waits.add(wait)
         try:
             yield
@@ -49,14 +49,14 @@ class ShutdownHooks:
             self._waits.discard(wait)
 
     def call_first(self, reason: str) -> None:
-        """Call the hooks of the client and those of `preshutdown`, and end waits."""
+        """Call the `client` and `preshutdown` hooks, and end all waits."""
         self._call(self.client)
         self._call(self.preshutdown, reason)
         for wait in list(self._waits):
             wait.set()
 
     def call_last(self, reason: str) -> None:
-        """Call the hooks of `shutdown`, and wait for the threads."""
+        """Call the `shutdown` hooks, and wait for the threads."""
         with self._lock:
             hooks = list(self.shutdown)
             self.shutdown.clear()

@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM, for one node after another."""
+"""Handling of SIGINT and SIGTERM for successive nodes."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from rospy.exceptions import ROSInitException
 
 
 class SignalHandlers:
-    """The signal handlers of the process, which stay installed for later nodes.
+    """The process's signal handlers, which stay installed for later nodes.
 
     Attributes:
-        are_installed: whether signals end the node.
+        are_installed: whether the handlers are installed, so that signals end the node.
     """
 
     def __init__(self, end: Callable[[str], object]) -> None:
-        """Call `end` with the reason at a signal."""
+        """Set up the handlers. `end` is called with the reason when a signal arrives."""
         self._end = end
         self.forget()
 
     def forget(self) -> None:
-        """Return to the state before the first node, in a forked child, which has other handlers."""
+        """Reset to the state before the first node. Called in a forked child, whose handlers differ."""
         self._signals = Signals(self._end)
         self._have_listened = self.are_installed = False
 
     def install(self) -> None:
-        """Install the handlers, unless they are; further signals are kept for `listen`.
+        """Install the handlers unless already installed. Signals are held back until `listen` is called.
 
         Raises:
             ROSInitException: called outside the main thread.
@@ -44,7 +44,7 @@ class SignalHandlers:
         self.are_installed = True
 
     def start(self, node: Node) -> None:
-        """Install the handlers and start the node. Call `listen` after it: meanwhile signals are kept."""
+        """Install the handlers and start the node. Signals are held back until `listen` is called."""
         was_installed = self.are_installed
         self.install()
         try:
@@ -56,7 +56,7 @@ class SignalHandlers:
             raise
 
     def listen(self, node: Node) -> None:
-        """Let signals end the node."""
+        """Make signals end the node."""
         listen = self._signals.listen_anew if self._have_listened else self._signals.listen
         self._have_listened = True
         listen(node)

@@ -18,13 +18,13 @@ _star_names(__name__, "genpy rospy threading time")
 
 
 def sleep(duration: float | msg_time.Duration) -> None:
-    """Sleep for a duration of the node's clock, in seconds; return at once if it is negative.
+    """Sleep for a duration, in seconds on the node's clock. Return at once if it is negative.
 
-    In wall time, a shutdown of the node ends the sleep without an exception, as in Noetic.
+    As in Noetic, if the node uses wall time, its shutdown ends the sleep without an exception.
 
     Raises:
-        ROSInterruptException: the node shut down, in simulated time.
-        ROSTimeMovedBackwardsException: simulated time went back.
+        ROSInterruptException: the node was shut down while using simulated time.
+        ROSTimeMovedBackwardsException: simulated time moved backwards.
     """
     seconds = in_seconds(duration)
     if seconds < 0:
@@ -37,7 +37,7 @@ def sleep(duration: float | msg_time.Duration) -> None:
 
 
 class Rate:
-    """Keeps a loop at a rate in hertz; see `pipros.node.rate.Rate`."""
+    """Rate in hertz at which to run a loop; see `pipros.node.rate.Rate`."""
 
     def __init__(self, hz: float, reset: bool = False) -> None:
         """Start the first cycle.
@@ -65,7 +65,7 @@ class Rate:
         self._rate.last_ns = value.to_nsec()
 
     def remaining(self) -> Duration:
-        """Return the rest of the current cycle; negative if it is over."""
+        """Return the time left in the current cycle, which is negative if the cycle is over."""
         return Duration(0, self._rate.remaining_ns())
 
     def sleep(self) -> None:
@@ -79,7 +79,7 @@ class Rate:
 
 @dataclass(frozen=True, slots=True)
 class TimerEvent:
-    """The argument of a Timer's callback: due and real times of the calls, and the last duration."""
+    """Argument of a Timer's callback: expected and real call times, and the last call's duration."""
 
     last_expected: Time | None
     last_real: Time | None
@@ -89,7 +89,7 @@ class TimerEvent:
 
 
 class Timer(rate.Timer):
-    """A started daemon thread that calls `callback(TimerEvent)` every `period` until `shutdown`."""
+    """Daemon thread that calls `callback(TimerEvent)` every `period` until `shutdown`. Starts immediately."""
 
     def __init__(
         self,
@@ -126,7 +126,10 @@ class Timer(rate.Timer):
         super().__init__(clock(), 0, on_tick, oneshot=oneshot, reset=reset)
 
     def run(self) -> None:
-        """Run the timer; for the thread itself. As in Noetic, a period that is not a Duration ends it."""
+        """Run the timer.
+
+        Called by the thread itself. As in Noetic, a period that is not a Duration ends the thread.
+        """
         self._period.to_sec()
         self._period_ns = self._period.to_nsec()
         super().run()

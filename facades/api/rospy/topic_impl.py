@@ -1,4 +1,7 @@
-"""The state shared by all publishers, or all subscribers, of a topic in this process; Noetic's names."""
+"""The state shared by all publishers, or by all subscribers, of a topic in this process.
+
+The names are Noetic's.
+"""
 
 from __future__ import annotations
 
@@ -19,13 +22,13 @@ Callback = Callable[..., object]
 
 @dataclass(frozen=True, slots=True)
 class TopicConnection:
-    """One connection of a topic.
+    """One topic connection.
 
     Attributes:
         id: number of the connection in this process, as reported by the slave API.
         direction: `i` to a publisher, `o` to a subscriber.
-        endpoint_id: the caller id of a subscriber, the URI of a publisher.
-        callerid_pub: the caller id of the publisher.
+        endpoint_id: the caller ID of a subscriber, or the URI of a publisher.
+        callerid_pub: the caller ID of the publisher.
     """
 
     id: int
@@ -35,11 +38,11 @@ class TopicConnection:
 
 
 class TopicImpl:
-    """The common part of publishers and subscribers.
+    """Common part of publishers and subscribers.
 
     Attributes:
-        resolved_name: the topic; `name` is the same.
-        type: `std_msgs/String` for example.
+        resolved_name: the topic's global name; `name` is the same.
+        type: for example, `std_msgs/String`.
         data_class: the message class.
     """
 
@@ -60,7 +63,10 @@ class TopicImpl:
         return bool(self.connections)
 
     def has_connection(self, endpoint_id: str) -> bool:
-        """Return whether the peer is connected: a subscriber by its caller id, a publisher by its URI."""
+        """Return whether a peer is connected.
+
+        A subscriber is given by its caller ID, a publisher by its URI.
+        """
         return any(connection.endpoint_id == endpoint_id for connection in self.connections)
 
 
@@ -83,7 +89,7 @@ class PublisherImpl(TopicImpl):
 
     @property
     def subscriber_listeners(self) -> list[PeerListener]:
-        """The listeners for subscribers that connect or disconnect. The list may be changed."""
+        """The listeners for subscribers that connect or disconnect. Callers may modify the list."""
         return self._publication.listeners
 
     def add_subscriber_listener(self, listener: PeerListener) -> None:
@@ -107,7 +113,10 @@ class SubscriberImpl(TopicImpl):
 
     @property
     def callbacks(self) -> list[tuple[Callback, Any]]:
-        """`(function, args)` of each callback, in a new list; `args` is None if it has none."""
+        """`(function, args)` for each callback, in a new list.
+
+        `args` is None if the callback has no arguments.
+        """
         listeners = [listener.stands_for or listener for listener in self._subscription.listeners]
         return [
             (listener.callback, None if listener.args is NO_ARGS else listener.args) for listener in listeners
@@ -116,7 +125,8 @@ class SubscriberImpl(TopicImpl):
     def add_callback(self, cb: Callback, cb_args: Any) -> None:
         """Call `cb` with each message, and with `cb_args` unless it is None.
 
-        It gets the last message of each connected latching publisher before this returns.
+        Before this method returns, `cb` is called with the last message from each connected latching
+        publisher.
         """
         self._subscription.add(SubscriberCallback(cb, NO_ARGS if cb_args is None else cb_args))()
 
@@ -136,7 +146,7 @@ class SubscriberImpl(TopicImpl):
 
 
 class Impls:
-    """The single impl of each publication and subscription, kept while a handle refers to it."""
+    """The impl of each publication and subscription, kept while a handle refers to it."""
 
     def __init__(self) -> None:
         self._publishers: WeakValueDictionary[Publication, PublisherImpl] = WeakValueDictionary()

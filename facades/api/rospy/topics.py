@@ -32,7 +32,7 @@ python3 = 1
 
 
 class SubscribeListener:
-    """Subclass this and pass an instance to `Publisher`, to be notified of subscribers."""
+    """Base class of listeners for subscribers. Pass an instance of a subclass to `Publisher`."""
 
     def peer_subscribe(
         self,
@@ -40,19 +40,22 @@ class SubscribeListener:
         topic_publish: Callable[..., None],
         peer_publish: Callable[..., None],
     ) -> None:
-        """Handle a new subscriber: `topic_publish` sends to all, `peer_publish` only to it."""
+        """Handle a new subscriber.
+
+        `topic_publish` sends to all subscribers, `peer_publish` only to the new one.
+        """
 
     def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None:
-        """Handle a lost subscriber; `num_peers` are left."""
+        """Handle the loss of a subscriber. `num_peers` subscribers are left."""
 
 
 class Topic(Generic[AnyMessage]):
-    """The common part of publishers and subscribers.
+    """Common part of publishers and subscribers.
 
     Attributes:
         name: the topic as passed in; `resolved_name` is the global name.
-        type: `std_msgs/String` for example.
-        md5sum: the md5 sum of the type.
+        type: for example, `std_msgs/String`.
+        md5sum: the MD5 sum of the type.
         data_class: the message class.
         reg_type: `pub` or `sub`.
     """
@@ -80,7 +83,7 @@ class Topic(Generic[AnyMessage]):
 
     @property
     def impl(self) -> TopicImpl | None:
-        """The state shared by all handles of the topic in this process; None if it has neither side."""
+        """The state shared by all handles of the topic in this process; None if there are no handles."""
         return None
 
     def get_num_connections(self) -> int:
@@ -92,7 +95,7 @@ class Topic(Generic[AnyMessage]):
 
 
 class Publisher(Topic[AnyMessage]):
-    """Publishes messages of one type on a topic."""
+    """Publisher of messages of one type on a topic."""
 
     def __init__(
         self,
@@ -104,17 +107,17 @@ class Publisher(Topic[AnyMessage]):
         headers: Mapping[str, str] | None = None,
         queue_size: int | None = None,
     ) -> None:
-        """Register the topic, or do so in init_node.
+        """Register the topic, or defer this to `init_node` if the node has not started.
 
         Args:
             name: the topic.
             data_class: the message class.
             subscriber_listener: notified when subscribers connect or disconnect.
             tcp_nodelay: accepted for compatibility; pipros links never delay.
-            latch: later subscribers get the last message.
-            headers: further fields for the connection headers.
+            latch: whether later subscribers receive the last message.
+            headers: additional fields for the connection headers.
             queue_size: number of messages queued for a slow subscriber before the oldest is dropped; 0 for
-                any number (up to 256 MiB), None to let `publish` block.
+                any number (up to 256 MiB), or None if `publish` should block.
 
         Raises:
             ValueError: `name` is empty, or `data_class` is not a message class.
@@ -154,10 +157,12 @@ class Publisher(Topic[AnyMessage]):
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, given as an object or as field values: all positionally, or some by keyword.
 
-        If `queue_size` is None, it blocks for at most `pipros.Limits.stall_s` (2 s), for all subscribers
+        If `queue_size` is None, this method blocks for at most `pipros.Limits.stall_s` (2 s), for all
+        subscribers
         together; otherwise it does not wait for slow subscribers.
 
-        Without subscribers the message is not serialised, so invalid values are not detected. Does nothing
+        If there are no subscribers, the message is not serialised, so invalid values are not detected. Does
+        nothing
         after the node has shut down.
 
         Raises:
@@ -176,11 +181,14 @@ class Publisher(Topic[AnyMessage]):
 
     def get_num_connections(self) -> int:
         """Return the number of connected subscribers."""
-        handle = self._handle  # another thread may call unregister() meanwhile
+        handle = self._handle  # another thread may call unregister() in the meantime
         return handle.connection_count if handle is not None else 0
 
     def unregister(self) -> None:
-        """Release this publisher; releasing the last one unregisters the topic. May be called repeatedly."""
+        """Release this publisher.
+
+        Releasing the last publisher unregisters the topic. May be called repeatedly.
+        """
         self._is_unregistered = True
         self._publish = self._refuse
         handle, self._handle, self._impl = self._handle, None, None
@@ -213,7 +221,7 @@ class Publisher(Topic[AnyMessage]):
 
 
 class Subscriber(Topic[AnyMessage]):
-    """Receives the messages of one topic by calling a function with each."""
+    """Subscriber that calls a function with each message received on a topic."""
 
     @overload
     def __init__(
@@ -247,16 +255,16 @@ class Subscriber(Topic[AnyMessage]):
         buff_size: int = DEFAULT_BUFF_SIZE,
         tcp_nodelay: bool = False,
     ) -> None:
-        """Register the topic, or do so in init_node.
+        """Register the topic, or defer this to `init_node` if the node has not started.
 
         Args:
             name: the topic.
             data_class: the message class, or `rospy.AnyMsg`.
             callback: called with each message, in a thread of its link; it may block.
             callback_args: passed to the callback as its second argument unless it is None.
-            queue_size: a slow callback gets this many of the newest messages; None for all.
+            queue_size: number of most recent messages kept for a slow callback; None for all.
             buff_size: accepted for compatibility; messages of any size are received.
-            tcp_nodelay: whether to request that publishers do not delay small messages.
+            tcp_nodelay: whether to ask publishers not to delay small messages.
 
         Raises:
             ValueError: `name` is empty, or `data_class` is not a message class.
@@ -287,12 +295,12 @@ class Subscriber(Topic[AnyMessage]):
         session.when_started(subscribe)
 
     def get_num_connections(self) -> int:
-        """Return how many publishers are connected."""
-        handle = self._handle  # another thread may call unregister() meanwhile
+        """Return the number of connected publishers."""
+        handle = self._handle  # another thread may call unregister() in the meantime
         return handle.connection_count if handle is not None else 0
 
     def unregister(self) -> None:
-        """Remove the callback; removing the last one unregisters the topic. May be called repeatedly."""
+        """Remove the callback. Removing the last callback unregisters the topic. May be called repeatedly."""
         self._is_unregistered = True
         handle, self._handle, self._impl = self._handle, None, None
         if handle is not None:

@@ -32,7 +32,7 @@ _TOOL = "script"
 def rosrun(
     package: str, test_name: str, test: script_runner.Tests, sysargs: Sequence[str] | None = None
 ) -> None:
-    """Run tests of nodes and topics; `test_name` is the name of the result file.
+    """Run tests of nodes and topics. `test_name` is the name of the result file.
 
     Afterwards, shut down the node created by the tests, and exit with code 1 if they did not pass.
     """
@@ -68,7 +68,7 @@ def rostestmain() -> None:
 
 
 def unitrun(*args: Any, **kwargs: Any) -> None:
-    """Deprecated in genuine ROS too: use `rosunit.unitrun`."""
+    """Same as `rosunit.unitrun`. Deprecated, as in genuine ROS."""
     import rosunit
 
     warnings.warn("rostest.unitrun is deprecated: use rosunit.unitrun", DeprecationWarning, stacklevel=2)
@@ -86,7 +86,7 @@ def is_publisher(topic: str, publisher_id: str) -> bool:
 
 
 def get_master() -> Any:
-    """Return an XML-RPC proxy of the master."""
+    """Return an XML-RPC proxy for the master."""
     from xmlrpc.client import ServerProxy
 
     from pipros.basics.env import Environment

@@ -21,7 +21,7 @@ _star_names(__name__, "logging rospy.core:logwarn rosmaster.master:Master rosgra
 
 
 class ROSTestLaunchParent(ROSLaunchParent):
-    """`setUp()`, `launch()`, `run_test()` for each test, `tearDown()`."""
+    """A launch that runs tests: call `setUp()`, `launch()`, `run_test()` for each test, then `tearDown()`."""
 
     def __init__(
         self,
@@ -51,11 +51,11 @@ class ROSTestLaunchParent(ROSLaunchParent):
     def _load_config(self) -> None:
         """Do nothing: the constructor received the configuration."""
 
-    def setUp(self) -> None:  # unittest's name
+    def setUp(self) -> None:  # unittest requires this name
         """Start the master, or find the existing one.
 
         Raises:
-            RLException: the existing master does not answer, or no port is available.
+            RLException: the existing master does not respond, or no port is available.
         """
         self._fixture.set_up()
         self._is_set_up = True
@@ -63,7 +63,7 @@ class ROSTestLaunchParent(ROSLaunchParent):
         self.master = self.config.master
 
     def tearDown(self) -> None:
-        """End everything that was started. Idempotent."""
+        """Stop everything that was started. May be called repeatedly."""
         if self._is_set_up:
             self._is_set_up = False
             self.master = None
@@ -73,7 +73,7 @@ class ROSTestLaunchParent(ROSLaunchParent):
         """Set the parameters and start the nodes, but not the tests.
 
         Returns:
-            The names of the running processes, and of the nodes that did not start.
+            The names of the running processes, and the names of the nodes that did not start.
 
         Raises:
             RuntimeError: `setUp` was not called.

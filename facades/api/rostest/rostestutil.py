@@ -33,12 +33,12 @@ _latest: list[unittest.TestResult] = []
 
 
 def printlog(msg: str, *args: object) -> None:
-    """Print to standard output; `args` are the arguments of the `%` format."""
+    """Print to standard output; `args` are the arguments for `%` formatting."""
     print(f"[ROSTEST]{msg % args if args else msg}")
 
 
 def printlogerr(msg: str, *args: object) -> None:
-    """Print to standard error; `args` are the arguments of the `%` format."""
+    """Print to standard error; `args` are the arguments for `%` formatting."""
     print(f"[ROSTEST]{msg % args if args else msg}", file=sys.stderr)
 
 
@@ -49,5 +49,5 @@ def printRostestSummary(result: unittest.TestResult, rostest_results: Result) ->
 
 
 def getErrors() -> object:
-    """Return the errors of the last printed result; None before the first."""
+    """Return the errors in the last printed result, or None if no result was printed."""
     return _latest[0].errors if _latest else None

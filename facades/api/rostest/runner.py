@@ -1,4 +1,4 @@
-"""Creation of unittest classes for launch files with tests, and their results."""
+"""Creation of unittest classes from launch files with tests, and access to their results."""
 
 from __future__ import annotations
 
@@ -66,17 +66,17 @@ class _Made:
 _made = _Made()
 
 
-def createUnitTest(  # Noetic's name
+def createUnitTest(  # this is Noetic's name
     pkg: str,
     test_file: str,
     reuse_master: bool = False,
     clear: bool = False,
     results_base_dir: str | None = None,
 ) -> type[unittest.TestCase]:
-    """Return a unittest class with a case for each `<test>` of a launch file.
+    """Return a unittest class with a case for each `<test>` in a launch file.
 
     Args:
-        pkg: the package of the results.
+        pkg: the package that the results are filed under.
         results_base_dir: folder for test results, instead of the default.
 
     Raises:
@@ -105,7 +105,7 @@ def createUnitTest(  # Noetic's name
 
 
 def setTextMode(val: bool) -> None:
-    """Set whether test programs report on the console and write no results."""
+    """Set whether test programs print to the console instead of writing result files."""
     _made.has_text = bool(val)
     for run, _ in _made.runs:
         run.write_text(text=_made.has_text)
@@ -126,7 +126,7 @@ def getConfig() -> ROSLaunchConfig | None:
 
 
 def getRostestParents() -> list[ROSTestLaunchParent]:
-    """Return the launches to tear down at the end: none, because each case ends its own."""
+    """Return an empty list, because each case tears down its own launch."""
     return _made.parents
 
 
@@ -142,17 +142,17 @@ def failRunner(testName: str, message: str) -> _Method:
 
 
 def failDuplicateRunner(testName: str) -> _Method:
-    """Return a test method that fails because another test has its name."""
+    """Return a test method that fails because another test has the same name."""
     return failRunner(testName, f"Duplicate tests named [{testName}] in rostest suite")
 
 
 def setUp(self: unittest.TestCase) -> None:
-    """Start master and nodes; `setUp` of the classes created by `createUnitTest`."""
+    """Start the master and the nodes. This is `setUp` of the classes created by `createUnitTest`."""
     _run_of(self).set_up()
 
 
 def tearDown(self: unittest.TestCase) -> None:
-    """End master and nodes; `tearDown` of the classes created by `createUnitTest`."""
+    """Stop the master and the nodes. This is `tearDown` of the classes created by `createUnitTest`."""
     _run_of(self).tear_down()
 
 

@@ -58,11 +58,11 @@ class TestTimeoutException(Exception):
 
 
 class BareTestCase(unittest.TestCase):
-    """A case that passes if a program exits and has written results, which are then in `results`.
+    """A case that passes if a program writes results and exits. The results are then in `results`.
 
     Attributes:
-        args: the command line of the program.
-        retry: the remaining number of retries if there are failures.
+        args: the program's command line.
+        retry: the number of retries left in case of failures.
     """
 
     def __init__(
@@ -90,8 +90,8 @@ class BareTestCase(unittest.TestCase):
         self.results = junitxml.Result(self.test_name)
         self._arguments = list(args)
 
-    def runTest(self) -> None:  # unittest's name
-        """Run the program, and repeat it while it fails and retries are left."""
+    def runTest(self) -> None:  # unittest requires this name
+        """Run the program. Repeat this while it fails and retries are left."""
         if self.package is None:
             self.fail("unable to determine package of executable")
         test = BareTest(

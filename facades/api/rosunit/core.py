@@ -35,7 +35,7 @@ def _filled_in(msg: str, args: tuple[object, ...]) -> str:
 
 
 def printlog(msg: str, *args: object) -> None:
-    """Print to standard output; `args` are the arguments of the `%` format."""
+    """Print to standard output; `args` are the arguments for `%` formatting."""
     print(_filled_in(msg, args))
 
 
@@ -74,7 +74,10 @@ _BAD_IN_NAMES = " \"'&$!`/\\"
 
 
 def rostest_name_from_path(pkg_dir: str, test_file: str) -> str:
-    """Return a launch file's name in result files: its path in the package, or its full path outside."""
+    """Return a launch file's name for result files.
+
+    The name is the path relative to the package, or the full path if the file is outside the package.
+    """
     path = Path(os.path.abspath(test_file))
     if not path.is_relative_to(pkg_dir):
         return str(Path(test_file).with_suffix("")).replace(os.sep, "_")

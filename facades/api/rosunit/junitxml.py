@@ -1,4 +1,4 @@
-"""Test results as Noetic's classes, read from result files and written as XML."""
+"""Test results in Noetic's classes. They are read from result files and written as XML."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _DASHES = "-" * 80
 
 
 class TestInfo:
-    """Why a case did not pass: the type and text of the exception."""
+    """Reason why a case did not pass: the type and text of the exception."""
 
     __test__ = False  # not for pytest
     tag = ""
@@ -68,7 +68,7 @@ class TestCaseResult:
 
     @property
     def description(self) -> str:
-        """The text about the case in a summary."""
+        """The text that describes the case in a summary."""
         if self.passed:
             return f"[{self.name}][passed]\n"
         return "".join(
@@ -94,7 +94,7 @@ class TestCaseResult:
 
 
 class Result:
-    """The results of a test program, or of several."""
+    """The results of one or more test programs."""
 
     __slots__ = (
         "name",
@@ -128,11 +128,11 @@ class Result:
         self.system_err = "\n".join(filter(None, (self.system_err, r.system_err)))
 
     def add_test_case_result(self, r: TestCaseResult) -> None:
-        """Add a case. The constructor's counts do not change."""
+        """Add a case. The counts passed to the constructor do not change."""
         self.test_case_results.append(r)
 
     def xml_element(self) -> bytes:
-        """Return the content of a result file."""
+        """Return the results as an XML document."""
         element = ElementTree.Element(
             "testsuite",
             tests=str(self.num_tests),
@@ -148,7 +148,10 @@ class Result:
 
 
 def read(test_file: str, test_name: str) -> Result:
-    """Return the results of a file as `test_name`; empty, with a warning, if it cannot be read."""
+    """Return the results in a file, named `test_name`.
+
+    If it cannot be read, print a warning and return an empty result.
+    """
     result = Result(test_name)
     try:
         content = read_file(test_file)
@@ -201,7 +204,7 @@ def test_failure_junit_xml(
     class_name: str = "Results",
     testcase_name: str = "test_ran",
 ) -> bytes:
-    """Return a result file with one failed test and the reason."""
+    """Return the contents of a result file with one failed test and the reason."""
     suite, case = _one_case(test_name, class_name, testcase_name, failures=1)
     ElementTree.SubElement(case, "failure", message=escape_controls(message), type="")
     if stdout:
@@ -212,7 +215,7 @@ def test_failure_junit_xml(
 def test_success_junit_xml(
     test_name: str, class_name: str = "Results", testcase_name: str = "test_ran"
 ) -> bytes:
-    """Return a result file with one passed test."""
+    """Return the contents of a result file with one passed test."""
     return ElementTree.tostring(_one_case(test_name, class_name, testcase_name, failures=0)[0])
 
 
@@ -257,7 +260,7 @@ def cdata(cdata_text: str) -> str:
 
 
 def filter_nonprintable_text(text: str) -> str:
-    """Return the text with each character that XML forbids replaced by a visible reference."""
+    """Replace each character that XML forbids with a visible reference."""
     return escape_controls(text)
 
 

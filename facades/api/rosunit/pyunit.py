@@ -1,4 +1,4 @@
-"""`unitrun`, which a Python test script calls last."""
+"""`unitrun`, which a Python test script calls at its end."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def unitrun(
     sysargs: Sequence[str] | None = None,
     coverage_packages: Sequence[str] | None = None,
 ) -> None:
-    """Run tests that need no ROS system; exit with code 1 if they do not pass.
+    """Run tests that do not need a ROS system. Exit with code 1 if they do not pass.
 
     Args:
         sysargs: the command line. `--cov` and `--covhtml` measure coverage, if `coverage` is installed.
@@ -52,7 +52,7 @@ _measuring: list[Any] = []
 
 
 def start_coverage(packages: Sequence[str]) -> None:
-    """Start measuring coverage, appending to earlier data; print a warning if it is not possible."""
+    """Start measuring coverage, appending to earlier data. If this is not possible, print a warning."""
     _ = packages
     try:
         import coverage

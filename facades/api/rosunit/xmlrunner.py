@@ -22,7 +22,7 @@ def cdata(cdata_text: str) -> str:
 
 
 class XMLTestRunner:
-    """A runner that writes results to a stream, or to `TEST-module.Class.xml` in the folder `path`."""
+    """Test runner that writes results to a stream, or to `TEST-module.Class.xml` in the folder `path`."""
 
     def __init__(self, stream: TextIO | None = None) -> None:
         self._stream = stream
@@ -30,7 +30,7 @@ class XMLTestRunner:
 
     @property
     def path(self) -> str:
-        """The folder of the result file; not used with a stream."""
+        """The folder for the result file. It is not used if there is a stream."""
         return self._path
 
     @path.setter
@@ -38,7 +38,7 @@ class XMLTestRunner:
         self._path = path
 
     def run(self, test: unittest.TestSuite | unittest.TestCase) -> CaseResult:
-        """Run tests; their output becomes part of the results."""
+        """Run tests, and include their output in the results."""
         result, suite = run_captured(test)
         content = format_suite(suite)
         if self._stream is None:

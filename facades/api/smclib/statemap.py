@@ -7,7 +7,7 @@ from typing import TextIO
 
 
 class StateUndefinedException(Exception):
-    """A transition was triggered while no state is set, that is, by an action of another transition."""
+    """A transition was triggered while no state was set, that is, by an action of another transition."""
 
 
 class TransitionUndefinedException(Exception):
@@ -15,7 +15,7 @@ class TransitionUndefinedException(Exception):
 
 
 class State:
-    """A state with its name and its number, which is unique in the machine."""
+    """A state with a name and a number that is unique within the machine."""
 
     def __init__(self, name: str, id: int) -> None:  # noqa: A002  # Noetic's name for it
         self._name = name
@@ -31,7 +31,7 @@ class State:
 
 
 class FSMContext:
-    """A state machine: current state, previous state, and a stack of states."""
+    """A state machine, consisting of the current state, the previous state and a stack of states."""
 
     def __init__(self, state: State | None) -> None:
         """Set the initial state."""
@@ -51,7 +51,7 @@ class FSMContext:
         self._debug_flag = flag
 
     def getDebugStream(self) -> TextIO:
-        """Return the debug stream; standard error by default."""
+        """Return the debug stream, which defaults to standard error."""
         return self._debug_stream
 
     def setDebugStream(self, stream: TextIO) -> None:
@@ -77,7 +77,7 @@ class FSMContext:
         return self._transition
 
     def clearState(self) -> None:
-        """Begin a transition: no state is set until the next `setState`."""
+        """Start a transition. No state is set until the next `setState`."""
         self._state, self._previous_state = None, self._state
 
     def getPreviousState(self) -> State | None:
@@ -85,7 +85,7 @@ class FSMContext:
         return self._previous_state
 
     def setState(self, state: State) -> None:
-        """Set the state, which ends a transition.
+        """Set the state and end the transition.
 
         Raises:
             ValueError: `state` is not a State.
@@ -102,7 +102,7 @@ class FSMContext:
         return len(self._state_stack)
 
     def pushState(self, state: State) -> None:
-        """Push the current state to the stack and set a new one.
+        """Push the current state onto the stack and set a new state.
 
         Raises:
             ValueError: `state` is not a State.
@@ -114,7 +114,7 @@ class FSMContext:
         self._log("PUSH TO STATE   : " + new.getName())
 
     def popState(self) -> None:
-        """Return to the state on top of the stack.
+        """Pop the topmost state from the stack and make it the current state.
 
         Raises:
             ValueError: the stack is empty.

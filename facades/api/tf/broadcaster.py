@@ -23,7 +23,7 @@ class TransformBroadcaster:
     def sendTransform(
         self, translation: Sequence[float], rotation: Sequence[float], time: Any, child: str, parent: str
     ) -> None:
-        """Publish the pose of `child` in `parent`.
+        """Publish the pose of `child` relative to `parent`.
 
         Args:
             translation: position (x, y, z) in metres.

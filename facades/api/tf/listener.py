@@ -30,21 +30,21 @@ _star_names(__name__, "geometry_msgs numpy rospy sensor_msgs tf.transformations 
 
 
 def xyz_to_mat44(pos: Any) -> Any:
-    """Return the 4x4 translation matrix of a Point or Vector3 message. Requires numpy."""
+    """Convert a Point or Vector3 message to a 4x4 translation matrix. Requires numpy."""
     from tf import transformations
 
     return transformations.translation_matrix((pos.x, pos.y, pos.z))
 
 
 def xyzw_to_mat44(ori: Any) -> Any:
-    """Return the 4x4 rotation matrix of a Quaternion message. Requires numpy."""
+    """Convert a Quaternion message to a 4x4 rotation matrix. Requires numpy."""
     from tf import transformations
 
     return transformations.quaternion_matrix((ori.x, ori.y, ori.z, ori.w))
 
 
 class TransformerROS(Transformer):
-    """Transformer for stamped messages. Results keep the stamp of the input."""
+    """Transformer for stamped messages. Results keep the timestamp of the input."""
 
     def asMatrix(self, target_frame: str, hdr: Any) -> Any:
         """Return the 4x4 matrix from the frame of `hdr` to `target_frame` at the time of `hdr`.
@@ -54,7 +54,7 @@ class TransformerROS(Transformer):
         return self.fromTranslationRotation(*self.lookupTransform(target_frame, hdr.frame_id, hdr.stamp))
 
     def fromTranslationRotation(self, translation: Any, rotation: Any) -> Any:
-        """Return the 4x4 matrix of a position (x, y, z) and a quaternion (x, y, z, w). Requires numpy."""
+        """Convert a position (x, y, z) and a quaternion (x, y, z, w) to a 4x4 matrix. Requires numpy."""
         from tf import transformations
 
         return transformations.translation_matrix(translation) @ transformations.quaternion_matrix(rotation)
@@ -65,7 +65,7 @@ class TransformerROS(Transformer):
         return PointStamped(_header(target_frame, ps), Point(*point))
 
     def transformVector3(self, target_frame: str, v3s: Vector3Stamped) -> Vector3Stamped:
-        """Rotate a vector to `target_frame`, without translating it."""
+        """Rotate a vector into `target_frame`, without translating it."""
         vector = rotate(normalized(self._frame(target_frame, v3s)), vector_of(v3s.vector))
         return Vector3Stamped(_header(target_frame, v3s), Vector3(*vector))
 

@@ -1,4 +1,4 @@
-"""roswtf plugin of tf: record /tf for one second and report inconsistent transforms."""
+"""tf's roswtf plugin, which records /tf for one second and reports inconsistent transforms."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def is_tf_active() -> bool:
 
 
 def roswtf_plugin_online(ctx: Any) -> None:
-    """Apply the rules if /tf has a publisher. Blocks for one second; requires an initialised node."""
+    """Apply the rules if /tf has a publisher. Blocks for one second. Requires an initialised node."""
     if not is_tf_active():
         return
     print("running tf checks, this will take a second...", flush=True)

@@ -59,15 +59,15 @@ class Arcball(_Ball):
     """The library's arcball, with the names of Noetic's methods."""
 
     def setaxes(self, *axes: _Any) -> None:
-        """Set the axes of a constrained rotation; None removes them."""
+        """Set the axes for constrained rotations; None removes them."""
         self.axes = None if axes and axes[0] is None else [unit_vector(axis) for axis in axes]
 
     def setconstrain(self, constrain: bool) -> None:
-        """Enable or disable the constraint to the axes of `setaxes`."""
+        """Enable or disable the constraint to the axes set with `setaxes`."""
         self.is_constrained = constrain is True
 
     def getconstrain(self) -> bool:
-        """Return whether rotations are constrained to the axes of `setaxes`."""
+        """Return whether rotations are constrained to the axes set with `setaxes`."""
         return self.is_constrained
 
 

@@ -16,12 +16,12 @@ PositionAndRotation = tuple[list[float], list[float]]
 
 
 def strip_leading_slash(s: str) -> str:
-    """Return the frame id without the leading slash that the first versions of tf used."""
+    """Return the frame ID without the leading slash that the first versions of tf used."""
     return s[1:] if s.startswith("/") else s
 
 
 class Transformer:
-    """Buffer of the transforms of the last `cache_time` (a `rospy.Duration`; 10 s by default).
+    """Buffer for the transforms of the last `cache_time` (a `rospy.Duration`; 10 s by default).
 
     `interpolate` is ignored, as in Noetic. All methods may be called from any thread.
     """
@@ -35,7 +35,7 @@ class Transformer:
         return self._buffer._allFramesAsDot(current_time or None)
 
     def allFramesAsString(self) -> str:
-        """Return one line per frame, with its parent."""
+        """Return a string with one line per frame that names its parent."""
         return self._buffer.all_frames_as_string()
 
     def setTransform(self, transform: Any, authority: str = "default_authority") -> None:
@@ -116,9 +116,9 @@ class Transformer:
         return self._buffer.get_latest_common_time(source, target)
 
     def lookupTransform(self, target_frame: str, source_frame: str, time: Any) -> PositionAndRotation:
-        """Return the pose of the source in the target: position (x, y, z) and quaternion (x, y, z, w).
+        """Return the source's position (x, y, z) and quaternion (x, y, z, w) in the target frame.
 
-        `time` zero means the latest common time. Does not block.
+        If `time` is zero, use the latest common time. Does not block.
 
         Raises:
             tf.LookupException, tf.ConnectivityException, tf.ExtrapolationException, tf.Exception.
@@ -139,7 +139,7 @@ class Transformer:
     def lookupTwist(
         self, tracking_frame: str, observation_frame: str, time: Any, averaging_interval: Any
     ) -> tuple[Vector, Vector]:
-        """Return the linear (m/s) and angular (rad/s) velocity of a frame in another around `time`."""
+        """Return the linear (m/s) and angular (rad/s) velocity of a frame relative to another at `time`."""
         return self.lookupTwistFull(
             tracking_frame,
             observation_frame,
@@ -173,7 +173,7 @@ class Transformer:
         )
 
     def setUsingDedicatedThread(self, value: bool) -> None:
-        """Declare whether another thread fills the buffer; if there is none, `waitForTransform` raises."""
+        """Declare whether another thread fills the buffer. If not, `waitForTransform` raises."""
         self._using_dedicated_thread = value
 
     def getTFPrefix(self) -> str:
@@ -181,7 +181,7 @@ class Transformer:
         return ""
 
     def _pose(self, target: str, source: str, time: Any) -> Pose:
-        # By lookupTransform, which subclasses may override, as in Noetic.
+        # Call lookupTransform, as Noetic does, because subclasses may override it.
         (px, py, pz), (qx, qy, qz, qw) = self.lookupTransform(target, source, time)
         return px, py, pz, qx, qy, qz, qw
 

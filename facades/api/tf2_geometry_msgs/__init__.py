@@ -1,4 +1,4 @@
-"""Drop-in replacement for Noetic's tf2_geometry_msgs: registers transforms of geometry_msgs messages."""
+"""Drop-in replacement for Noetic's tf2_geometry_msgs: transforms of geometry_msgs messages."""
 
 from geometry_msgs.msg import PointStamped as PointStamped
 from geometry_msgs.msg import PoseStamped as PoseStamped

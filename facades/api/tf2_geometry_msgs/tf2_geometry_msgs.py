@@ -1,4 +1,4 @@
-"""Transforms of points, vectors, poses and wrenches. Only `transform_to_kdl` requires PyKDL."""
+"""Functions that transform points, vectors, poses and wrenches. Only `transform_to_kdl` requires PyKDL."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def do_transform_point(point: PointStamped, transform: Any) -> PointStamped:
 
 
 def do_transform_vector3(vector3: Vector3Stamped, transform: Any) -> Vector3Stamped:
-    """Apply the rotation of the transform to a vector, without translating it."""
+    """Apply the transform's rotation to a vector, without translating it."""
     found = rotate(_frame(transform), vector_of(vector3.vector))
     return Vector3Stamped(transform.header, Vector3(*found))
 
@@ -69,9 +69,9 @@ def do_transform_pose(pose: PoseStamped, transform: Any) -> PoseStamped:
 
 
 def do_transform_wrench(wrench: WrenchStamped, transform: Any) -> WrenchStamped:
-    """Apply the rotation of the transform to force and torque separately.
+    """Apply the transform's rotation to the force and the torque separately.
 
-    The torque of the translated force is not added, as in Noetic.
+    As in Noetic, the torque that results from translating the force is not added.
     """
     frame = _frame(transform)
     force, torque = (rotate(frame, vector_of(part)) for part in (wrench.wrench.force, wrench.wrench.torque))

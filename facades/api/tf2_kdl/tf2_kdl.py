@@ -1,4 +1,4 @@
-"""Transforms of PyKDL's vectors, frames, twists and wrenches, registered with tf2_ros.
+"""Functions that transform PyKDL's vectors, frames, twists and wrenches, registered with tf2_ros.
 
 Transformed values have a `header`. Objects of PyKDL 1.5 reject new attributes; with that version, results are
 instances of subclasses defined here. Genuine tf2_kdl raises AttributeError with PyKDL 1.5.
@@ -53,7 +53,7 @@ def _stamped(value: Any, header: Header) -> Any:
 
 
 def do_transform_vector(vector: Any, transform: TransformStamped) -> Any:
-    """Apply the transform to a vector; it is rotated and translated like a point."""
+    """Apply the transform to a vector, which is rotated and translated like a point."""
     return _stamped(transform_to_kdl(transform) * vector, transform.header)
 
 
@@ -63,12 +63,12 @@ def do_transform_frame(frame: Any, transform: TransformStamped) -> Any:
 
 
 def do_transform_twist(twist: Any, transform: TransformStamped) -> Any:
-    """Apply the transform to a twist; the result refers to the origin of the target frame."""
+    """Apply the transform to a twist. The result refers to the origin of the target frame."""
     return _stamped(transform_to_kdl(transform) * twist, transform.header)
 
 
 def do_transform_wrench(wrench: Any, transform: TransformStamped) -> Any:
-    """Apply the transform to a wrench; the result refers to the origin of the target frame."""
+    """Apply the transform to a wrench. The result refers to the origin of the target frame."""
     return _stamped(transform_to_kdl(transform) * wrench, transform.header)
 
 

@@ -17,14 +17,14 @@ from pipros.msg.time import NS_PER_S
 
 
 class BufferCore:
-    """Buffer of the transforms of the last `cache_time` (10 s by default) and of static transforms.
+    """Buffer for static transforms and for the transforms of the last `cache_time` (10 s by default).
 
     Static transforms are kept until they are replaced. The reason for rejecting a transform is written to
     standard error, as in genuine tf2. All methods may be called from any thread.
     """
 
     _warning_stream: Any = None
-    """Stream for the reasons of rejected transforms; None for standard error."""
+    """Stream to which the reasons for rejecting transforms are written; None for standard error."""
 
     def __init__(self, cache_time: Any = None) -> None:
         self._buffer = TransformBuffer(DEFAULT_LENGTH if cache_time is None else in_ns(cache_time))
@@ -52,7 +52,7 @@ class BufferCore:
     def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> TransformStamped:
         """Return the transform from the source frame to the target frame. Does not block.
 
-        `time` zero means the latest common time.
+        If `time` is zero, use the latest common time.
 
         Raises:
             LookupException, ConnectivityException, ExtrapolationException, InvalidArgumentException.
@@ -85,7 +85,7 @@ class BufferCore:
         )
 
     def can_transform_core(self, target_frame: str, source_frame: str, time: Any) -> tuple[int, str]:
-        """Return (1, "") if `lookup_transform_core` would succeed, otherwise 0 and the reason."""
+        """Return (1, "") if `lookup_transform_core` would succeed, otherwise (0, reason)."""
         _require_str(target_frame, 1), _require_str(source_frame, 2)
         try:
             reason = self._buffer.can_transform(target_frame, source_frame, in_ns(time))
@@ -97,7 +97,7 @@ class BufferCore:
     def can_transform_full_core(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> tuple[int, str]:
-        """Return (1, "") if `lookup_transform_full_core` would succeed, otherwise 0 and the reason."""
+        """Return (1, "") if `lookup_transform_full_core` would succeed, otherwise (0, reason)."""
         _require_str(target_frame, 1), _require_str(source_frame, 3), _require_str(fixed_frame, 5)
         times = in_ns(target_time), in_ns(source_time)
         try:
@@ -123,7 +123,7 @@ class BufferCore:
         return self._buffer.as_yaml()
 
     def all_frames_as_string(self, *_: Any) -> str:
-        """Return one line per frame, with its parent."""
+        """Return a string with one line per frame that names its parent."""
         return self._buffer.as_string()
 
     def _allFramesAsDot(self, current_time: Any = None) -> str:
@@ -150,7 +150,7 @@ class BufferCore:
 
 
 def stamped(stamp: int, pose: Pose, parent: str, child: str) -> TransformStamped:
-    """Return a pose as a message. `stamp` is in nanoseconds."""
+    """Return a pose as a TransformStamped. `stamp` is in nanoseconds."""
     px, py, pz, qx, qy, qz, qw = pose
     header = Header(0, rospy.Time(stamp // NS_PER_S, stamp % NS_PER_S), parent)
     return TransformStamped(header, child, Transform(Vector3(px, py, pz), Quaternion(qx, qy, qz, qw)))

@@ -20,13 +20,13 @@ _NO_TIME = rospy.Duration(0.0)
 
 
 class Buffer(BufferCore, BufferInterface):
-    """Buffer of the transforms of the last `cache_time`, with lookups that can wait for missing transforms.
+    """Buffer for the transforms of the last `cache_time`. Lookups can wait for missing transforms.
 
     All methods may be called from any thread. Waiting lookups are woken by new transforms; they do not poll.
 
     Args:
         cache_time: a `rospy.Duration`; None for 10 s.
-        debug: offer the service `~tf2_frames`, which returns all frames as YAML.
+        debug: whether to offer the service `~tf2_frames`, which returns all frames as YAML.
     """
 
     def __init__(self, cache_time: Any = None, debug: bool = True) -> None:
@@ -90,9 +90,9 @@ class Buffer(BufferCore, BufferInterface):
         timeout: Any = _NO_TIME,
         return_debug_tuple: bool = False,
     ) -> Any:
-        """Return whether `lookup_transform` would succeed, as 1 or 0, waiting up to `timeout`.
+        """Wait up to `timeout`, and return 1 if `lookup_transform` would succeed, otherwise 0.
 
-        If `return_debug_tuple` is true, return a tuple of this number and the reason for a failure.
+        If `return_debug_tuple` is true, return a tuple of this number and the reason for the failure.
         """
         result = self._wait(lambda: self.can_transform_core(target_frame, source_frame, time), timeout)
         return result if return_debug_tuple else result[0]
@@ -113,7 +113,10 @@ class Buffer(BufferCore, BufferInterface):
         return result if return_debug_tuple else result[0]
 
     def _wait(self, ask: Callable[[], tuple[int, str]], timeout: Any) -> tuple[int, str]:
-        """Return the answer of `ask`, repeated on each new transform until it succeeds or time is up."""
+        """Call `ask` again after each new transform until it succeeds or time is up.
+
+        Return its last result.
+        """
         result = ask()
         if result[0] or not (timeout.secs or timeout.nsecs):
             return result

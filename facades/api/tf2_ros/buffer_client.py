@@ -1,4 +1,4 @@
-"""`BufferClient`, which looks up transforms in the buffer of another node by its action."""
+"""`BufferClient`, which looks up transforms in another node's buffer through an action."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ _NO_TIME = rospy.Duration(0.0)
 
 
 class BufferClient(BufferInterface):
-    """Client of the BufferServer `ns`, so that this node need not subscribe to /tf itself.
+    """Client of the BufferServer `ns`. With it, this node does not need to subscribe to /tf.
 
-    Lookups block until the server replies, at most for `timeout` plus `timeout_padding`.
+    Lookups block until the server replies, for at most `timeout` plus `timeout_padding`.
 
     Args:
         check_frequency: deprecated and ignored.
@@ -52,7 +52,7 @@ class BufferClient(BufferInterface):
             rospy.logwarn("check_frequency of BufferClient is deprecated and ignored: remove it.")
 
     def wait_for_server(self, timeout: Any = _NO_TIME) -> bool:
-        """Wait until the server is connected, without limit if `timeout` is zero.
+        """Wait until the server is connected. If `timeout` is zero, wait without a limit.
 
         Return whether the server is connected.
         """
@@ -64,7 +64,7 @@ class BufferClient(BufferInterface):
         """Return the transform (TransformStamped) from the source frame to the target frame.
 
         Raises:
-            TransformException: the server reported an error; raised as the matching subclass.
+            TransformException: the server reported an error. The exception is the matching subclass.
             TimeoutException: the server did not reply in time, or did not complete the goal.
         """
         return self._send(

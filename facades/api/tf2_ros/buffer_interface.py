@@ -17,7 +17,7 @@ _NO_TIME = rospy.Duration(0.0)
 
 
 class BufferInterface:
-    """Base class of buffers, which transforms objects of registered types. Subclasses implement lookups."""
+    """Base class of buffers. It transforms objects of registered types; subclasses implement the lookups."""
 
     def __init__(self) -> None:
         self.registration = TransformRegistration()
@@ -29,7 +29,7 @@ class BufferInterface:
         timeout: Any = _NO_TIME,
         new_type: type[Any] | None = None,
     ) -> Any:
-        """Transform an object to `target_frame` at its own stamp, and convert it to `new_type` if given.
+        """Transform an object to `target_frame` at its own timestamp, and convert it to `new_type` if given.
 
         Raises:
             TypeException: the type is not registered.
@@ -52,7 +52,7 @@ class BufferInterface:
     ) -> Any:
         """Transform an object to `target_frame` at `target_time`, and convert it to `new_type` if given.
 
-        `fixed_frame` must not move between the stamp of the object and `target_time`.
+        `fixed_frame` must not move between the object's timestamp and `target_time`.
 
         Raises:
             TypeException: the type is not registered.

@@ -21,8 +21,8 @@ class BufferServer:
     """Action server `ns` for lookups in `buffer`.
 
     Args:
-        auto_start: whether to start immediately; otherwise call `start`.
-        check_period: interval at which pending lookups are retried; 0.01 s by default.
+        auto_start: whether to start immediately. If False, call `start`.
+        check_period: interval between retries of pending lookups; 0.01 s by default.
     """
 
     def __init__(

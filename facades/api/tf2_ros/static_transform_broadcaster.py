@@ -26,7 +26,7 @@ class StaticTransformBroadcaster:
         self._sent: dict[str, Any] = {}
 
     def sendTransform(self, transform: Any) -> None:
-        """Publish a TransformStamped, or a list of them, together with those sent before."""
+        """Publish a TransformStamped, or a list of them, together with all transforms sent before."""
         with self._lock:
             for each in transform if isinstance(transform, list) else [transform]:
                 self._sent[each.child_frame_id] = each

@@ -14,7 +14,7 @@ _star_names(__name__, "threading")
 
 
 class TransformListener:
-    """Subscriber that fills `buffer` from `/tf` and `/tf_static` until `unregister` or its deletion.
+    """Subscriber that fills `buffer` from `/tf` and `/tf_static` until it is unregistered or deleted.
 
     If the clock jumps back, the buffer is cleared except for static transforms.
     """
@@ -49,7 +49,7 @@ class TransformListener:
                 self.buffer.clear()
 
     def callback(self, data: Any) -> None:
-        """Handle a message of `/tf`. Runs in the thread of the connection."""
+        """Handle a message on `/tf`. Runs in the connection's thread."""
         self.check_for_reset()
         sender = data._connection_header.get("callerid", "default_authority")
         insert = self.buffer.set_transform
@@ -57,7 +57,7 @@ class TransformListener:
             insert(transform, sender)
 
     def static_callback(self, data: Any) -> None:
-        """Handle a message of `/tf_static`. Runs in the thread of the connection."""
+        """Handle a message on `/tf_static`. Runs in the connection's thread."""
         self.check_for_reset()
         sender = data._connection_header.get("callerid", "default_authority")
         for transform in data.transforms:

@@ -1,4 +1,4 @@
-"""Drop-in replacement for Noetic's tf2_sensor_msgs: registers the transform of point clouds."""
+"""Drop-in replacement for Noetic's tf2_sensor_msgs: registers a function that transforms point clouds."""
 
 from sensor_msgs.msg import PointCloud2 as PointCloud2
 

@@ -1,4 +1,4 @@
-"""Transform of point clouds."""
+"""Function that transforms point clouds."""
 
 from __future__ import annotations
 
@@ -22,10 +22,12 @@ _star_names(__name__, "PyKDL rospy")
 def do_transform_cloud(cloud: PointCloud2, transform: Any) -> PointCloud2:
     """Apply the transform to a cloud whose first three fields are x, y and z.
 
-    Other fields keep their values. The result is unorganised (one row of points), as made by `create_cloud`.
+    Other fields keep their values. The result is unorganised (one row of points), like those of
+    `create_cloud`.
     """
     frame = pose_of_transform(transform.transform)
-    # The images of the origin and of the axes' unit points give the columns of the matrix.
+    # The columns of the matrix are derived from the transformed origin and the transformed unit points on the
+    # axes.
     origin, *ends = (transform_point(frame, at) for at in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)))
     ox, oy, oz = origin
     (a, d, g), (b, e, h), (c, f, i) = ((end[0] - ox, end[1] - oy, end[2] - oz) for end in ends)

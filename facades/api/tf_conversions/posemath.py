@@ -38,36 +38,36 @@ def _frame(rotation: Any, position: Any) -> Any:
 
 
 def fromTf(tf: Any) -> Any:
-    """Return the frame of a position (x, y, z) and a quaternion (x, y, z, w), as returned by tf."""
+    """Convert a position (x, y, z) and a quaternion (x, y, z, w), as returned by tf, to a frame."""
     position, quaternion = tf
     return _frame(_kdl().Rotation.Quaternion(*quaternion), position)
 
 
 def toTf(f: Any) -> Any:
-    """Return the position (x, y, z) and the quaternion (x, y, z, w) of a frame."""
+    """Convert a frame to a position (x, y, z) and a quaternion (x, y, z, w)."""
     return (f.p[0], f.p[1], f.p[2]), f.M.GetQuaternion()
 
 
 def fromMsg(p: Pose) -> Any:
-    """Return the frame of a Pose."""
+    """Convert a Pose to a frame."""
     position, quaternion = p.position, p.orientation
     rotation = _kdl().Rotation.Quaternion(quaternion.x, quaternion.y, quaternion.z, quaternion.w)
     return _frame(rotation, (position.x, position.y, position.z))
 
 
 def toMsg(f: Any) -> Pose:
-    """Return the Pose of a frame."""
+    """Convert a frame to a Pose."""
     return Pose(Point(f.p[0], f.p[1], f.p[2]), Quaternion(*f.M.GetQuaternion()))
 
 
 def fromMatrix(m: Any) -> Any:
-    """Return the frame of a homogeneous 4x4 matrix."""
+    """Convert a homogeneous 4x4 matrix to a frame."""
     rotation = _kdl().Rotation(*(float(m[row, column]) for row in range(3) for column in range(3)))
     return _frame(rotation, (float(m[row, 3]) for row in range(3)))
 
 
 def toMatrix(f: Any) -> Any:
-    """Return the homogeneous 4x4 matrix of a frame. Requires numpy."""
+    """Convert a frame to a homogeneous 4x4 matrix. Requires numpy."""
     from pipros.libraries.transforms.matrices import numpy
 
     rows = [[*(f.M[row, column] for column in range(3)), f.p[row]] for row in range(3)]
@@ -75,7 +75,7 @@ def toMatrix(f: Any) -> Any:
 
 
 def fromCameraParams(cv: Any, rvec: Any, tvec: Any) -> Any:
-    """Return the frame of a rotation vector (radians) and a translation vector, as returned by OpenCV.
+    """Convert a rotation vector (radians) and a translation vector, as returned by OpenCV, to a frame.
 
     `cv` is OpenCV's module (`cv2`). Requires numpy.
     """

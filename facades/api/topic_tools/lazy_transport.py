@@ -1,4 +1,4 @@
-"""`LazyTransport`: base of nodes that subscribe only while their own topics have subscribers."""
+"""`LazyTransport`, the base class of nodes that subscribe only while their own topics have subscribers."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ _WARN_AFTER = rospy.Duration(5)
 
 
 class LazyTransport(rospy.SubscribeListener):
-    """Calls `subscribe` for the first subscriber of an advertised topic, and `unsubscribe` after the last.
+    """Base class that calls `subscribe` for the first subscriber and `unsubscribe` after the last.
 
-    Derive from it and define both. If the parameter `~lazy` is false, `unsubscribe` is not called. As in
-    Noetic on Python 3, `_post_init`, which subscribes at once then, is not called by itself.
+    Subclasses define both methods. If the parameter `~lazy` is false, `unsubscribe` is not called. In that
+    case, `_post_init` subscribes at once, but as in Noetic on Python 3, it is not called automatically.
     """
 
     def __init__(self) -> None:
         super().__init__()
         self._publishers: list[rospy.Publisher[Any]] = []
-        self._connection_status: bool | None = None  # None before the first call of `subscribe`
+        self._connection_status: bool | None = None  # this is None before the first call to `subscribe`
         rospy.Timer(_WARN_AFTER, self._warn_never_subscribed_cb, oneshot=True)
 
     def _post_init(self) -> None:
@@ -43,13 +43,16 @@ class LazyTransport(rospy.SubscribeListener):
         raise NotImplementedError("a subclass of LazyTransport must define unsubscribe()")
 
     def peer_subscribe(self, *args: object, **kwargs: object) -> None:  # noqa: ARG002
-        """Subscribe to the input if that has not happened yet. rospy calls it for each new subscriber."""
+        """Subscribe to the input unless already subscribed.
+
+        rospy calls this method for each new subscriber.
+        """
         if not self._connection_status:
             self.subscribe()
             self._connection_status = True
 
     def peer_unsubscribe(self, *args: object, **kwargs: object) -> None:  # noqa: ARG002
-        """Unsubscribe from the input after the last subscriber of all topics left."""
+        """Unsubscribe from the input after the last subscriber to any topic has left."""
         if not rospy.get_param("~lazy", True) or not self._connection_status:
             return
         if all(publisher.get_num_connections() == 0 for publisher in self._publishers):

@@ -1,4 +1,4 @@
-"""Imported by the CMake code of genuine catkin if it runs in pipros' environment, as with `catkin build`."""
+"""Module that genuine catkin's CMake code imports in pipros's environment, as with `catkin build`."""
 
 from __future__ import annotations
 

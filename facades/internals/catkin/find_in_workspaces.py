@@ -1,4 +1,4 @@
-"""`catkin.find_in_workspaces`: search for files of packages in built workspaces."""
+"""`catkin.find_in_workspaces`: search for package files in built workspaces."""
 
 from catkin_pkg.packages import find_packages as find_packages
 

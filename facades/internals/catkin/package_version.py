@@ -1,4 +1,4 @@
-"""`catkin.package_version`: versions and change logs of packages, by catkin_pkg."""
+"""`catkin.package_version`: package versions and change logs, implemented by catkin_pkg."""
 
 from catkin_pkg.changelog_generator import FORTHCOMING_LABEL as FORTHCOMING_LABEL
 from catkin_pkg.package_version import bump_version as bump_version

@@ -1,4 +1,4 @@
-"""`catkin.terminal_color`: colours of texts on a terminal, by catkin_pkg."""
+"""`catkin.terminal_color`: coloured text on a terminal, implemented by catkin_pkg."""
 
 from catkin_pkg.terminal_color import ColorTemplate as ColorTemplate
 from catkin_pkg.terminal_color import ansi as ansi

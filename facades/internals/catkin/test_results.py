@@ -75,14 +75,14 @@ def _four(counts: ResultCounts) -> Four:
 def aggregate_results(
     results: Mapping[str, Four], callback_per_result: Callable[..., object] | None = None
 ) -> Three:
-    """Return the sums of `aggregate_results2` without the number of skipped tests."""
+    """Like `aggregate_results2`, but without the number of skipped tests."""
     return aggregate_results2(results, callback_per_result)[:3]
 
 
 def aggregate_results2(
     results: Mapping[str, Four], callback_per_result: Callable[..., object] | None = None
 ) -> Four:
-    """Return the sums of all counts; call the callback with name and counts of each file, sorted by name."""
+    """Return the sums of all counts. Call the callback with each file's name and counts, sorted by name."""
     total = ResultCounts()
     for name in sorted(results):
         counts = ResultCounts(*_checked(results[name]))
@@ -98,7 +98,7 @@ def _checked(counts: Four) -> Four:
 
 
 def print_summary(results: Mapping[str, Four], show_stable: bool = False, show_unstable: bool = True) -> None:
-    """Print the summary of `print_summary2` without the number of skipped tests."""
+    """Like `print_summary2`, but without the number of skipped tests."""
     print_summary2(results, show_stable, show_unstable, print_skipped=False)
 
 
@@ -112,7 +112,7 @@ def print_summary2(
 
     Args:
         show_stable: whether to print files in which all tests passed.
-        show_unstable: whether to print the others.
+        show_unstable: whether to print the other files.
         print_skipped: whether to print the number of skipped tests.
     """
 
@@ -136,7 +136,7 @@ def remove_junit_result(filename: str) -> None:
 
 
 def ensure_junit_result_exist(filename: str) -> bool:
-    """Tidy a result file that is not XML; return whether the file was changed; write a missing file."""
+    """Tidy a result file that is not XML, and write a missing file. Return whether the file was changed."""
     if Path(filename).is_file():
         try:
             read_junit2(filename)

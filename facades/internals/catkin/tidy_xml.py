@@ -16,7 +16,7 @@ RE_XML_ILLEGAL = (
     "|([\ud800-\udbff][^\udc00-\udfff])|([^\ud800-\udbff][\udc00-\udfff])"
     "|([\ud800-\udbff]$)|(^[\udc00-\udfff])"
 )
-"""A pattern for the characters that XML does not allow."""
+"""Pattern that matches the characters that XML does not allow."""
 
 _ILLEGAL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 

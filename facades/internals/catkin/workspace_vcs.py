@@ -1,4 +1,4 @@
-"""`catkin.workspace_vcs`: version control of a source folder, by catkin_pkg."""
+"""`catkin.workspace_vcs`: version control of a source folder, implemented by catkin_pkg."""
 
 from catkin_pkg.workspace_vcs import get_repository_type as get_repository_type
 from catkin_pkg.workspace_vcs import vcs_remotes as vcs_remotes

@@ -33,13 +33,13 @@ def log_verbose(value: bool) -> None:
 
 
 def log(*args: object) -> None:
-    """Print an action of a generator if enabled by `log_verbose`."""
+    """Print a generator's action if enabled by `log_verbose`."""
     if _is_verbose[0]:
         print("LOG:", *args)
 
 
 def plog(msg: object, obj: object) -> None:
-    """Print a text and an object if enabled by `log_verbose`."""
+    """Print `msg` and an object if enabled by `log_verbose`."""
     if _is_verbose[0]:
         from pprint import pformat
 

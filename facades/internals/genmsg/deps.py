@@ -23,7 +23,7 @@ Dependency = tuple[str, str | None]
 def find_msg_dependencies_with_type(
     pkg_name: str, msg_file: str, search_paths: SearchPath
 ) -> list[Dependency]:
-    """Return `(type, file)` of each type that a message embeds, directly or indirectly.
+    """Return `(type, file)` for each type that a message embeds, directly or indirectly.
 
     Raises:
         genmsg.MsgNotFound: a type is not on the search path.
@@ -35,14 +35,14 @@ def find_msg_dependencies_with_type(
 
 
 def find_msg_dependencies(pkg_name: str, msg_file: str, search_paths: SearchPath) -> list[str | None]:
-    """Return the files of `find_msg_dependencies_with_type`."""
+    """Like `find_msg_dependencies_with_type`, but return only the files."""
     return [file for _, file in find_msg_dependencies_with_type(pkg_name, msg_file, search_paths)]
 
 
 def find_srv_dependencies_with_type(
     pkg_name: str, msg_file: str, search_paths: SearchPath
 ) -> list[Dependency]:
-    """Return `(type, file)` of each type that a service embeds; see `find_msg_dependencies_with_type`."""
+    """Return `(type, file)` for each type that a service embeds; see `find_msg_dependencies_with_type`."""
     context = MsgContext.create_default()
     spec = load_srv_from_file(context, msg_file, f"{pkg_name}/{Path(msg_file).stem}")
     halves = [spec.request.full_name, spec.response.full_name]
@@ -50,7 +50,7 @@ def find_srv_dependencies_with_type(
 
 
 def find_srv_dependencies(pkg_name: str, msg_file: str, search_paths: SearchPath) -> list[str | None]:
-    """Return the files of `find_srv_dependencies_with_type`."""
+    """Like `find_srv_dependencies_with_type`, but return only the files."""
     return [file for _, file in find_srv_dependencies_with_type(pkg_name, msg_file, search_paths)]
 
 

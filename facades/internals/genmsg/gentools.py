@@ -1,4 +1,4 @@
-"""`genmsg.gentools`: md5 and full text of loaded definitions."""
+"""`genmsg.gentools`: MD5 sums and full texts of loaded definitions."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ _star_names(__name__, "genmsg.base genmsg.msgs genmsg.names hashlib io:StringIO 
 
 
 def compute_md5_text(msg_context: MsgContext, spec: MsgSpec) -> str:
-    """Return the text over which the md5 is computed. Types embedded by `spec` must be loaded."""
+    """Return the text from which the MD5 sum is computed. Types embedded by `spec` must be loaded."""
     return digest.md5_text(spec.definition(), _lookup(msg_context))
 
 
 def compute_md5(msg_context: MsgContext, spec: MsgSpec | SrvSpec) -> str:
-    """Return the md5 of a message or a service. The types that it embeds must be loaded."""
+    """Return the MD5 sum of a message or service. The embedded types must be loaded."""
     if isinstance(spec, SrvSpec):
         return digest.service_md5(_service(spec), _lookup(msg_context))
     return digest.message_md5(spec.definition(), _lookup(msg_context))
@@ -46,7 +46,7 @@ def compute_full_text(msg_context: MsgContext, spec: MsgSpec) -> str:
     """Return the definition, followed by the definitions of all embedded types, which must be loaded.
 
     Raises:
-        KeyError: the definition is not registered, or it is a service, which has no full text.
+        KeyError: the definition is not registered, or is a service, which does not have a full text.
     """
     if not msg_context.is_registered(spec.full_name):
         raise KeyError(spec.full_name)

@@ -42,7 +42,7 @@ SearchPath = Mapping[str, Sequence[str]]
 Parsed = TypeVar("Parsed")
 
 
-class MsgNotFound(Exception):  # the name in genmsg
+class MsgNotFound(Exception):  # genmsg uses this name
     """The type is not on the search path."""
 
     def __init__(
@@ -141,11 +141,11 @@ def get_srv_file(package: str, base_type: str, search_path: SearchPath) -> str:
 
 
 def convert_constant_value(field_type: str, val: str) -> bool | int | float | str:
-    """Convert a text to the value of a constant.
+    """Convert the text of a constant to its value.
 
     Raises:
         InvalidMsgSpec: the value is out of bounds, or the type is not allowed for constants.
-        ValueError: the text is not a value of the type.
+        ValueError: the text is not a valid value of the type.
     """
     if not is_valid_constant_type(field_type):
         raise InvalidMsgSpec(f"invalid constant type: [{field_type}]")

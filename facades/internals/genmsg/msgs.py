@@ -69,7 +69,7 @@ def bare_msg_type(msg_type: str | None) -> str | None:
 
 
 def resolve_type(msg_type: str, package_context: str) -> str:
-    """Return the full name of a type in a definition of the package `package_context`."""
+    """Return the full name of a type that a definition in the package `package_context` refers to."""
     bare = bare_msg_type(msg_type)
     if bare in BUILTINS or SEP in bare:
         return msg_type
@@ -124,7 +124,7 @@ def is_builtin(msg_type_name: str) -> bool:
 
 
 class Constant:
-    """A constant of a message; `val_text` is the value as written."""
+    """A constant in a message. `val_text` is the value as written."""
 
     __slots__ = ["name", "type", "val", "val_text"]
 
@@ -150,7 +150,7 @@ class Constant:
 
 
 class Field:
-    """A field of a message, with its type split into parts."""
+    """A field in a message, with its type split into parts."""
 
     def __init__(self, name: str, type: str) -> None:  # noqa: A002 # the name in genmsg
         self.name = name

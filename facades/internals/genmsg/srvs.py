@@ -1,4 +1,4 @@
-"""`genmsg.srvs`: service definitions as objects of genmsg."""
+"""`genmsg.srvs`: service definitions as genmsg objects."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _star_names(__name__, "os sys")
 
 
 class SrvSpec:
-    """A service definition with its request and response."""
+    """A service definition, which consists of a request and a response."""
 
     def __init__(
         self,

@@ -1,6 +1,6 @@
-"""`genmsg.template_tools`, which in Noetic generates code of other languages from empy templates.
+"""`genmsg.template_tools`, which in Noetic generates code in other languages from empy templates.
 
-pipros neither needs generated code nor runs templates: these functions only raise an error that says so.
+pipros neither needs generated code nor runs templates, so these functions only raise an error that says so.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def generate_from_file(
     msg_template_dict: dict[str, str],
     srv_template_dict: dict[str, str],
 ) -> NoReturn:
-    """Raise NotImplementedError: code generation for a definition is not supported.
+    """Raise NotImplementedError, because code generation for a definition is not supported.
 
     Raises:
         NotImplementedError: always.
@@ -33,7 +33,7 @@ def generate_from_file(
 def generate_module(
     package_name: str, output_dir: str, template_dir: str, template_dict: dict[str, str]
 ) -> NoReturn:
-    """Raise NotImplementedError: code generation for a package is not supported."""
+    """Raise NotImplementedError, because code generation for a package is not supported."""
     del output_dir, template_dir, template_dict
     _refuse(f"code for {package_name}")
 
@@ -44,7 +44,7 @@ def generate_from_command_line_options(
     srv_template_dict: dict[str, str],
     module_template_dict: dict[str, str] | None = None,
 ) -> NoReturn:
-    """Raise NotImplementedError: code generation by command line options is not supported."""
+    """Raise NotImplementedError, because code generation from command-line options is not supported."""
     del msg_template_dict, srv_template_dict, module_template_dict
     _refuse(f"code for the arguments {argv}")
 

@@ -12,11 +12,11 @@ _star_names(__name__, "atexit genmsg os re shutil io:StringIO sys tempfile")
 
 
 class _BrokenText(InvalidMsgSpec, MsgGenerationException):
-    """The text is invalid; derived from both exceptions that programs catch."""
+    """The text is invalid. This class is derived from both exceptions that programs catch."""
 
 
 class _IncompleteText(MsgNotFound, MsgGenerationException):
-    """The text lacks an embedded type; derived from both exceptions that programs catch."""
+    """The text lacks an embedded type. This class is derived from both exceptions that programs catch."""
 
 
 def generate_dynamic(core_type: str, msg_cat: str) -> dict[str, type[Message]]:

@@ -1,4 +1,4 @@
-"""`genpy.generate_initpy`: the `__init__.py` of folders of generated modules."""
+"""`genpy.generate_initpy`: the `__init__.py` files for folders of generated modules."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _star_names(__name__, "os")
 
 
 def write_modules(outdir: str) -> int:
-    """Write the `__init__.py` of a folder with generated modules called `_Name.py`. Return 0.
+    """Write the `__init__.py` for a folder that contains generated modules called `_Name.py`. Return 0.
 
     Raises:
         OSError: the folder cannot be read or written.

@@ -58,7 +58,7 @@ def compute_post_deserialize(type_: str, varname: str) -> str | None:
 
 
 def compute_constructor(msg_context: MsgContext, package: str, type_: str) -> str | None:
-    """Return the expression that creates a message or a time; None for numbers, strings and arrays."""
+    """Return the expression that creates a message or a time, or None for numbers, strings and arrays."""
     return _generated(_parts.constructor, msg_context, package, type_)
 
 
@@ -68,7 +68,7 @@ def compute_import(msg_context: MsgContext, package: str, type_: str) -> list[st
 
 
 def compute_pkg_type(package: str, type_: str) -> tuple[str, str]:
-    """Return package and name of a type in a definition of the package.
+    """Return the package and name of a type that a definition in `package` refers to.
 
     Raises:
         MsgGenerationException: the type has more than one slash.
@@ -99,7 +99,7 @@ def flatten(msg_context: MsgContext, msg: MsgSpec) -> MsgSpec:
 
 
 def compute_struct_pattern(types: Sequence[str] | None) -> str | None:
-    """Return the `struct` format characters for types; None if a type is not a number."""
+    """Return the `struct` format characters for types, or None if a type is not a number."""
     return _parts.struct_pattern(types)
 
 

@@ -1,4 +1,4 @@
-"""`genpy.message`: message classes by name, their text form, and filling them from YAML."""
+"""`genpy.message`: finding message classes by name, formatting messages, and filling them from YAML."""
 
 from __future__ import annotations
 
@@ -49,9 +49,9 @@ def isstring(s: object) -> bool:
 
 
 def get_message_class(message_type: str, reload_on_error: bool = False) -> Any:  # noqa: ARG001
-    """Return the class of a message type, including `time` and `duration`; None if there is none.
+    """Return the class of a message type, including `time` and `duration`, or None if it does not exist.
 
-    `reload_on_error` has no effect: definitions are looked up at each call.
+    `reload_on_error` has no effect, because definitions are looked up on each call.
 
     Raises:
         ValueError: the name lacks a package, or has too many parts.
@@ -60,7 +60,7 @@ def get_message_class(message_type: str, reload_on_error: bool = False) -> Any: 
 
 
 def get_service_class(service_type: str, reload_on_error: bool = False) -> Any:  # noqa: ARG001
-    """Return the class of a service type; None if there is none. See `get_message_class`."""
+    """Return the class of a service type, or None if it does not exist. See `get_message_class`."""
     return _load(load_service_class, service_type)
 
 

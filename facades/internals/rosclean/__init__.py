@@ -1,4 +1,4 @@
-"""`rosclean` for Python code: how much space the log files take.
+"""Python API of `rosclean`: measure the disk space that log files use.
 
 Facade of `pipros.basics.log_folders`; see http://wiki.ros.org/rosclean.
 """
@@ -23,17 +23,23 @@ class CleanupException(Exception):
 
 
 def get_disk_usage(d: str) -> int:
-    """The bytes in all files and folders below `d`. Raises CleanupException without the folder."""
+    """Return the total size in bytes of all files and folders below `d`.
+
+    Raises CleanupException if `d` does not exist.
+    """
     return _logs.size_of(_folder(d))
 
 
 def get_human_readable_disk_usage(d: str) -> str:
-    """What they take on the disk, as `du -h` writes it: `8.7M`. Raises CleanupException as above."""
+    """Return the disk usage in the format of `du -h`, such as `8.7M`.
+
+    Raises CleanupException if `d` does not exist.
+    """
     return _logs.readable(_logs.disk_usage(_folder(d)))
 
 
 def rosclean_main(argv: Sequence[str] | None = None) -> None:
-    """The command; `argv` begins with its name. Ends with SystemExit when something went wrong."""
+    """Run the command. `argv` starts with its name. Raises SystemExit if an error occurs."""
     code = _main(list(sys.argv if argv is None else argv)[1:])
     if code:
         sys.exit(code)
@@ -46,17 +52,17 @@ def _folder(d: str) -> Path:
 
 
 def _ask(comment: str) -> bool:
-    """Asks a person on standard input; True for y or yes."""
+    """Ask the user for confirmation on standard input. Return True for y or yes."""
     sys.stdout.write(f"Okay to perform:\n\n{comment}\n(y/n)?\n")
     sys.stdout.flush()
     return sys.stdin.readline().strip().lower() in ("y", "yes")
 
 
 def _get_check_dirs() -> list[tuple[str, str]]:
-    """The existing log folders, each with its description."""
+    """Return the existing log folders with their descriptions."""
     return [(str(folder), label) for folder, label in _logs.log_folders()]
 
 
 def _sort_file_by_oldest(d: str) -> list[str]:
-    """The names in a folder, sorted by the time of their last change."""
+    """Return the names in a folder, sorted by modification time."""
     return [path.name for path in _logs.oldest_first(_folder(d))]

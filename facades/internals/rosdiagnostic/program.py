@@ -17,13 +17,22 @@ _LEVELS = [name.lower() for name in LEVEL_NAMES]
 
 @exits_after_ctrl_c(130)
 def main() -> int:
-    """Print one array of statuses. Return the exit code: 1 if none arrived in time."""
+    """Print one array of statuses. Return the exit code, which is 1 if no array arrives in time."""
     parser = argparse.ArgumentParser("rosdiagnostic", description="Prints the newest diagnostics.")
-    parser.add_argument("name", nargs="?", default="", help="only statuses with this in their names")
+    parser.add_argument(
+        "name", nargs="?", default="", help="show only statuses whose name contains this text"
+    )
     parser.add_argument("-t", "--topic", default="/diagnostics_agg", help="default: /diagnostics_agg")
-    parser.add_argument("-l", "--level", choices=_LEVELS, default="ok", help="only this level and worse ones")
+    parser.add_argument("-l", "--level", choices=_LEVELS, default="ok", help="show only this level and worse")
     parser.add_argument("-d", "--details", action="store_true", help="values, too")
-    parser.add_argument("-w", "--wait", type=float, default=5.0, metavar="S", help="seconds, by default 5")
+    parser.add_argument(
+        "-w",
+        "--wait",
+        type=float,
+        default=5.0,
+        metavar="S",
+        help="seconds to wait for a message (default: 5)",
+    )
     options = parser.parse_args(rospy.myargv()[1:])
     rospy.init_node("rosdiagnostic", anonymous=True)
     kind: Any = load_message_class("diagnostic_msgs/DiagnosticArray")

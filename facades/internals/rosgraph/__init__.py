@@ -46,5 +46,5 @@ def myargv(argv: Sequence[str] | None = None) -> list[str]:
     return [argument for argument in argv if ":=" not in argument]
 
 
-# The two modules are attributes after `import rospy` in Noetic.
+# In Noetic, `import rospy` makes these two modules available as attributes.
 _star_names(__name__, "rosgraph.roslogging rosgraph.xmlrpc", hidden="names network rosenv roslogging xmlrpc")

@@ -19,7 +19,7 @@ from rosgraph.rosenv import get_master_uri
 _star_names(__name__, "xmlrpc.client:ServerProxy")
 
 
-class MasterException(Exception):  # Noetic's name
+class MasterException(Exception):  # this is Noetic's name
     """Base class of the errors that the master returns."""
 
 
@@ -28,7 +28,7 @@ class MasterError(MasterException):
 
 
 class MasterFailure(MasterException):
-    """The call failed at the master (code 0)."""
+    """The call failed on the master (code 0)."""
 
 
 ROSMasterException = MasterException
@@ -42,9 +42,9 @@ def is_online(master_uri: str | None = None) -> bool:
 
 
 class Master:
-    """The Master API and the Parameter Server API, as methods of the same names.
+    """The Master API and the Parameter Server API, as methods with the same names.
 
-    Each method blocks until the master has responded, and returns the value alone. It raises `MasterError`,
+    Each method blocks until the master has responded, and returns only the value. It raises `MasterError`,
     `MasterFailure`, `socket.error` or `xmlrpc.client.Fault`.
 
     Attributes:
@@ -72,9 +72,9 @@ class Master:
 
     @property
     def handle(self) -> Any:
-        """An `xmlrpc.client.ServerProxy` of the master, for methods that this class does not have.
+        """An `xmlrpc.client.ServerProxy` for the master, for methods that this class does not have.
 
-        If it is set to another object, all methods call that, with the caller id first: `getPid("/me")`.
+        If set to another object, all methods call that object with the caller ID first: `getPid("/me")`.
         """
         if self._handle is not None:
             return self._handle
@@ -116,7 +116,7 @@ class Master:
             return False
         return True
 
-    def getPid(self) -> int:  # the names of this class are the API's
+    def getPid(self) -> int:  # the method names are those of the API
         return cast(int, self._call("getPid"))
 
     def getUri(self) -> str:

@@ -35,7 +35,7 @@ def isstring(s: object) -> bool:
 
 
 def make_global_ns(name: str) -> str:
-    """Return a namespace as a global one with a trailing slash.
+    """Return a namespace as a global name with a trailing slash.
 
     Raises:
         ValueError: `name` is private.
@@ -75,7 +75,7 @@ def namespace(name: str | None) -> str:
         ValueError: `name` is None.
         TypeError: `name` is not a string.
     """
-    if not isinstance(name, str):  # Noetic's exceptions
+    if not isinstance(name, str):  # Noetic raises the same exceptions
         raise ValueError("name") if name is None else TypeError("name")
     return _names.namespace(name)
 
@@ -86,7 +86,7 @@ def make_caller_id(name: str) -> str:
 
 
 def get_ros_namespace(env: Mapping[str, str] | None = None, argv: Sequence[str] | None = None) -> str:
-    """Return the namespace of this process: `__ns:=` in `argv`, else `ROS_NAMESPACE`, else `/`."""
+    """Return this process's namespace: `__ns:=` in `argv`, or else `ROS_NAMESPACE`, or else `/`."""
     env = os.environ if env is None else env
     special = _names.parse_arguments(sys.argv if argv is None else argv).special
     return make_global_ns(special.get("__ns") or env.get(ROS_NAMESPACE) or GLOBALNS)
@@ -126,6 +126,6 @@ def is_legal_remap(arg: str | None) -> bool:
 
 
 def anonymous_name(id: Any) -> str:  # noqa: A002  # Noetic's name
-    """Return a unique node name: `id` with host, process ID and a random number."""
+    """Return a unique node name, made of `id`, the host, the process ID and a random number."""
     name = f"{id}_{socket.gethostname()}_{os.getpid()}_{random.randint(0, sys.maxsize)}"  # noqa: S311
     return name.replace(".", "_").replace("-", "_").replace(":", "_")

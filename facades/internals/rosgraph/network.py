@@ -46,7 +46,7 @@ __all__ = [
 _star_names(__name__, "io:BytesIO logging os platform socket struct sys urlparse=urllib.parse")
 
 
-# Requests of ioctl() on Linux: list of network interfaces, and address of an interface.
+# Linux ioctl() requests that return the list of network interfaces and the address of an interface.
 SIOCGIFCONF = 0x8912
 SIOCGIFADDR = 0x8915
 python3 = 1
@@ -54,12 +54,12 @@ python3 = 1
 logger = logging.getLogger("rosgraph.network")
 
 
-class ROSHandshakeException(Exception):  # Noetic's name
+class ROSHandshakeException(Exception):  # this is Noetic's name
     """A connection header is invalid or was not received."""
 
 
 def parse_http_host_and_port(url: str) -> tuple[str, int]:
-    """Return host and port of a URL; the default port is 80.
+    """Return the host and port of a URL. The port defaults to 80.
 
     Raises:
         ValueError: `url` is not a valid URL.
@@ -102,7 +102,7 @@ def get_local_addresses() -> list[str]:
 
 
 def get_local_address() -> str:
-    """Return the overridden address, or one that other machines can reach if it exists, or loopback."""
+    """Return the overriding address, or else one that other machines can reach, or else loopback."""
     return get_address_override() or own_address()
 
 
@@ -126,12 +126,12 @@ def use_ipv6() -> bool:
 
 
 def create_local_xmlrpc_uri(port: int) -> str:
-    """Return the URI of an XML-RPC server of this machine."""
+    """Return the URI for an XML-RPC server on this machine."""
     return _address.uri(get_host_name(), port)
 
 
 def encode_ros_handshake_header(header: Mapping[Any, Any]) -> bytes:
-    """Encode a TCPROS connection header, with its length first. Keys and values are str, or bytes in UTF-8.
+    """Encode a TCPROS connection header, preceded by its length. Keys and values are str, or bytes in UTF-8.
 
     Raises:
         TypeError: a key or a value is neither str nor bytes.

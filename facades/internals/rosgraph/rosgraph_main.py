@@ -17,6 +17,6 @@ def fullusage() -> NoReturn:
 
 
 def rosgraph_main() -> None:
-    """Run the command with the arguments of the process. Exit with an error code for invalid arguments."""
+    """Run the command with the process's arguments. Exit with an error code if the arguments are invalid."""
     if code := main():
         sys.exit(code)

@@ -20,22 +20,26 @@ _star_names(__name__, "datetime inspect rospkg time yaml")
 ROS_LOG_DIR = "ROS_LOG_DIR"
 
 
-class LoggingException(Exception):  # Noetic's name
+class LoggingException(Exception):  # this is Noetic's name
     """Logging could not be configured."""
 
 
-class RospyLogger(RosLogger, logging.getLoggerClass()):  # type: ignore[misc]  # another module may have set it
-    """Class of the loggers that are created after the import of this module, as in Noetic."""
+# another module may have set it
+class RospyLogger(RosLogger, logging.getLoggerClass()):  # type: ignore[misc]
+    """Class of the loggers created after this module was imported, as in Noetic."""
 
 
 logging.setLoggerClass(RospyLogger)
 
 
 class RosStreamHandler(ConsoleHandler):
-    """Handler with the format of `ROSCONSOLE_FORMAT`: DEBUG and INFO go to stdout, other levels to stderr."""
+    """Handler that formats records with `ROSCONSOLE_FORMAT`.
+
+    DEBUG and INFO go to stdout, other levels to stderr.
+    """
 
     def __init__(self, colorize: bool = True, stdout: Any = None, stderr: Any = None) -> None:
-        """Set up the handler. `stdout` and `stderr` replace the streams of the process."""
+        """Set up the handler. `stdout` and `stderr` replace the process's streams."""
         super().__init__(
             "",
             lambda: None,
@@ -48,7 +52,7 @@ class RosStreamHandler(ConsoleHandler):
     def emit(self, record: logging.LogRecord) -> None:
         rospy: Any = sys.modules.get(
             "rospy.session"
-        )  # not imported if logging is configured before a node exists
+        )  # rospy is not imported if logging is configured before a node exists
         if rospy is not None:
             node = rospy.session.node
             self.node_name = rospy.session.name
@@ -62,20 +66,20 @@ def configure_logging(
     filename: str | None = None,
     env: Mapping[str, str] | None = None,
 ) -> str | None:
-    """Configure Python's logging: a file in the ROS log folder, and the handlers of a configuration file.
+    """Configure Python's logging: open a file in the ROS log folder and load a configuration file's handlers.
 
     Args:
         logname: name of the program's logger, and prefix of the file name.
         level: minimum level to write.
         filename: file name instead of `<logname>-<pid>.log`.
-        env: replacement for the environment of the process.
+        env: replacement for the process's environment.
 
     Returns:
-        The path of the log file; None, with a message on stderr, if its folder cannot be created.
+        The path of the log file. If its folder cannot be created, print a message to stderr and return None.
 
     Raises:
-        LoggingException: the path of the folder is a file, or the configuration file of
-            `ROS_PYTHON_LOG_CONFIG_FILE` is invalid.
+        LoggingException: the folder's path is a file, or the configuration file that
+            `ROS_PYTHON_LOG_CONFIG_FILE` names is invalid.
     """
     environment = Environment.from_os(env)
     try:
@@ -90,7 +94,7 @@ def configure_logging(
 
 
 def makedirs_with_parent_perms(p: str) -> None:
-    """Create a folder and missing parents, each with the owner and mode of its parent.
+    """Create a folder and its missing parents, each with the owner and mode of its parent.
 
     Folders that root creates in a user's home thus belong to the user.
 

@@ -29,14 +29,14 @@ class XmlRpcHandler:
     """Base class of the handlers of `XmlRpcNode`. Peers can call every public method of a subclass."""
 
     def _ready(self, uri: str) -> None:
-        """Called with the URI once the server accepts requests."""
+        """Handle the start. Called with the URI once the server accepts requests."""
 
     def _shutdown(self, reason: str) -> None:
-        """Called when the server shuts down."""
+        """Handle the shutdown. Called when the server shuts down."""
 
 
 class XmlRpcNode:
-    """XML-RPC server that dispatches calls to a handler. `uri` is its address once it has started.
+    """XML-RPC server that dispatches calls to a handler. After the start, `uri` is the server's address.
 
     Methods run one at a time in the server's thread, so they must not wait for each other.
     """
@@ -57,7 +57,7 @@ class XmlRpcNode:
         self._loop = BackgroundLoop("xmlrpc node")
 
     def start(self) -> None:
-        """Start serving in a background thread. Returns when `uri` is set.
+        """Start serving in a background thread. Returns once `uri` is set.
 
         Raises:
             OSError: the port is in use, and `on_run_error` is not set.
@@ -87,11 +87,11 @@ class XmlRpcNode:
             wait_in_slices(self._ended.wait, None)
 
     def set_uri(self, uri: str) -> None:
-        """Set the URI of the node."""
+        """Set the node's URI."""
         self.uri = uri
 
     def shutdown(self, reason: str) -> None:
-        """Shut the server down. May be repeated."""
+        """Shut the server down. May be called repeatedly."""
         server, self.server = self.server, None
         self.is_shutdown = True
         self._ended.set()
@@ -105,6 +105,6 @@ class XmlRpcNode:
 
 
 def _methods_of(handler: XmlRpcHandler | None) -> dict[str, Callable[..., Any]]:
-    """Return the table of public methods, which is fixed so that peers cannot call anything else."""
+    """Return the table of public methods. It is fixed, so that peers cannot call anything else."""
     names = [] if handler is None else [name for name in dir(type(handler)) if not name.startswith("_")]
     return {name: getattr(handler, name) for name in names if callable(getattr(handler, name))}

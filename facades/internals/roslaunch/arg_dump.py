@@ -18,10 +18,10 @@ _star_names(__name__, "roslaunch sys")
 
 
 def get_args(roslaunch_files: Sequence[FileAndArguments]) -> dict[str, tuple[str | None, str | None]]:
-    """Return the documentation and the default of each argument of the last file.
+    """Return the documentation and the default value of each argument in the last file.
 
     Raises:
-        RLException: a file is invalid; the message names the file, line and element.
+        RLException: a file is invalid. The message names the file, line and element.
     """
     loader = XmlLoader(resolve_anon=False, args_only=True)
     load_config_default(roslaunch_files, None, loader=loader, assign_machines=False)
@@ -29,7 +29,7 @@ def get_args(roslaunch_files: Sequence[FileAndArguments]) -> dict[str, tuple[str
 
 
 def dump_args(roslaunch_files: Sequence[FileAndArguments]) -> None:
-    """Print the arguments of the last file; exit with code 1 if a file is invalid."""
+    """Print the arguments of the last file. Exit with code 1 if a file is invalid."""
     try:
         found = get_args(roslaunch_files)
     except RLException as error:

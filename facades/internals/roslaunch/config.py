@@ -73,13 +73,13 @@ def load_roscore(loader: XmlLoader, config: ROSLaunchConfig, verbose: bool = Tru
 
 
 def calculate_env_loader(env: Mapping[str, str] | None = None) -> str:
-    """Return the path of the env-loader in a Noetic installation on another computer."""
+    """Return the path of the env-loader script in a Noetic installation on another computer."""
     _ = env
     return f"/opt/ros/{ROS_DISTRO}/env.sh"
 
 
 class ROSLaunchConfig:
-    """Nodes, tests, parameters and machines of launch files; the local machine's name is "".
+    """Nodes, tests, parameters and machines from launch files. The local machine's name is "".
 
     `to_launch` converts it to the corresponding pipros object.
     """
@@ -108,7 +108,7 @@ class ROSLaunchConfig:
         self.config_errors.append(msg)
 
     def set_master(self, m: Master) -> None:
-        """Set the master, replacing the one at `ROS_MASTER_URI`."""
+        """Set the master to use instead of the one at `ROS_MASTER_URI`."""
         self.master = m
 
     def has_remote_nodes(self) -> bool:
@@ -122,7 +122,7 @@ class ROSLaunchConfig:
         return self._has_remote_nodes
 
     def assign_machines(self) -> None:
-        """Set `machine` of all nodes and tests; machines that only differ in their name are merged.
+        """Set the `machine` of all nodes and tests. Machines that differ only in their name are merged.
 
         Raises:
             RLException: a machine is not defined, or its address cannot be resolved.
@@ -172,7 +172,7 @@ class ROSLaunchConfig:
         self.clear_params.append(param)
 
     def add_param(self, p: Param, filename: str | None = None, verbose: bool = True) -> None:
-        """Add a parameter; it replaces an earlier one with the same name."""
+        """Add a parameter, replacing any parameter with the same name."""
         _ = filename
         for parent in namespaces_of(p.key):
             if parent in self.params:
@@ -182,7 +182,7 @@ class ROSLaunchConfig:
             print(f"Added parameter [{p.key}]")
 
     def add_machine(self, m: Machine, verbose: bool = True) -> bool:
-        """Add a machine; return False if it was already added.
+        """Add a machine. Return False if it was already added.
 
         Raises:
             RLException: a different machine has the same name.
@@ -205,10 +205,10 @@ class ROSLaunchConfig:
         """Add a node.
 
         Args:
-            core: whether it belongs to the core, like `/rosout`.
+            core: whether the node belongs to the core, like `/rosout`.
 
         Raises:
-            RLException: another node has the same name, or a core node has none.
+            RLException: another node has the same name, or a core node does not have a name.
         """
         if node.name:
             name = names.join(node.namespace, node.name)
@@ -263,12 +263,12 @@ def load_config_default(
     """Load the core's launch file, then the given files.
 
     Args:
-        roslaunch_files: paths, or pairs of a path and its command line arguments.
+        roslaunch_files: paths, or pairs of a path and its command-line arguments.
         port: the port of the master; defaults to the port in `ROS_MASTER_URI`.
         roslaunch_strs: contents of further launch files.
 
     Raises:
-        RLException: a file is invalid; the message names the file, line and element.
+        RLException: a file is invalid. The message names the file, line and element.
     """
     from roslaunch.xmlloader import XmlLoader
 

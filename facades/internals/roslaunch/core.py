@@ -1,4 +1,7 @@
-"""The parts of a launch under Noetic's names: mutable, convertible to and from `pipros.launch.model`."""
+"""The parts of a launch under Noetic's names.
+
+They are mutable, and convertible to and from `pipros.launch.model`.
+"""
 
 from __future__ import annotations
 
@@ -62,7 +65,7 @@ __all__ = [
 ]
 
 HANDED_ON = " ".join(f"roslaunch.core:{name}" for name in __all__)
-"""The names of this module for `star_names` of modules that hand them on."""
+"""This module's names, for `star_names` in modules that re-export them."""
 
 _star_names(
     __name__,
@@ -74,7 +77,7 @@ FileAndArguments = str | tuple[str, Sequence[str]]
 """A launch file, optionally with its `name:=value` arguments."""
 
 RLException = LaunchError
-"""Base class of all errors of roslaunch."""
+"""Base class of all roslaunch errors."""
 
 PHASE_SETUP = "setup"
 PHASE_RUN = "run"
@@ -109,7 +112,7 @@ class Master:
         return parse_http_host_and_port(self.uri)[1]
 
     def get(self) -> ServerProxy:
-        """Return an XML-RPC proxy of the master."""
+        """Return an XML-RPC proxy for the master."""
         return ServerProxy(self.uri)
 
     def get_multi(self) -> MultiCall:
@@ -117,7 +120,7 @@ class Master:
         return MultiCall(self.get())
 
     def is_running(self) -> bool:
-        """Return whether the master answers. Blocks for up to five seconds."""
+        """Return whether the master responds. Blocks for up to five seconds."""
         from pipros.basics.errors import PiprosError
         from pipros.net.master_client import MasterClient
 
@@ -171,7 +174,7 @@ class Machine:
         )
 
     def config_equals(self, m2: object) -> bool:
-        """Return whether `m2` is a machine that differs only in name, if at all."""
+        """Return whether `m2` is an equal machine, ignoring its name."""
         return isinstance(m2, Machine) and self.config_key() == m2.config_key()
 
     def to_model(self) -> model.Machine:
@@ -238,8 +241,8 @@ class Node:
     """A node to launch: `Node("rospy_tutorials", "talker.py", name="talker")`.
 
     Attributes:
-        process_name: the name of its process, after the launch.
-        machine: the machine that it runs on, after machines were assigned.
+        process_name: the name of the node's process, available after the launch.
+        machine: the machine that the node runs on, available after `assign_machines`.
     """
 
     __slots__ = (
@@ -286,7 +289,7 @@ class Node:
         self._check()
 
     def _check(self) -> None:
-        """Raise ValueError for the first rule that is broken."""
+        """Raise ValueError for the first violated rule."""
         for is_broken, rule in (
             (self.respawn and self.required, "respawn and required cannot both be set to true"),
             ("/" in (self.name or ""), "node name cannot contain a namespace"),
@@ -303,7 +306,7 @@ class Node:
         return "node"
 
     def xmlattrs(self) -> list[tuple[str, Any]]:
-        """Return the attributes of the node's XML element; the value is None if one is not set."""
+        """Return the attributes of the node's XML element. Unset attributes are None."""
         return [
             ("pkg", self.package),
             ("type", self.type),
@@ -340,7 +343,7 @@ class Node:
         return "\n".join([*lines, f"</{tag}>"])
 
     def to_model(self) -> model.Node:
-        """Return the corresponding pipros object; its name defaults to its program's name."""
+        """Return the corresponding pipros object. The name defaults to the program's name."""
         return model.Node(
             package=self.package,
             type=self.type,
@@ -485,7 +488,7 @@ class Executable:
 
 
 class RosbinExecutable(Executable):
-    """A command of ROS: `RosbinExecutable("rosparam", ("delete", "/x"), PHASE_SETUP)`."""
+    """A ROS command: `RosbinExecutable("rosparam", ("delete", "/x"), PHASE_SETUP)`."""
 
     def __str__(self) -> str:
         return f"ros/bin/{super().__str__()}"
@@ -495,12 +498,12 @@ class RosbinExecutable(Executable):
 
 @cache
 def local_machine() -> Machine:
-    """Return the machine of this computer; always the same object."""
+    """Return the machine that represents this computer. The result is always the same object."""
     return Machine("", "localhost")
 
 
 def is_machine_local(machine: Machine) -> bool:
-    """Return whether nodes of the machine are started without ssh: same computer and user.
+    """Return whether the machine is this computer with this user, so that its nodes start without ssh.
 
     Raises:
         RLException: the machine's address cannot be resolved.
@@ -535,17 +538,17 @@ get_master_uri_env = rle_wrapper(_master_uri)
 
 
 def get_ros_root(env: Mapping[str, str] | None = None) -> str | None:
-    """Return `ROS_ROOT` of the environment."""
+    """Return `ROS_ROOT` from the environment."""
     return (os.environ if env is None else env).get("ROS_ROOT")
 
 
 def get_ros_package_path(env: Mapping[str, str] | None = None) -> str | None:
-    """Return `ROS_PACKAGE_PATH` of the environment."""
+    """Return `ROS_PACKAGE_PATH` from the environment."""
     return (os.environ if env is None else env).get("ROS_PACKAGE_PATH")
 
 
 def remap_localhost_uri(uri: str, force_localhost: bool = False) -> str:
-    """Replace the host `localhost` in a URI, or any host if forced, by this computer's address."""
+    """Replace the host `localhost` in a URI, or any host if forced, with this computer's address."""
     host, port = parse_http_host_and_port(uri)
     return create_local_xmlrpc_uri(port) if force_localhost or host == "localhost" else uri
 
@@ -553,7 +556,7 @@ def remap_localhost_uri(uri: str, force_localhost: bool = False) -> str:
 def setup_env(
     node: Node | None, machine: Machine | None, master_uri: str, env: Mapping[str, str] | None = None
 ) -> dict[str, str]:
-    """Return the environment of a node: `env` (by default of this process), namespace, and own variables."""
+    """Return a node's environment: `env` (by default, this process's), the namespace and its variables."""
     _ = machine
     variables = dict(os.environ if env is None else env)
     variables[ROS_MASTER_URI] = master_uri
@@ -567,7 +570,7 @@ def setup_env(
 
 
 def generate_run_id() -> str:
-    """Return a new run id."""
+    """Return a new run ID."""
     return run_id.new_run_id()
 
 

@@ -45,7 +45,7 @@ class RoslaunchDepsException(Exception):
 
 
 class RoslaunchDeps:
-    """Dependencies of a launch file: nodes as (package, type), included files, packages."""
+    """Dependencies of a launch file: nodes as (package, type), included files and packages."""
 
     def __init__(
         self,
@@ -86,7 +86,7 @@ def _package_of(file: str, index: PackageIndex) -> str | None:
 def parse_launch(
     launch_file: str, file_deps: FileDeps, verbose: bool, *, ignore_unset_args: bool = False
 ) -> None:
-    """Add the dependencies of a launch file and of its included files to `file_deps`, by file.
+    """Add the dependencies of a launch file and its included files to `file_deps`, keyed by file.
 
     Raises:
         RoslaunchDepsException: the file is invalid.
@@ -140,7 +140,7 @@ def calculate_missing(
     file_deps: Mapping[str, RoslaunchDeps],
     use_test_depends: bool = False,
 ) -> dict[str, set[str]]:
-    """Add the dependencies that manifests lack to `missing`, by package, and return it."""
+    """Add the dependencies that manifests lack to `missing`, keyed by package. Return `missing`."""
     _ = base_pkg
     index = PackageIndex.from_environment()
     kinds = ("exec_depends", *(("test_depends",) if use_test_depends else ()))
@@ -160,7 +160,7 @@ def roslaunch_deps(
     use_test_depends: bool = False,
     ignore_unset_args: bool = False,
 ) -> tuple[str | None, FileDeps, dict[str, set[str]]]:
-    """Return the package of the files, the dependencies by file, and those missing in manifests.
+    """Return the files' package, the dependencies by file, and the dependencies missing from manifests.
 
     Raises:
         RoslaunchDepsException: a file is invalid, or the files belong to several packages.
@@ -180,7 +180,10 @@ def roslaunch_deps(
 
 
 def print_deps(base_pkg: str | None, file_deps: Mapping[str, RoslaunchDeps], verbose: bool) -> None:
-    """Print the packages that files need; if verbose, also the nodes and files that need them."""
+    """Print the packages that files need.
+
+    If `verbose` is true, also print the nodes and files that need them.
+    """
     _ = base_pkg
     if verbose:
         index = PackageIndex.from_environment()
@@ -198,7 +201,7 @@ def fullusage() -> None:
 
 
 def roslaunch_deps_main(argv: Sequence[str] | None = None) -> None:
-    """Run the command; `argv` starts with the program's name. Exit the process on failure."""
+    """Run the command. `argv` starts with the program's name. Exit the process on failure."""
     from pipros.cli.roslaunch_deps import main
 
     code = main(None if argv is None else list(argv)[1:])

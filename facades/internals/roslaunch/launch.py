@@ -76,23 +76,23 @@ class RLTestTimeoutException(RLException):
 
 
 class ROSLaunchListener:
-    """Base class of listeners, which are called when a process of a launch exits."""
+    """Base class of listeners, which are called when one of a launch's processes exits."""
 
     def process_died(self, process_name: str, exit_code: int | None) -> None:
-        """Handle the exit of a process; called after it was printed."""
+        """Handle the exit of a process. Called after the exit was printed."""
 
 
 class ROSRemoteRunnerIF:
     """Base class of runners that start nodes on other machines."""
 
     def setup(self) -> None:
-        """Prepare the launch; called before nodes are started."""
+        """Prepare the launch. Called before nodes are started."""
 
     def add_process_listener(self, l: ProcessListener) -> None:  # noqa: E741  # Noetic's name
         """Add a listener that is called when processes on other machines exit."""
 
     def launch_remote_nodes(self) -> tuple[list[str], list[str]]:
-        """Start the nodes; return the names of the nodes that started and of the nodes that did not."""
+        """Start the nodes. Return the names of the nodes that started and of those that did not."""
         return [], []
 
 
@@ -113,12 +113,14 @@ def validate_master_launch(m: Master, is_core: bool, is_rostest: bool = False) -
 
 
 class ROSLaunchRunner:
-    """Runner of a configuration: ensures a master, sets parameters, starts and monitors nodes.
+    """Runner of a configuration.
 
-    `launch` starts everything; `stop` ends it. `ROSLaunchParent.runner` is an instance.
+    It ensures that a master is running, sets parameters, and starts and monitors nodes.
+
+    `launch` starts everything; `stop` ends everything. `ROSLaunchParent.runner` is an instance.
 
     Attributes:
-        pm: the monitor that watches the nodes.
+        pm: the monitor for the nodes' processes.
         config, run_id, server_uri: the constructor's arguments.
     """
 
@@ -165,7 +167,7 @@ class ROSLaunchRunner:
     def of_session(
         cls, session: LaunchSession, run_id: str, config: ROSLaunchConfig, pm: ProcessMonitor
     ) -> ROSLaunchRunner:
-        """Return the runner of a started session, and let `pm` watch it."""
+        """Return the runner of a started session, and make `pm` monitor it."""
         runner = cls(run_id, config, None if session.server is None else session.server.uri, pm)
         runner._session = session
         runner._watch()
@@ -203,10 +205,10 @@ class ROSLaunchRunner:
         )
 
     def launch(self) -> tuple[list[RunProcess], list[str]]:
-        """Start everything. Return the running processes and the names of nodes that did not start.
+        """Start everything. Return the names of the running processes and of the nodes that did not start.
 
         Raises:
-            RLException: the master cannot be started or rejects a parameter; started processes keep running.
+            RLException: the master cannot be started, or rejects a parameter. Started processes keep running.
         """
         _check_executables(self.config.executables)
         self.session.start()
@@ -217,7 +219,7 @@ class ROSLaunchRunner:
         """Start one node.
 
         Returns:
-            The process and True; or the name of the node and False if it could not be started.
+            The process and True, or the node's name and False if the node could not be started.
         """
         if core:
             node.respawn = True
@@ -234,7 +236,7 @@ class ROSLaunchRunner:
         """Run a test until it exits.
 
         Raises:
-            RLTestTimeoutException: the test exceeded its time limit; it keeps running until `stop`.
+            RLTestTimeoutException: the test exceeded its time limit. It keeps running until `stop`.
             RLException: the test could not be started.
         """
         _, is_started = self.launch_node(test)
@@ -262,7 +264,7 @@ class ROSLaunchRunner:
         return self.pm.mainthread_spin_once()
 
     def spin(self) -> None:
-        """Block until the launch is over; print a message if nothing is running."""
+        """Block until the launch is over. Print a message if nothing is running."""
         if not self.pm.get_active_names() and not self.session.owns_master:
             printlog_bold("No processes to monitor")
             self.stop()
@@ -270,7 +272,7 @@ class ROSLaunchRunner:
         self.pm.mainthread_spin()
 
     def stop(self) -> None:
-        """End everything that was started. Idempotent."""
+        """Stop everything that was started. May be called repeatedly."""
         self.pm.shutdown()
         if self.pm.ident is not None:
             self.pm.join()
@@ -297,7 +299,7 @@ class ROSLaunchRunner:
 
 
 def _check_executables(executables: Sequence[Executable]) -> None:
-    """Raise LaunchError for commands other than rosparam; a configuration may contain any program."""
+    """Raise LaunchError for commands other than rosparam, because a configuration could name any program."""
     for executable in executables:
         if not isinstance(executable, RosbinExecutable) or executable.command != "rosparam":
             raise LaunchError(

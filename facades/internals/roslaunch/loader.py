@@ -48,10 +48,10 @@ class LoadException(RLException):
 
 
 class LoaderContext:
-    """The namespace, arguments, remappings and private parameters of an element of a launch file.
+    """The namespace, arguments, remappings and private parameters of an element in a launch file.
 
     Attributes:
-        resolve_dict: the context for `resolve_args`; contains `arg` and `arg_doc`.
+        resolve_dict: the context for `resolve_args`, which contains `arg` and `arg_doc`.
         include_resolve_dict: the `resolve_dict` of the included file while an `<include>` is read.
         arg_names: the arguments declared so far.
         args_passed: the arguments passed by an `<include>`.
@@ -81,11 +81,11 @@ class LoaderContext:
         self._remap_args: list[list[str]] = []
 
     def add_param(self, p: Param) -> None:
-        """Add a private parameter for all subsequent nodes; it replaces one with the same name."""
+        """Add a private parameter for all subsequent nodes, replacing any parameter with the same name."""
         self.params[:] = [param for param in self.params if param.key != p.key] + [p]
 
     def add_remap(self, remap: Sequence[str]) -> None:
-        """Add a remapping; it replaces an earlier one with the same name.
+        """Add a remapping, replacing any remapping with the same name.
 
         Raises:
             RLException: a name is empty or illegal.
@@ -131,7 +131,10 @@ class LoaderContext:
         return [pair for pair in self.parent.remap_args() if pair[0] not in own] + self._remap_args
 
     def child(self, ns: str | None) -> LoaderContext:
-        """Return a nested context, which inherits everything but only shares the parameters."""
+        """Return a nested context.
+
+        It inherits everything, but shares only the parameters with this context.
+        """
         inner = self.ns
         if ns:
             inner = ns if ns.startswith("/") or ns == PRIV_NAME else names.join(self.ns, ns)
@@ -183,7 +186,7 @@ def post_process_include_args(context: LoaderContext) -> None:
 
 
 def load_sysargs_into_context(context: LoaderContext, argv: Sequence[str]) -> None:
-    """Set arguments from the `name:=value` words of a command line."""
+    """Set arguments from the `name:=value` words on a command line."""
     from pipros.launch.arguments import split_arguments
 
     context.resolve_dict["arg"] = split_arguments(argv)[0]
@@ -193,7 +196,7 @@ class Loader:
     """Base class of loaders, which add the contents of launch files to a configuration."""
 
     def add_param(self, ros_config: Any, param_name: str, param_value: Any, verbose: bool = True) -> None:
-        """Add a parameter; for a dictionary, add one for each value in it."""
+        """Add a parameter. For a dictionary, add a parameter for each value in it."""
         for key, value in flatten(param_name, param_value).items():
             ros_config.add_param(Param(key, value), verbose=verbose)
 
@@ -239,7 +242,7 @@ class Loader:
         verbose: bool = True,
         subst_function: Callable[[str], str] | None = None,
     ) -> None:
-        """Add the parameters that a `<rosparam>` loads, or its command.
+        """Add the parameters that a `<rosparam>` loads, or the command that it contains.
 
         Raises:
             ValueError: the command is unknown, or a value needs a name.

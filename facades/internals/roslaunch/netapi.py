@@ -18,7 +18,7 @@ _TIMEOUT_S = 5.0
 
 
 class NetProcess:
-    """A process of a launcher: name, state, start count, and the URI of its launcher."""
+    """A launcher's process, with its name, state and start count, and the launcher's URI."""
 
     def __init__(self, name: str, respawn_count: int, is_alive: bool, roslaunch_uri: str) -> None:
         self.is_alive = is_alive
@@ -29,7 +29,7 @@ class NetProcess:
 
 
 def get_roslaunch_uris() -> list[str] | None:
-    """Return the URIs of the registered launchers; None if there are none or no master answers."""
+    """Return the URIs of the registered launchers, or None if there are none or no master responds."""
     client = MasterClient(Environment.from_os().master_uri, _CALLER_ID, timeout_s=_TIMEOUT_S)
     try:
         uris = client.get_param("/roslaunch/uris")
@@ -41,7 +41,7 @@ def get_roslaunch_uris() -> list[str] | None:
 
 
 def list_processes(roslaunch_uris: Sequence[str] | None = None) -> list[NetProcess]:
-    """Return the processes of the launchers that answer; by default, query all registered ones."""
+    """Return the processes of the launchers that respond. By default, query all registered launchers."""
     found = []
     for uri in roslaunch_uris or get_roslaunch_uris() or ():
         try:

@@ -1,4 +1,4 @@
-"""Command lines and names of the nodes of launch files."""
+"""Command lines and names of the nodes in launch files."""
 
 from __future__ import annotations
 
@@ -44,22 +44,22 @@ _star_names(
 
 
 class NodeParamsException(Exception):
-    """The command line of a node cannot be determined."""
+    """A node's command line cannot be determined."""
 
 
 def get_node_list(config: ROSLaunchConfig) -> list[str]:
-    """Return the full names of the nodes and tests of a configuration."""
+    """Return the full names of the nodes and tests in a configuration."""
     return [_full_name(node) for node in (*config.nodes, *config.tests)]
 
 
 def print_node_list(roslaunch_files: Sequence[FileAndArguments]) -> None:
-    """Print the full names of nodes and tests; exit with code 1 if a file is invalid."""
+    """Print the full names of nodes and tests. Exit with code 1 if a file is invalid."""
     for name in get_node_list(_config_or_exit(roslaunch_files)):
         print(name)
 
 
 def print_node_args(node_name: str, roslaunch_files: Sequence[FileAndArguments]) -> None:
-    """Print the command line of a node; exit with code 1 on failure."""
+    """Print a node's command line. Exit with code 1 on failure."""
     try:
         words = get_node_args(node_name, roslaunch_files)
     except (RLException, NodeParamsException) as error:
@@ -69,7 +69,7 @@ def print_node_args(node_name: str, roslaunch_files: Sequence[FileAndArguments])
 
 
 def print_node_filename(node_name: str, roslaunch_files: Sequence[FileAndArguments]) -> None:
-    """Print the file that contains a node; exit with code 1 if a file is invalid."""
+    """Print the file that contains a node. Exit with code 1 if a file is invalid."""
     config = _config_or_exit(roslaunch_files)
     name = full_node_name(node_name)
     found = [node for node in (*config.nodes, *config.tests) if _full_name(node) == name]
@@ -109,7 +109,7 @@ def get_node_args(node_name: str, roslaunch_files: Sequence[FileAndArguments]) -
 def create_local_process_args(
     node: Node, machine: Machine, env: Mapping[str, str] | None = None
 ) -> list[str]:
-    """Return the command line of a node on this computer. `$(anon x)` in its name and arguments is resolved.
+    """Return the command line of a node on this computer, resolving `$(anon x)` in its name and arguments.
 
     Raises:
         ValueError: the node has no name.

@@ -1,4 +1,4 @@
-"""Processes on this computer: those created by scripts, and the nodes of a launch."""
+"""Processes on this computer, which are created by scripts or belong to a launch's nodes."""
 
 from __future__ import annotations
 
@@ -56,15 +56,15 @@ DEFAULT_TIMEOUT_SIGTERM = SIGTERM_TIMEOUT_S
 NUM_WORKERS = 3
 
 process_numbers = itertools.count(1)
-"""Numbers of the launched processes, unique across all launches; part of the names of log files."""
+"""Numbers of the launched processes. They are unique across all launches, and part of the log file names."""
 
 
 class LocalProcess(Process):
     """A program on this computer, in its own process group.
 
     Attributes:
-        log_output: whether its output is written to log files of the run instead of the terminal.
-        cwd: "node" for the folder of the program; by default ROS_HOME.
+        log_output: whether the program's output is written to the run's log files instead of the terminal.
+        cwd: "node" for the program's folder; defaults to ROS_HOME.
     """
 
     def __init__(
@@ -106,7 +106,7 @@ class LocalProcess(Process):
         """Start the program and return True.
 
         Raises:
-            FatalProcessLaunch: the operating system cannot start it.
+            FatalProcessLaunch: the operating system cannot start the program.
         """
         super().start()
         environment = Environment.from_os()
@@ -146,7 +146,7 @@ class LocalProcess(Process):
     def stop(self, errors: list[str] | None = None) -> None:
         """End the program and its children with SIGINT, then SIGTERM, then SIGKILL.
 
-        Blocks until it has exited.
+        Blocks until the program has exited.
         """
         process = self._process
         if process is None or self.stopped:
@@ -177,7 +177,7 @@ class LocalProcess(Process):
 
 
 class RunProcess(LocalProcess):
-    """A node of a launch. As in Noetic, the object stays the same when the node is restarted."""
+    """A node in a launch. As in Noetic, the object stays the same when the node is restarted."""
 
     def __init__(self, run: LaunchRun, run_id: str, managed: ManagedNode) -> None:
         self._run = run
@@ -198,7 +198,7 @@ class RunProcess(LocalProcess):
         self.started = True
         self.full_name = node.full_name
 
-    # State of the latest process. Noetic's classes assign to these; here assignments are ignored.
+    # State of the latest process. Noetic's classes assign to these attributes; here, assignments are ignored.
 
     @property
     def pid(self) -> int:
@@ -206,7 +206,7 @@ class RunProcess(LocalProcess):
 
     @pid.setter
     def pid(self, value: int) -> None:
-        """Ignored."""
+        """Ignore the value."""
 
     @property
     def popen(self) -> Any:
@@ -214,7 +214,7 @@ class RunProcess(LocalProcess):
 
     @popen.setter
     def popen(self, value: object) -> None:
-        """Ignored."""
+        """Ignore the value."""
 
     @property
     def exit_code(self) -> int | None:
@@ -222,7 +222,7 @@ class RunProcess(LocalProcess):
 
     @exit_code.setter
     def exit_code(self, value: int | None) -> None:
-        """Ignored."""
+        """Ignore the value."""
 
     @property
     def spawn_count(self) -> int:
@@ -230,15 +230,15 @@ class RunProcess(LocalProcess):
 
     @spawn_count.setter
     def spawn_count(self, value: int) -> None:
-        """Ignored."""
+        """Ignore the value."""
 
     @property
     def is_watched(self) -> bool:
-        """Whether it is running or waiting for its restart."""
+        """Whether the node is running or waiting to be restarted."""
         return not self._managed.is_done
 
     def start(self) -> bool:
-        """Return True, for compatibility; the launch starts its nodes."""
+        """Return True, for compatibility. The launch itself starts its nodes."""
         return True
 
     def is_alive(self) -> bool:
@@ -252,10 +252,10 @@ class RunProcess(LocalProcess):
 
 
 class RunProcesses:
-    """The nodes of a launch, in the form that a `ProcessMonitor` watches."""
+    """The nodes of a launch, in the form that a `ProcessMonitor` monitors."""
 
     def __init__(self, run: LaunchRun, run_id: str, stop: Callable[[], None]) -> None:
-        """Store the arguments; `stop` is the function that ends all nodes."""
+        """Store the arguments. `stop` is the function that ends all nodes."""
         self._run = run
         self._run_id = run_id
         self._stop = stop
@@ -269,14 +269,14 @@ class RunProcesses:
         self._stop()
 
     def of(self, managed: ManagedNode) -> RunProcess:
-        """Return the process of a node; always the same object."""
+        """Return the process of a node. The result is always the same object."""
         with self._lock:
             if managed.name not in self._known:
                 self._known[managed.name] = RunProcess(self._run, self._run_id, managed)
             return self._known[managed.name]
 
     def alive(self) -> list[RunProcess]:
-        """Return the processes that are running or waiting for their restart."""
+        """Return the processes that are running or waiting to be restarted."""
         return [process for process in self.all() if process.is_watched]
 
     def ended(self) -> list[RunProcess]:
@@ -300,7 +300,7 @@ def create_node_process(
     sigint_timeout: float = DEFAULT_TIMEOUT_SIGINT,
     sigterm_timeout: float = DEFAULT_TIMEOUT_SIGTERM,
 ) -> LocalProcess:
-    """Create the process of a node on this computer; the caller registers it at a monitor and starts it.
+    """Create the process of a node on this computer. The caller registers it with a monitor and starts it.
 
     Raises:
         ValueError: the node has no name, or a name with a slash.
@@ -343,7 +343,7 @@ def create_master_process(
     sigint_timeout: float = DEFAULT_TIMEOUT_SIGINT,
     sigterm_timeout: float = DEFAULT_TIMEOUT_SIGTERM,
 ) -> LocalProcess:
-    """Create the process of a new master; the caller registers it at a monitor and starts it.
+    """Create the process of a new master. The caller registers it with a monitor and starts it.
 
     Raises:
         RLException: the port is not positive, or the master type is unknown.
@@ -372,7 +372,7 @@ def create_master_process(
 
 
 def _program(name: str) -> str:
-    """Return the path of a command in the folder of this Python, which may be missing in PATH."""
+    """Return the path of a command in the folder of this Python, which may be missing from PATH."""
     import sys
 
     beside = Path(sys.executable).with_name(name)

@@ -1,4 +1,4 @@
-"""Parameters of launch files as YAML."""
+"""Output of launch files' parameters as YAML."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ _star_names(__name__, "roslaunch yaml")
 
 
 def dump_params(files: Sequence[str]) -> bool:
-    """Print the parameters of launch files; return False, with a message on stderr, if one cannot be read."""
+    """Print the parameters in launch files.
+
+    If a file cannot be read, print an error to stderr and return False.
+    """
     config = ROSLaunchConfig()
     loader = XmlLoader()
     for file in files:

@@ -1,4 +1,4 @@
-"""`ROSLaunchParent`: launches files from a script."""
+"""`ROSLaunchParent`, which launches files from a script."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ _star_names(__name__, "logging roslaunch")
 
 
 class ROSLaunchParent:
-    """One launch: `start()`, then `spin()` or `spin_once()`, then `shutdown()`.
+    """A launch. Call `start()`, then `spin()` or `spin_once()`, then `shutdown()`.
 
     Between `start` and `shutdown` a thread monitors the nodes.
 
     Attributes:
-        config: the configuration to launch; None until it is loaded. It may be changed before `start`.
+        config: the configuration to launch; None until it is loaded. Scripts can change it before `start`.
         pm: the process monitor; None before `start`.
         runner, server: the runner and the XML-RPC server of the launch; None before `start`.
     """
@@ -117,13 +117,13 @@ class ROSLaunchParent:
         self.config = config
 
     def start(self, auto_terminate: bool = True) -> None:
-        """Start a master unless one answers, set the parameters and start the nodes.
+        """Start a master unless one responds, set the parameters and start the nodes.
 
         Args:
             auto_terminate: whether the launch ends when all nodes have exited, unless it started the master.
 
         Raises:
-            RLException: a file is invalid; nothing is left running.
+            RLException: a file is invalid. Nothing is left running.
         """
         session = self.session = self._make_session()
         try:
@@ -155,12 +155,12 @@ class ROSLaunchParent:
         try:
             self.runner.spin()
         except KeyboardInterrupt:
-            pass  # as in Noetic, where Ctrl-C ends the launch and the script continues
+            pass  # As in Noetic, Ctrl-C ends the launch and the script continues.
         finally:
             self.shutdown()
 
     def shutdown(self) -> None:
-        """End everything that was started. Idempotent."""
+        """Stop everything that was started. May be called repeatedly."""
         if self._is_over:
             return
         self._is_over = True

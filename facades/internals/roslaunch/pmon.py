@@ -52,7 +52,7 @@ _monitors: list[ProcessMonitor] = []
 
 
 class _Shutdown:
-    """Whether a signal has started to end the program. No monitor starts any more then."""
+    """Whether a signal has started the program's shutdown. After that, monitors can no longer be started."""
 
     has_begun = False
 
@@ -63,18 +63,18 @@ _numbers = itertools.count(1)
 
 
 class FatalProcessLaunch(RLException):
-    """A process cannot be started, and a retry would fail as well."""
+    """A process cannot be started, and retrying would not help."""
 
 
 class ProcessListener:
     """Base class of listeners, which are called when a process exits."""
 
     def process_died(self, process_name: str, exit_code: int | None) -> None:
-        """Handle the exit of a process; called after it was printed, but not during a shutdown."""
+        """Handle the exit of a process. Called after the exit was printed, but not during a shutdown."""
 
 
 class Process:
-    """Base class of the processes of a `ProcessMonitor`; subclasses implement starting and stopping."""
+    """Base class of processes in a `ProcessMonitor`. Subclasses implement starting and stopping."""
 
     def __init__(
         self,
@@ -104,7 +104,7 @@ class Process:
     __repr__ = __str__
 
     def get_info(self) -> dict[str, Any]:
-        """Return the information about the process that the XML-RPC server publishes."""
+        """Return information about the process, for the XML-RPC server."""
         info = {
             "spawn_count": self.spawn_count,
             "args": self.args,
@@ -124,7 +124,7 @@ class Process:
         self.spawn_count += 1
 
     def is_alive(self) -> bool:
-        """Return whether the process is running. Subclasses call this if it is not."""
+        """Return whether the process is running. Subclasses call this method if it is not."""
         if self.time_of_death is None:
             self.time_of_death = time.time()
         return False
@@ -136,7 +136,7 @@ class Process:
         return (self.time_of_death or 0.0) + self.respawn_delay - time.time()
 
     def stop(self, errors: list[str] | None = None) -> None:
-        """End the process; append problems to `errors`."""
+        """Stop the process. Problems are appended to `errors`."""
 
     def get_exit_description(self) -> str:
         """Return a description of how the process ended."""
@@ -215,7 +215,7 @@ class _Adopted:
 
 
 class _Printer:
-    """The functions that scripts can redirect with `roslaunch.core.add_printlog_handler`, or replace."""
+    """Print functions, which scripts can redirect with `roslaunch.core.add_printlog_handler` or replace."""
 
     def say(self, text: str) -> None:
         printlog(text)
@@ -228,13 +228,15 @@ class _Printer:
 
 
 class ProcessMonitor(threading.Thread):
-    """Thread that monitors processes: reports exits, restarts processes, and ends all on `shutdown`.
+    """Thread that monitors processes.
+
+    It reports exits, restarts processes, and ends all processes on `shutdown`.
 
     It monitors the nodes of one launch, started by `pipros.launch.run`, and processes registered by scripts.
 
     Attributes:
         listeners: notified of each process exit.
-        done: whether all processes have been ended and the thread is finished.
+        done: whether all processes have ended and the thread has finished.
         dead_list: records of registered processes that have exited.
     """
 
@@ -305,7 +307,7 @@ class ProcessMonitor(threading.Thread):
         self._changed.set()
 
     def registrations_complete(self) -> None:
-        """Allow the monitor to finish when no process is left."""
+        """Allow the monitor to finish when no processes are left."""
         self._registrations_complete = True
 
     def unregister(self, p: Process) -> None:
@@ -322,16 +324,16 @@ class ProcessMonitor(threading.Thread):
         return next((process for process in self.procs if process.name == name), None)
 
     def has_main_thread_jobs(self) -> int:
-        """Return 0: no jobs ever wait for the main thread."""
+        """Return 0, because jobs never wait for the main thread."""
         return len(self.reacquire_signals)
 
     def do_main_thread_jobs(self) -> None:
-        """Do nothing, for compatibility; there are no jobs for the main thread."""
+        """Do nothing, for compatibility. There are no jobs for the main thread."""
 
     def kill_process(self, name: str) -> bool:
-        """End the process with the given name; return False if there is none.
+        """Stop the process with the given name. Return False if it does not exist.
 
-        It restarts if `respawn` is set.
+        The process restarts if `respawn` is set.
 
         Raises:
             RLException: the name is not a string.
@@ -345,7 +347,10 @@ class ProcessMonitor(threading.Thread):
         return process is not None
 
     def shutdown(self) -> None:
-        """Request the thread to end all processes and itself; returns immediately. `join` waits for it."""
+        """Ask the thread to end all processes and then itself.
+
+        Returns immediately; `join` waits for the end.
+        """
         self.is_shutdown = True
         self._changed.set()
 
@@ -354,21 +359,21 @@ class ProcessMonitor(threading.Thread):
         return [process.name for process in self.procs]
 
     def get_process_names_with_spawn_count(self) -> list[list[tuple[str, int]]]:
-        """Return (name, start count) of the running processes, and of the exited processes."""
+        """Return lists of (name, start count) for the running processes and for the exited processes."""
         ended = [*(self._run.ended() if self._run else ()), *self.dead_list]
         return [[(process.name, process.spawn_count) for process in part] for part in (self.procs, ended)]
 
     def mainthread_spin_once(self) -> bool:
-        """Return False if the monitor is finished."""
+        """Return False if the monitor has finished."""
         return not self.done
 
     def mainthread_spin(self) -> None:
-        """Block until the monitor is finished."""
+        """Block until the monitor has finished."""
         while not self.done:
             time.sleep(_LOOK_EVERY_S)
 
     def run(self) -> None:
-        """Monitor the processes; the thread's main function."""
+        """Monitor the processes. This is the thread's main function."""
         try:
             while not self.is_shutdown:
                 self._look()
@@ -405,7 +410,7 @@ class ProcessMonitor(threading.Thread):
 
 
 def start_process_monitor() -> ProcessMonitor | None:
-    """Start a monitor that ends with `pmon_shutdown` or the program; return None after `rl_signal`."""
+    """Start a monitor that ends with `pmon_shutdown` or with the program. After `rl_signal`, return None."""
     if _shutdown.has_begun:
         return None
     monitor = ProcessMonitor(f"ProcessMonitor-{next(_numbers)}")
@@ -418,7 +423,7 @@ def start_process_monitor() -> ProcessMonitor | None:
 
 
 def shutdown_process_monitor(process_monitor: ProcessMonitor | None) -> bool:
-    """End a monitor and its processes; return False if it was already finished or takes longer than 20 s."""
+    """End a monitor and its processes. Return False if it had already finished or takes longer than 20 s."""
     if process_monitor is None or process_monitor.is_shutdown:
         return False
     process_monitor.shutdown()
@@ -445,6 +450,6 @@ def rl_signal(sig: int, stackframe: FrameType | None) -> None:
 def _init_signal_handlers() -> None:
     """Enable Ctrl-C in background jobs of shell scripts as well.
 
-    Some scripts replace this function in order to launch from other threads; here this is not necessary.
+    Some scripts replace this function in order to launch from other threads, which is not necessary here.
     """
     accept_ctrl_c()

@@ -1,4 +1,4 @@
-"""Output of launchers, and the handlers with which scripts receive it."""
+"""Output of launchers, and handlers through which scripts receive it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _error_handlers: list[Handler] = []
 
 def _notify(handlers: list[Handler], msg: str) -> None:
     for handler in handlers:
-        with suppress(Exception):  # a handler must not end a launch
+        with suppress(Exception):  # an exception in a handler must not end a launch
             handler(msg)
 
 
@@ -39,12 +39,12 @@ def printerrlog(msg: str) -> None:
 
 
 def add_printlog_handler(h: Handler) -> None:
-    """Add a handler that is called with each text of `printlog` and `printlog_bold`."""
+    """Add a handler that is called with each text printed by `printlog` and `printlog_bold`."""
     _handlers.append(h)
 
 
 def add_printerrlog_handler(h: Handler) -> None:
-    """Add a handler that is called with each text of `printerrlog`."""
+    """Add a handler that is called with each text printed by `printerrlog`."""
     _error_handlers.append(h)
 
 

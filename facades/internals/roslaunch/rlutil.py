@@ -46,10 +46,10 @@ def resolve_launch_arguments(args: Sequence[str]) -> list[str]:
 
 
 def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: bool) -> str:
-    """Return the given run id, else the running master's, else a new one.
+    """Return the given run ID, or else the running master's, or else a new ID.
 
     Args:
-        options_wait_for_master: whether to wait for a master with a run id instead of generating one.
+        options_wait_for_master: whether to wait for a master with a run ID instead of generating an ID.
     """
     if options_runid:
         return options_runid
@@ -67,7 +67,7 @@ def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: boo
 
 
 def _wait_for_master() -> None:
-    """Block until a master answers."""
+    """Block until a master responds."""
     master = Master()
     if not master.is_running():
         printlog("roscore/master is not yet running, will wait for it to start")
@@ -83,7 +83,7 @@ def check_log_disk_usage() -> None:
 
 
 def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: bool = False) -> str | None:
-    """Return the errors in a launch file, one per line; None if there are none.
+    """Return the errors in a launch file, one per line, or None if there are none.
 
     Args:
         use_test_depends: whether `test_depend` counts as a declared dependency.
@@ -104,7 +104,7 @@ def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: b
 
 
 def print_file_list(roslaunch_files: Sequence[FileAndArguments]) -> None:
-    """Print the paths of files and of all included files; exit with code 1 if one is invalid."""
+    """Print the paths of files and of all included files. Exit with code 1 if a file is invalid."""
     from roslaunch.config import get_roscore_filename, load_config_default
 
     try:

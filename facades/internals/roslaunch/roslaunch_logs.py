@@ -15,7 +15,7 @@ NAME = "roslaunch-logs"
 
 
 def get_run_id() -> str | None:
-    """Return the run id of the master; None if no master answers."""
+    """Return the master's run ID, or None if no master responds."""
     client = MasterClient(Environment.from_os().master_uri, "/roslaunch", timeout_s=5.0)
     try:
         return str(client.get_param("/run_id"))
@@ -26,7 +26,7 @@ def get_run_id() -> str | None:
 
 
 def logs_main() -> None:
-    """Run the command; exit the process on failure."""
+    """Run the command. Exit the process on failure."""
     from pipros.cli.roslaunch_logs import main
 
     code = main()

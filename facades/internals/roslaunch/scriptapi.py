@@ -1,4 +1,4 @@
-"""`ROSLaunch`: launches single nodes from a script."""
+"""`ROSLaunch`, which launches individual nodes from a script."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _star_names(__name__, "roslaunch")
 
 
 class ROSLaunch:
-    """Launcher for individual nodes; `stop` ends them all.
+    """Launcher for individual nodes. `stop` ends all of them.
 
     >>> launch = ROSLaunch()                                            # doctest: +SKIP
     >>> launch.start()                                                  # doctest: +SKIP
@@ -32,15 +32,15 @@ class ROSLaunch:
         self.started = False
 
     def load(self, f: str) -> None:
-        """Add a launch file. Call it before `start`."""
+        """Add a launch file. Call this method before `start`."""
         self._files.append(f)
 
     def load_str(self, s: str) -> None:
-        """Add the text of a launch file. Call it before `start`."""
+        """Add the text of a launch file. Call this method before `start`."""
         self._texts.append(s)
 
     def start(self) -> None:
-        """Start a master unless one answers, and launch the loaded files."""
+        """Start a master unless one responds, and launch the loaded files."""
         self.parent.start(auto_terminate=False)
         self.started = True
 

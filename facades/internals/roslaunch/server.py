@@ -1,4 +1,4 @@
-"""XML-RPC servers of launchers, for tools that list processes, and between parents and children."""
+"""XML-RPC servers of launchers, used by tools that list processes, and between parents and children."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ Answer = tuple[int, str, Any]
 
 
 class ROSLaunchBaseHandler(XmlRpcHandler):
-    """XML-RPC methods of every launcher: its process id, processes and nodes."""
+    """XML-RPC methods of every launcher, which return its process ID, processes and nodes."""
 
     def __init__(self, pm: ProcessMonitor) -> None:
         if pm is None:
@@ -73,7 +73,7 @@ class ROSLaunchBaseHandler(XmlRpcHandler):
         return 1, "process info", {**info, "env": dict(info["env"]), "args": list(info["args"])}
 
     def get_pid(self) -> Answer:
-        """Return the process id of the launcher."""
+        """Return the launcher's process ID."""
         return 1, str(os.getpid()), os.getpid()
 
     def get_node_names(self) -> Answer:
@@ -95,7 +95,7 @@ class ROSLaunchParentHandler(ROSLaunchBaseHandler):
         self.listeners = listeners
 
     def register(self, client: str, uri: str) -> Answer:
-        """Register the URI of a child's server; called by the child."""
+        """Register the URI of a child's server. Called by the child."""
         child = self.child_processes.get(client)
         if child is None:
             return -1, f"unknown child [{client}]", 0
@@ -108,7 +108,7 @@ class ROSLaunchParentHandler(ROSLaunchBaseHandler):
         return 1, "roslaunch children", uris
 
     def process_died(self, process_name: str, exit_code: int) -> Answer:
-        """Notify the listeners that a process of a child has exited; called by the child."""
+        """Notify the listeners that a child's process has exited. Called by the child."""
         for listener in self.listeners:
             listener.process_died(process_name, exit_code)
         return 1, "", 0
@@ -126,13 +126,13 @@ _ERROR = 8
 
 
 class ROSLaunchNode(XmlRpcNode):
-    """Server for a handler on a free port; its methods can be called as soon as `start` returns."""
+    """Server for a handler on a free port. Its methods can be called as soon as `start` returns."""
 
     def __init__(self, handler: ROSLaunchBaseHandler | None) -> None:
         super().__init__(0, handler)
 
     def run(self) -> None:
-        """Do nothing, for compatibility: after `start` the server runs in its own thread."""
+        """Do nothing, for compatibility. After `start`, the server runs in its own thread."""
 
 
 class ROSLaunchParentNode(ROSLaunchNode):
@@ -141,7 +141,7 @@ class ROSLaunchParentNode(ROSLaunchNode):
     Attributes:
         rosconfig: the launched configuration.
         listeners: notified when processes on other machines exit.
-        child_processes: the launch children by name.
+        child_processes: the launch children, by name.
     """
 
     def __init__(self, rosconfig: ROSLaunchConfig, pm: ProcessMonitor) -> None:
@@ -156,7 +156,7 @@ class ROSLaunchParentNode(ROSLaunchNode):
     def of_session(
         cls, session: LaunchSession, rosconfig: ROSLaunchConfig, pm: ProcessMonitor
     ) -> ROSLaunchParentNode:
-        """Return the server of a running launch, which opened it and will close it."""
+        """Return the server of a running launch. The launch opened the server and will close it."""
         node = cls(rosconfig, pm)
         if session.server is not None:
             node.set_uri(session.server.uri)

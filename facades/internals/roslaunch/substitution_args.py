@@ -24,14 +24,14 @@ __all__ = ["ArgException", "SubstitutionException", "convert_value", "resolve_ar
 _star_names(__name__, "math os rosgraph rospkg io:StringIO")
 
 _rospack: RosPack | None = None
-"""Finds the packages, if other packages set it; they do so to forget what was found before."""
+"""Replaceable package finder. Other packages assign a new one to discard cached results."""
 
 
 def convert_value(value: str, type_: str) -> Any:
-    """Convert a text to a parameter value of the type auto, str, int, double, bool or yaml.
+    """Convert text to a parameter value. `type_` is auto, str, int, double, bool or yaml.
 
     Raises:
-        ValueError: the type is unknown, or the text is invalid for it.
+        ValueError: the type is unknown, or the text is not valid for the type.
     """
     return convert(value, type_)
 
@@ -46,7 +46,7 @@ def resolve_args(
 
     Args:
         context: `{"arg": {name: value}, "filename": path}`, as in Noetic; it also stores anonymous names.
-        resolve_anon: has no effect, as in Noetic: `$(anon x)` becomes a unique name.
+        resolve_anon: has no effect, as in Noetic. `$(anon x)` becomes a unique name in any case.
         filename: the file that contains the text, for `$(dirname)`.
 
     Raises:
@@ -71,5 +71,5 @@ def resolve_args(
 
 
 def _packages() -> PackageIndex | None:
-    """The packages that `_rospack` finds; None if it is not set."""
+    """Return the packages that `_rospack` finds, or None if it is not set."""
     return None if _rospack is None else PackageIndex([Path(path) for path in _rospack.get_ros_paths()])

@@ -1,4 +1,4 @@
-"""`XmlLoader`: reads launch files into a `ROSLaunchConfig`, or any object with its `add_…` methods."""
+"""`XmlLoader`, which reads launch files into a `ROSLaunchConfig` or any object with its `add_…` methods."""
 
 from __future__ import annotations
 
@@ -50,14 +50,17 @@ _star_names(
 )
 
 _NOT_LOADED = "error loading <rosparam> tag"
-"""The beginning of errors that genuine ROS does not count as mistakes in the XML."""
+"""Prefix of errors that genuine ROS does not treat as XML errors."""
 
 NS = "ns"
 CLEAR_PARAMS = "clear_params"
 
 
 class XmlParseException(RLException):
-    """A launch file is invalid. The text is the reason alone; `places` and `element` contain the location."""
+    """A launch file is invalid.
+
+    The text contains only the reason; `places` and `element` contain the location.
+    """
 
     def __str__(self) -> str:
         return self.reason
@@ -75,7 +78,7 @@ def _context_of(scope: LaunchScope, filename: str | None, declared: Sequence[Arg
 
 
 class DomElement(Protocol):
-    """The required part of the interface of `xml.dom` elements."""
+    """The part of the interface of `xml.dom` elements that the loader requires."""
 
     def getAttribute(self, name: str) -> str: ...
 
@@ -83,7 +86,7 @@ class DomElement(Protocol):
 
 
 def ifunless_test(obj: XmlLoader, tag: DomElement, context: LoaderContext) -> bool:
-    """Evaluate `if` and `unless` of an element; return True if it has neither.
+    """Evaluate the `if` or `unless` attribute of an element. Return True if it has neither.
 
     Raises:
         XmlParseException: the element has both, or a value is neither true nor false.
@@ -157,7 +160,7 @@ class XmlLoader(Loader):
 
     Attributes:
         resolve_anon: has no effect, as in Noetic.
-        root_context: the context of the latest file, with its arguments; None before the first.
+        root_context: the context of the latest file, with its arguments; None before the first file.
         ignore_unset_args: whether arguments without a value are treated as empty.
     """
 
@@ -197,12 +200,12 @@ class XmlLoader(Loader):
         """Read a file.
 
         Args:
-            core: whether its nodes belong to the core.
-            argv: `name:=value` words for its arguments; defaults to this process's.
+            core: whether the file's nodes belong to the core.
+            argv: `name:=value` words for the file's arguments; defaults to this process's arguments.
             verbose: whether to print each addition.
 
         Raises:
-            XmlParseException: the file is invalid; the message names the file, line and element.
+            XmlParseException: the file is invalid. The message names the file, line and element.
         """
         words = sys.argv if argv is None else argv
         self._read(ros_config, words, filename, lambda reader: reader.load_file(filename), core, verbose)
@@ -257,7 +260,7 @@ class XmlLoader(Loader):
             raise XmlParseException(str(error)) from error
 
     def opt_attrs(self, tag: DomElement, context: LoaderContext, attrs: Sequence[str]) -> list[str | None]:
-        """Return the values of attributes in a context; None for missing attributes."""
+        """Return the values of attributes in a context. Missing attributes are None."""
         return [
             self.resolve_args(tag.getAttribute(name), context) if tag.hasAttribute(name) else None
             for name in attrs

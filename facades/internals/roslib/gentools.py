@@ -1,4 +1,4 @@
-"""`roslib.gentools`, for legacy scripts: dependencies, md5 and full text of definitions; see `genmsg`."""
+"""`roslib.gentools`, for legacy scripts: dependencies, MD5 sums and full texts; see `genmsg`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Dependencies(TypedDict):
 
     Attributes:
         files: the file of each directly or indirectly embedded type.
-        deps: these types, with repetitions; `uniquedeps` lists each once.
+        deps: these types, with repetitions; `uniquedeps` lists each type once.
     """
 
     files: dict[str, str]
@@ -41,7 +41,7 @@ def get_dependencies(
     stderr: Any = None,
     rospack: Any = None,
 ) -> Dependencies:
-    """Return the types that a definition of the package embeds, directly or indirectly.
+    """Return the types that a definition in the package embeds, directly or indirectly.
 
     Raises:
         MsgSpecException: a type cannot be found.
@@ -96,18 +96,18 @@ def get_file_dependencies(
     else:
         raise Exception(
             f"[{f}] does not appear to be a message or service"
-        )  # callers of roslib catch this class
+        )  # users of roslib catch this class
     return get_dependencies(spec, package or "", stdout=stdout, stderr=stderr, rospack=rospack)
 
 
 def compute_md5_text(get_deps_dict: Dependencies, spec: MsgSpec, rospack: Any = None) -> str:
-    """Return the text over which the md5 of a message is computed."""
+    """Return the text from which a message's MD5 sum is computed."""
     del rospack
     return digest.md5_text(_definition(spec, get_deps_dict["package"]), _lookup)
 
 
 def compute_md5(get_deps_dict: Dependencies, rospack: Any = None) -> str:
-    """Return the md5 of a definition, given the result of `get_file_dependencies`."""
+    """Return the MD5 sum of a definition, given the result of `get_file_dependencies`."""
     del rospack
     spec = get_deps_dict["spec"]
     if isinstance(spec, SrvSpec):
@@ -123,7 +123,7 @@ compute_md5_v2 = compute_md5
 
 
 def compute_md5_v1(get_deps_dict: Dependencies) -> NoReturn:
-    """The md5 by the rules of before 2009. It does not work in Noetic either.
+    """Compute the MD5 sum by the rules used before 2009. As in Noetic, this does not work.
 
     Raises:
         NotImplementedError: always.
@@ -139,7 +139,7 @@ def compute_full_text(get_deps_dict: Dependencies) -> str:
 
 
 def _definition(spec: MsgSpec, package: str) -> MessageSpec:
-    """Read a definition again from its parts: it may have been made without a text, or without a name."""
+    """Parse a definition again from its parts, because it may have been created without a text or a name."""
     constants = [f"{c.type} {c.name}={c.val_text}" for c in spec.constants]
     fields = [f"{kind} {name}" for kind, name in zip(spec.types, spec.names, strict=True)]
     return msgs.read("\n".join([*constants, *fields]), spec.full_name or f"{package}/Text")

@@ -1,4 +1,4 @@
-"""`roslib.launcher`, which made packages importable before catkin; in pipros they always are."""
+"""`roslib.launcher`, which made packages importable before catkin. In pipros, they always are."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def find_package(name: str) -> Package:
     index = PackageIndex.from_environment()
     package = index.get(name)
     if package is None:
-        from rospkg import ResourceNotFound  # slow to import, and rarely needed
+        from rospkg import ResourceNotFound  # this module is slow to import and rarely needed
 
         raise ResourceNotFound(str(name), ros_paths=[str(folder) for folder in index.folders])
     return package

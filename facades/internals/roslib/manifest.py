@@ -36,9 +36,9 @@ def load_manifest(package: str) -> Manifest:
 
 
 def manifest_file(package: str, required: bool = True, env: object = None) -> str | None:
-    """Return the path of a package's `manifest.xml`; None if the package does not exist.
+    """Return the path of a package's `manifest.xml`, or None if the package does not exist.
 
-    Unless it is `required`, the file need not exist.
+    The file does not need to exist unless it is `required`.
 
     Raises:
         InvalidROSPkgException: the file is `required`, and the package or the file does not exist.

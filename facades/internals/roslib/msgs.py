@@ -86,7 +86,7 @@ def parse_type(type_: str | None) -> tuple[str, bool, int | None]:
 
 
 def resolve_type(type_: str, package_context: str) -> str:
-    """Return the full name of a type in a definition of the package `package_context`."""
+    """Return the full name of a type that a definition in the package `package_context` refers to."""
     bare = base_msg_type(type_)
     if bare == HEADER:
         return f"std_msgs/{type_}"
@@ -103,7 +103,7 @@ class Field(genmsg.msgs.Field):
 
 
 class MsgSpec(genmsg.msgs.MsgSpec):
-    """A message definition. Types are as written, except that types of the same package are qualified."""
+    """A message definition. Types are as written, except that types from the same package are qualified."""
 
     def __init__(
         self,
@@ -161,7 +161,7 @@ def _time_spec(text: str) -> MsgSpec:
 EXTENDED_BUILTINS = {TIME: _time_spec(TIME_MSG), DURATION: _time_spec(DURATION_MSG)}
 
 REGISTERED_TYPES: dict[str, MsgSpec] = {}
-"""The registered definitions by name."""
+"""The registered definitions, by name."""
 
 
 def reinit() -> None:
@@ -200,7 +200,7 @@ def get_registered(msg_type_name: str, default_package: str | None = None) -> Ms
 
 
 def msg_file(package: str, type_: str) -> str:
-    """Return the path of a message's definition; the file need not exist.
+    """Return the path of a message's definition. The file does not need to exist.
 
     Raises:
         InvalidROSPkgException: the package does not exist.
@@ -232,7 +232,7 @@ def load_from_string(
 
 
 def read(text: str, full_name: str) -> MessageSpec:
-    """Return the definition in pipros' form.
+    """Return the definition in pipros's form.
 
     Raises the same errors as `load_from_string`. (Not in Noetic.)
     """
@@ -270,7 +270,7 @@ def spec_of(parsed: MessageSpec, text: str, package_context: str, full_name: str
 
 
 def load_from_file(file_path: str, package_context: str = "") -> tuple[str, MsgSpec]:
-    """Read a definition file; return its name, qualified if the package is given, and the definition.
+    """Read a definition file. Return its name, qualified if the package is given, and the definition.
 
     Raises:
         OSError: the file cannot be read.
@@ -306,7 +306,7 @@ def load_by_type(msgtype: str, package_context: str = "") -> tuple[str, MsgSpec]
 
 
 def get_pkg_msg_specs(package: str) -> tuple[list[tuple[str, MsgSpec]], list[str]]:
-    """Return `(name, definition)` of each message of a package, and the names of unreadable ones."""
+    """Return `(name, definition)` for each message in a package, and the names of unreadable messages."""
     found, failed = [], []
     for name in list_msg_types(package, False):
         try:
@@ -318,7 +318,7 @@ def get_pkg_msg_specs(package: str) -> tuple[list[tuple[str, MsgSpec]], list[str
 
 
 def load_package(package: str) -> None:
-    """Register all messages of a package.
+    """Register all messages in a package.
 
     Raises:
         InvalidROSPkgException: the package does not exist.
@@ -331,7 +331,7 @@ def load_package(package: str) -> None:
 def load_package_dependencies(package: str, load_recursive: bool = False) -> None:
     """Register all messages of a package's direct dependencies.
 
-    If `load_recursive` is true, register the messages of all its dependencies.
+    If `load_recursive` is true, include indirect dependencies.
 
     Raises:
         rospkg.ResourceNotFound: the package does not exist.

@@ -1,4 +1,4 @@
-"""`roslib.names`: names of the graph, and of types and packages; see `rosgraph.names` and `genmsg.names`."""
+"""`roslib.names`: names of graph resources, types and packages; see `rosgraph.names` and `genmsg.names`."""
 
 from genmsg.names import BASE_RESOURCE_NAME_LEGAL_CHARS_P as BASE_RESOURCE_NAME_LEGAL_CHARS_P
 from genmsg.names import PRN_SEPARATOR as PRN_SEPARATOR

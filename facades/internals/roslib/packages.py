@@ -67,7 +67,7 @@ class MultipleNodesException(ROSPkgException):
 def get_pkg_dir(
     package: str, required: bool = True, ros_root: str | None = None, ros_package_path: str | None = None
 ) -> str | None:
-    """Return the folder of a package; None if it does not exist and is not `required`.
+    """Return a package's folder, or None if the package does not exist and is not `required`.
 
     `ros_package_path` is used instead of `ROS_PACKAGE_PATH`; `ros_root` is ignored.
 
@@ -92,7 +92,7 @@ def get_pkg_subdir(
 ) -> str | None:
     """Return a folder in a package. If it is `required` and does not exist, it is created.
 
-    `env` is used instead of the environment of the process.
+    `env` is used instead of the process's environment.
 
     Raises:
         InvalidROSPkgException: the package does not exist, or the folder cannot be created.
@@ -118,7 +118,9 @@ def get_pkg_subdir(
 
 
 def resource_file(package: str, subdir: str, resource_name: str) -> str:
-    """Return the path of a file in a folder of a package. Neither file nor folder need exist.
+    """Return the path of a file in one of a package's folders.
+
+    Neither the file nor the folder needs to exist.
 
     Raises:
         InvalidROSPkgException: the package does not exist.
@@ -127,13 +129,15 @@ def resource_file(package: str, subdir: str, resource_name: str) -> str:
 
 
 def get_dir_pkg(d: str) -> tuple[str, str] | tuple[None, None]:
-    """Return folder and name of the package that contains a folder; `(None, None)` if there is none."""
+    """Return the folder and name of the package that contains `d`, or `(None, None)` if there is none."""
     package = PackageIndex.from_environment().containing(Path(d))
     return (str(package.path), package.name) if package else (None, None)
 
 
 def find_node(pkg: str, node_type: str, rospack: RosPack | None = None) -> list[str]:
-    """Return the programs with the given name in a package, built ones first. `rospack` locates the package.
+    """Return the programs with the given name in a package, built programs first.
+
+    `rospack` locates the package.
 
     Raises:
         rospkg.ResourceNotFound: the package does not exist.
@@ -165,7 +169,7 @@ def _find_resource(
 ) -> list[str]:
     """Return all files with the given name below a folder, if `filter_fn` returns True.
 
-    Other packages call it.
+    Other packages call this function.
 
     Hidden folders, and links that lead back to a folder above, are left out.
     """
@@ -191,7 +195,7 @@ def list_pkgs_by_path(
     cache: dict[str, str] | None = None,
     env: Mapping[str, str] | None = None,
 ) -> list[str]:
-    """Return the packages below a folder; append them to `packages`, and add their folders to `cache`."""
+    """Return the packages below a folder. Append them to `packages`, and add their folders to `cache`."""
     del env
     found = packages if packages is not None else []
     for package in PackageIndex([Path(path)]):

@@ -1,4 +1,4 @@
-"""`roslib.resources`: the files in a folder of a package."""
+"""`roslib.resources`: the files in a package's folder."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ Filter = Callable[[str], object]
 def list_package_resources(
     package: str, include_depends: bool, subdir: str, rfilter: Filter | None = None
 ) -> list[str]:
-    """Return the names of the files in a folder of a package.
+    """Return the names of the files in one of a package's folders.
 
-    If `include_depends` is true, include those of its dependencies. `rfilter` is called with the path of each
+    If `include_depends` is true, include those in its dependencies. `rfilter` is called with the path of each
     file and returns whether to include it.
 
     Raises:
@@ -39,7 +39,7 @@ def list_package_resources(
 def list_package_resources_by_dir(
     package_dir: str, include_depends: bool, subdir: str, rfilter: Filter | None = None
 ) -> list[str]:
-    """Return the result of `list_package_resources` for the package in a folder."""
+    """Like `list_package_resources`, for the package in the folder `package_dir`."""
     if include_depends:
         return list_package_resources(Path(package_dir).name, True, subdir, rfilter)
     folder = Path(package_dir, subdir)

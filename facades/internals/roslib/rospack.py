@@ -13,12 +13,12 @@ python3 = True
 
 
 def rospackexec(args: Sequence[str]) -> str:
-    """Return the output of `rospack` with these arguments; empty on failure."""
+    """Return the output of `rospack` with the given arguments, or an empty string on failure."""
     return _printed("rospack", args)
 
 
 def rosstackexec(args: Sequence[str]) -> str:
-    """Return the output of `rosstack` with these arguments; empty on failure."""
+    """Return the output of `rosstack` with the given arguments, or an empty string on failure."""
     return _printed("rosstack", args)
 
 
@@ -48,7 +48,7 @@ def rospack_depends_on(pkg: str) -> list[str]:
 
 
 def rospack_plugins(pkg: str) -> list[tuple[str, str]]:
-    """Return `(package, value)` of the `plugin` exports of other packages for a package."""
+    """Return `(package, value)` for each `plugin` that other packages export for a package."""
     lines = rospackexec(["plugins", "--attrib=plugin", pkg]).splitlines()
     return [(name, value) for name, _, value in (line.partition(" ") for line in lines)]
 

@@ -33,7 +33,7 @@ def deprecated(func: Callable[P, T]) -> Callable[P, T]:
 
 @deprecated
 def get_master() -> ServerProxy:
-    """Return an XML-RPC proxy of the master. New code uses `rosgraph.Master`.
+    """Return an XML-RPC proxy for the master. New code uses `rosgraph.Master`.
 
     Raises:
         KeyError: `ROS_MASTER_URI` is not set.
@@ -43,7 +43,7 @@ def get_master() -> ServerProxy:
 
 @deprecated
 def get_param_server() -> ServerProxy:
-    """Return the same as `get_master`: the master is the parameter server."""
+    """Same as `get_master`, because the master is also the parameter server."""
     return ServerProxy(os.environ["ROS_MASTER_URI"])
 
 

@@ -39,7 +39,7 @@ def set_verbose(v: bool) -> None:
 
 
 class SrvSpec(genmsg.srvs.SrvSpec):
-    """A service definition: request and response."""
+    """A service definition, which consists of a request and a response."""
 
     request: MsgSpec
     response: MsgSpec
@@ -59,7 +59,7 @@ class SrvSpec(genmsg.srvs.SrvSpec):
 
 
 def srv_file(package: str, type_: str) -> str:
-    """Return the path of a service's definition; the file need not exist.
+    """Return the path of a service's definition. The file does not need to exist.
 
     Raises:
         InvalidROSPkgException: the package does not exist.
@@ -82,7 +82,7 @@ def list_srv_types(package: str, include_depends: bool) -> list[str]:
 def load_from_string(
     text: str, package_context: str = "", full_name: str = "", short_name: str = ""
 ) -> SrvSpec:
-    """Parse a definition; without `---` it is a request with an empty response.
+    """Parse a definition. If it does not contain `---`, it is a request with an empty response.
 
     Raises:
         roslib.msgs.MsgSpecException: the definition is invalid.
@@ -99,7 +99,7 @@ def load_from_string(
 
 
 def load_from_file(file_name: str, package_context: str = "") -> tuple[str, SrvSpec]:
-    """Read a definition file; return its name, qualified if the package is given, and the definition.
+    """Read a definition file. Return its name, qualified if the package is given, and the definition.
 
     Raises:
         OSError: the file cannot be read.
@@ -112,7 +112,7 @@ def load_from_file(file_name: str, package_context: str = "") -> tuple[str, SrvS
 
 
 def get_pkg_srv_specs(package: str) -> tuple[list[tuple[str, SrvSpec]], list[str]]:
-    """Return `(name, definition)` of each service of a package, and the names of unreadable ones."""
+    """Return `(name, definition)` for each service in a package, and the names of unreadable services."""
     found, failed = [], []
     for name in list_srv_types(package, False):
         try:

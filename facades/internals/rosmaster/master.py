@@ -14,7 +14,7 @@ _star_names(__name__, "logging rosgraph rosmaster time")
 
 
 class Master:
-    """A ROS master. `start()` returns when it accepts calls at `uri`."""
+    """A ROS master. `start()` returns once the master accepts calls at `uri`."""
 
     def __init__(self, port: int = DEFAULT_MASTER_PORT, num_workers: int = NUM_WORKERS) -> None:
         """`num_workers` is accepted for compatibility and has no effect."""
@@ -31,7 +31,7 @@ class Master:
 
     @property
     def master_node(self) -> master.Master | None:
-        """The server; None before `start` and after `stop`."""
+        """The server, or None before `start` and after `stop`."""
         return self._master
 
     @property

@@ -35,7 +35,7 @@ from rosmaster.validators import valid_type_name as valid_type_name
 _star_names(__name__, "os rosgraph rosmaster sys time traceback")
 
 STATUS, MSG, VAL = 0, 1, 2
-"""Positions in an answer: status code, status message, value."""
+"""Indices of the status code, status message and value in a response."""
 
 LOG_API = False
 
@@ -43,7 +43,7 @@ _log = logging.getLogger("rosmaster.master")
 
 
 def mloginfo(msg: object, *args: object) -> None:
-    """Log an action of the master."""
+    """Log one of the master's actions."""
     _log.info(msg, *args)
 
 
@@ -59,12 +59,12 @@ def publisher_update_task(api: str, topic: str, pub_uris: Sequence[str]) -> Any:
 
 
 def service_update_task(api: str, service: str, uri: str) -> Any:
-    """Notify a node of a service, with a method that current nodes no longer provide."""
+    """Notify a node of a service. Current nodes no longer provide the method that this calls."""
     return xmlrpcapi(api).serviceUpdate("/master", service, uri)  # type: ignore[union-attr]
 
 
 class _OrderedTasks:
-    """Runs tasks in threads; those with the same marker one after another."""
+    """Queue of tasks that run in threads. Tasks with the same marker run one after another."""
 
     def __init__(self) -> None:
         self._workers: dict[str, Workers] = {}
@@ -77,10 +77,10 @@ class _OrderedTasks:
 class ROSMasterHandler(XmlRpcHandler):
     """Handler of the Master API and the Parameter Server API, for `rosgraph.xmlrpc.XmlRpcNode`.
 
-    Threads notify nodes of changes. (`rosmaster.master.Master` uses an event loop instead.)
+    Nodes are notified of changes from threads. (`rosmaster.master.Master` uses an event loop instead.)
 
     Attributes:
-        uri: the URI of the master; set when the server is ready.
+        uri: the master's URI; set when the server is ready.
         done: whether a shutdown was requested.
         reg_manager, param_server: the registrations and the parameters.
     """

@@ -1,4 +1,4 @@
-"""`rosmaster.paramserver`: the parameters of a master; a facade of `pipros.master.params`."""
+"""`rosmaster.paramserver`: a master's parameters; a facade of `pipros.master.params`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rosmaster.registrations import RegistrationManager, Registrations, Unregist
 GLOBALNS = SEP = "/"
 
 Update = tuple[list[tuple[str, str]], str, Any]
-"""Update notices: nodes as `(caller_id, api)`, a parameter, and its new value."""
+"""Update notices, each consisting of nodes as `(caller_id, api)`, a parameter and its new value."""
 
 __all__ = [
     "GLOBALNS",
@@ -35,10 +35,11 @@ _star_names(__name__, "threading:RLock")
 
 
 class ParamDictionary:
-    """The parameters of a master. Thread-safe.
+    """A master's parameters. Thread-safe.
 
     Attributes:
-        reg_manager: the registrations with the subscribers of parameters; None without subscribers.
+        reg_manager: the registrations, which include the parameters' subscribers; None if there are no
+            subscribers.
     """
 
     def __init__(self, reg_manager: RegistrationManager | None, tree: ParamTree | None = None) -> None:
@@ -59,7 +60,7 @@ class ParamDictionary:
             return self._tree.names()
 
     def get_param(self, key: str) -> Any:
-        """Return a value, or the dictionary of a namespace.
+        """Return a parameter's value, or a dictionary for a namespace.
 
         Raises:
             KeyError: the parameter is not set.
@@ -85,7 +86,7 @@ class ParamDictionary:
 
         Args:
             notify_task: called with the update notices for subscribers, if there are any.
-            caller_id: the node that sets it and is not notified.
+            caller_id: the node that sets the parameter and is not notified.
 
         Raises:
             TypeError: the root is set to something other than a dictionary.
@@ -128,7 +129,7 @@ class ParamDictionary:
             return self._tree.search(ns, key)
 
     def subscribe_param(self, key: str, registration_args: tuple[str, str]) -> Any:
-        """Subscribe `(caller_id, api)` to a parameter; return its value, or `{}` if it is not set."""
+        """Subscribe `(caller_id, api)` to a parameter. Return its value, or `{}` if it is not set."""
         key = as_namespace(canonicalize_name(key))
         with self.lock:
             if self.reg_manager is not None:
@@ -136,7 +137,7 @@ class ParamDictionary:
             return self._tree.get(key) if self._tree.has(key) else {}
 
     def unsubscribe_param(self, key: str, unregistration_args: tuple[str, str]) -> Unregistered:
-        """Undo `subscribe_param`; return `(1, status message, number of removed subscriptions)`."""
+        """Undo `subscribe_param`. Return `(1, status message, number of removed subscriptions)`."""
         key = as_namespace(canonicalize_name(key))
         with self.lock:
             if self.reg_manager is None:
@@ -160,11 +161,11 @@ class ParamDictionary:
 def compute_param_updates(
     subscribers: Registrations, param_key: str, param_value: Any, caller_id_to_ignore: str | None = None
 ) -> list[Update]:
-    """Return the update notices for the change of a parameter; the value of a deleted one is `{}`.
+    """Return the update notices for a parameter's change. The value of a deleted parameter is `{}`.
 
     A subscriber of the parameter or of a parent namespace gets the parameter's name and value. A subscriber
-    of a child gets the child's name and value, `{}` if it has none. `caller_id_to_ignore`, the node that made
-    the change, is excluded from the former.
+    of a child gets the child's name and value, or `{}` if the child is not set. `caller_id_to_ignore`, the
+    node that made the change, is excluded from the subscribers of the parameter and its parents.
     """
     changed = as_namespace(canonicalize_name(param_key))
     whole: list[Update] = []

@@ -25,7 +25,7 @@ class ThreadPool(Protocol):
 
 
 def shutdown_node_task(api: str, caller_id: str, reason: str) -> None:
-    """Request a node to shut down. Errors are ignored."""
+    """Ask a node to shut down. Errors are ignored."""
     import contextlib
     from xmlrpc.client import Error
 
@@ -47,10 +47,10 @@ class NodeRef:
         self.services: list[str] = []
 
     def add(self, type_: int, key: str) -> None:
-        """Add a name; `type_` is one of the numbers of `Registrations`.
+        """Add a name. `type_` is one of the type numbers in `Registrations`.
 
         Raises:
-            Exception: `type_` is not one of them.
+            Exception: `type_` is not one of these numbers.
         """
         names = self._names(type_)
         if key not in names:
@@ -78,12 +78,12 @@ class NodeRef:
         if type_ not in names:
             raise Exception(
                 f"type must be one of {sorted(names)}, got {type_}"
-            )  # callers of rosmaster catch this class
+            )  # users of rosmaster catch this class
         return names[type_]
 
 
 class Registrations:
-    """Registrations of one type, by the names of topics, services or parameters."""
+    """Registrations of one type, keyed by the name of the topic, service or parameter."""
 
     TOPIC_SUBSCRIPTIONS = 1
     TOPIC_PUBLICATIONS = 2
@@ -91,10 +91,10 @@ class Registrations:
     PARAM_SUBSCRIPTIONS = 4
 
     def __init__(self, type_: int, registry: Registry | None = None) -> None:
-        """Use `registry`, which is shared with other types, or a new one. (`registry` is not in Noetic.)
+        """Use `registry`, which is shared with other types, or a new registry. (`registry` is not in Noetic.)
 
         Raises:
-            rosmaster.exceptions.InternalException: `type_` is not one of the four numbers.
+            rosmaster.exceptions.InternalException: `type_` is not one of the four type numbers.
         """
         if type_ not in _ROLES:
             raise InternalException(f"invalid registration type: {type_}")
@@ -109,7 +109,7 @@ class Registrations:
 
     @property
     def service_api_map(self) -> Mapping[str, str] | None:
-        """The URI of each service; None for other types."""
+        """The URI of each service, or None for other types."""
         if self._role is not Role.SERVICE:
             return None
         return {key: str(self._registry.service_api_of(key)) for key in self._registry.keys_of(self._role)}
@@ -130,7 +130,7 @@ class Registrations:
         return self._registry.keys_of(self._role)
 
     def get_service_api(self, service: str) -> str | None:
-        """Return the URI of a service; None if it is not registered."""
+        """Return the URI of a service, or None if the service is not registered."""
         return self._registry.service_api_of(service)
 
     def get_apis(self, key: str) -> list[str]:
@@ -151,7 +151,7 @@ class Registrations:
         self.enter(key, caller_id, caller_api, service_api)
 
     def enter(self, key: str, caller_id: str, caller_api: str, service_api: str | None) -> list[Notice]:
-        """Register a node and return the notices for other nodes; see `register`. (Not in Noetic.)"""
+        """Register a node, and return the notifications for other nodes; see `register`. (Not in Noetic.)"""
         if (self._role is Role.SERVICE) != bool(service_api):
             raise InternalException(
                 f"service_api must be given for services, and only for these, got {service_api!r} for {key}"
@@ -169,7 +169,7 @@ class Registrations:
     def unregister(
         self, key: str, caller_id: str, caller_api: str | None, service_api: str | None = None
     ) -> Unregistered:
-        """Remove a registration; return `(1, status message, number of removed registrations)`."""
+        """Remove a registration. Return `(1, status message, number of removed registrations)`."""
         if self._role is Role.SERVICE:
             is_done = self._registry.unregister_service(caller_id, key, str(service_api))
         else:
@@ -197,12 +197,12 @@ class Registrations:
 
 
 class RegistrationManager:
-    """All registrations of a master."""
+    """All registrations with a master."""
 
     def __init__(self, thread_pool: ThreadPool | None, registry: Registry | None = None) -> None:
         """Create empty registrations, unless `registry` is given.
 
-        `thread_pool` runs the shutdown of nodes whose name another node takes over; if None, these are not
+        `thread_pool` shuts down nodes whose name another node takes over. If it is None, such nodes are not
         shut down.
         """
         self.thread_pool = thread_pool
@@ -214,7 +214,7 @@ class RegistrationManager:
 
     @property
     def nodes(self) -> Mapping[str, NodeRef]:
-        """The nodes by name."""
+        """The nodes, by name."""
         return {name: self._reference(name) for name in self._registry.nodes}
 
     def get_node(self, caller_id: str) -> NodeRef | None:

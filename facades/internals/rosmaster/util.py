@@ -1,4 +1,4 @@
-"""`rosmaster.util`: XML-RPC proxies of nodes and masters."""
+"""`rosmaster.util`: XML-RPC proxies for nodes and masters."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _proxies = threading.local()
 
 
 def xmlrpcapi(uri: str | None) -> ServerProxy | None:
-    """Return an XML-RPC proxy of a node or master; None for an invalid URI. Cached per thread."""
+    """Return an XML-RPC proxy for a node or master, or None if the URI is invalid. Cached per thread."""
     scheme, _, rest = (uri or "").partition("://")
     if uri is None or not scheme or not rest.partition("/")[0]:
         return None
@@ -28,4 +28,4 @@ def remove_server_proxy(uri: str) -> None:
 
 
 def close_half_closed_sockets() -> None:
-    """Do nothing: a proxy detects a closed connection at its next call, and reconnects."""
+    """Do nothing, because a proxy detects a closed connection on its next call, and reconnects."""

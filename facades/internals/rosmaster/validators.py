@@ -1,4 +1,4 @@
-"""`rosmaster.validators`: checks of the arguments of API calls."""
+"""`rosmaster.validators`: validation of the arguments of API calls."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ class RosMsgProtoArgsException(Exception):
 
 
 def get_msg_text(type_: str, raw: bool = False, rospack: object = None) -> str:  # noqa: ARG001
-    """Return the definition of a message: as in the file with `raw`, otherwise with embedded types.
+    """Return a message's definition. If `raw` is true, it is as in the file, otherwise with embedded types.
 
     Raises:
         ROSMsgException: the type does not exist, or its definition is invalid.
@@ -103,8 +103,7 @@ def _text(interfaces: TypeCatalogue, type_name: str, raw: bool) -> str:
 
 
 def list_types(package: str, mode: str = MODE_MSG, rospack: object = None) -> list[str]:  # noqa: ARG001
-    """Return the types of a package as `package/Name`, sorted.
-        ValueError: `mode` is unknown.
+    """Return the types in a package as `package/Name`, sorted. ValueError: `mode` is unknown.
 
     Raises:
         ROSMsgException: the package does not exist.
@@ -119,22 +118,22 @@ def list_types(package: str, mode: str = MODE_MSG, rospack: object = None) -> li
 
 def _list_types(path: str, subdir: str, ext: str) -> list[str]:
     """Return the names of the types in the folder `path` with the file extension `ext`, sorted."""
-    del subdir  # part of the path
+    del subdir  # `subdir` is part of the path
     return sorted(file.stem for file in Path(path).glob(f"*{ext}") if file.is_file())
 
 
 def list_msgs(package: str, rospack: object = None) -> list[str]:
-    """Return the messages of a package as `package/Name`, sorted."""
+    """Return the messages in a package as `package/Name`, sorted."""
     return list_types(package, MODE_MSG, rospack)
 
 
 def list_srvs(package: str, rospack: object = None) -> list[str]:
-    """Return the services of a package as `package/Name`, sorted."""
+    """Return the services in a package as `package/Name`, sorted."""
     return list_types(package, MODE_SRV, rospack)
 
 
 def iterate_packages(rospack: object, mode: str) -> Iterator[tuple[str, str]]:  # noqa: ARG001
-    """Yield the packages with messages (or services) and the folder of their definitions."""
+    """Yield the packages that define messages (or services), and the folder of their definitions."""
     interfaces = _KINDS[mode]
     index = PackageIndex.from_environment()
     for package in interfaces.packages():
@@ -142,7 +141,7 @@ def iterate_packages(rospack: object, mode: str) -> Iterator[tuple[str, str]]:  
 
 
 def rosmsg_search(rospack: object, mode: str, base_type: str) -> Iterator[str]:  # noqa: ARG001
-    """Yield the types named `base_type` of all packages."""
+    """Yield the types named `base_type` in all packages."""
     yield from _KINDS[mode].types_named(base_type)
 
 
@@ -169,7 +168,7 @@ def spec_to_str(msg_context: Any, spec: Any, buff: TextIO | None = None, indent:
     Args:
         msg_context: a `genmsg.MsgContext` with the embedded types.
         spec: a `genmsg.MsgSpec`.
-        buff: stream to write the text to, in addition.
+        buff: additional stream to write the text to.
 
     Raises:
         KeyError: an embedded type is not registered.
@@ -196,7 +195,7 @@ _ELEMENT_CLASSES = {"time": "std_msgs/Time", "duration": "std_msgs/Duration", "H
 
 
 def get_array_type_instance(field_type: str, default_package: str | None = None) -> Any:
-    """Return the default value of an array element: 0 for `get_array_type_instance("int32[]")`.
+    """Return the default value of an array element, such as 0 for `get_array_type_instance("int32[]")`.
 
     Return None for an array of strings, and for an unknown type.
     """
@@ -226,9 +225,9 @@ def get_yaml_for_msg(
     Args:
         prefix: prefix of each line.
         field_filter: function that lists the fields of a message to include.
-        flow_style_: whether to use flow style (brackets) always or never; None for the parts of larger
-            messages.
-        fill_arrays_: whether to include one element of empty arrays.
+        flow_style_: True to always use flow style (brackets), False to never use it. None is for parts of
+            larger messages.
+        fill_arrays_: whether to represent empty arrays with one element.
     """
     del time_offset, current_time
     shown = msg.__slots__ if field_filter is None else field_filter(msg)
@@ -258,22 +257,22 @@ def rosmsg_cmd_packages(mode: str, full: str, argv: Sequence[str] | None = None)
 
 
 def rosmsg_cmd_show(mode: str, full: str, alias: str = "show") -> None:
-    """Run `rosmsg show` with the arguments of the process."""
+    """Run `rosmsg show` with the process's arguments."""
     _command(mode, full, alias, None)
 
 
 def rosmsg_cmd_md5(mode: str, full: str) -> None:
-    """Run `rosmsg md5` with the arguments of the process."""
+    """Run `rosmsg md5` with the process's arguments."""
     _command(mode, full, "md5", None)
 
 
 def rosmsg_cmd_package(mode: str, full: str) -> None:
-    """Run `rosmsg package` with the arguments of the process."""
+    """Run `rosmsg package` with the process's arguments."""
     _command(mode, full, "package", None)
 
 
 def rosmsg_cmd_prototype(args: Sequence[str]) -> None:
-    """Run `rosmsg-proto` with these arguments.
+    """Run `rosmsg-proto` with the given arguments.
 
     Raises:
         SystemExit: the command failed, or its arguments are invalid.

@@ -67,7 +67,7 @@ class ROSNodeIOException(ROSNodeException):
 
 
 def _succeed(args: tuple[int, str, Any]) -> Any:
-    """Return the value of a reply of the master or slave API. Other packages call it.
+    """Return the value in a reply from the master or slave API. Other packages call this function.
 
     Raises:
         ROSNodeException: the reply is an error.
@@ -85,7 +85,7 @@ def _graph() -> Iterator[GraphClient]:
 
 
 def get_node_names(namespace: str | None = None) -> list[str]:
-    """Return the registered nodes, optionally of one namespace.
+    """Return the registered nodes, optionally only those in one namespace.
 
     Raises:
         ROSNodeIOException: the master cannot be reached.
@@ -116,7 +116,7 @@ def get_nodes_by_machine(machine: str) -> list[str]:
 
 
 def kill_nodes(node_names: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Request nodes to shut down. Return those that accepted, and those that are unknown or failed."""
+    """Ask nodes to shut down. Return the nodes that accepted, and the nodes that are unknown or failed."""
     with _graph() as graph:
         killed, failed = _nodes.kill(graph.master, node_names)
     return killed, list(failed)
@@ -128,13 +128,13 @@ def rosnode_ping(
     verbose: bool = False,
     skip_cache: bool = False,  # noqa: ARG001
 ) -> bool:
-    """Ping a node `max_count` times, or without limit if None. Return False if it does not respond."""
+    """Ping a node `max_count` times, or forever if None. Return False if the node does not respond."""
     with _graph() as graph:
         return _pinging.ping(graph.master, node_name, count=max_count, say=print if verbose else None)
 
 
 def rosnode_ping_all(verbose: bool = False, skip_cache: bool = False) -> tuple[list[str], list[str]]:  # noqa: ARG001
-    """Ping every node once. Return those that responded, and those that did not."""
+    """Ping every node once. Return the nodes that responded, and the nodes that did not."""
     with _graph() as graph:
         return _pinging.ping_all(graph.master, print if verbose else None)
 
@@ -153,7 +153,7 @@ def rosnode_info(node_name: str, quiet: bool = False) -> None:
 
 
 def get_node_info_description(node_name: str) -> str:
-    """Return a description of a node's registrations at the master."""
+    """Return a description of a node's registrations with the master."""
     with _graph() as graph:
         return _node_info.describe_registrations(graph.master, node_name)
 
@@ -186,7 +186,7 @@ def cleanup_master_whitelist(master: object, whitelist: Collection[str]) -> None
 
 
 def lookup_uri(master: Any, system_state: Sequence[Sequence[Any]], topic: str, uri: str) -> str:
-    """Return the publisher or subscriber of a topic with a slave API at `uri`, or `uri` if it is not found.
+    """Return the publisher or subscriber of a topic whose slave API is at `uri`, or `uri` if not found.
 
     Args:
         master: a `rosgraph.Master`.
@@ -196,20 +196,20 @@ def lookup_uri(master: Any, system_state: Sequence[Sequence[Any]], topic: str, u
         for name, nodes in kind:
             if name == topic:
                 for node in nodes:
-                    with contextlib.suppress(Exception):  # unknown node, or unreachable master
+                    with contextlib.suppress(Exception):  # the node is unknown, or the master unreachable
                         if master.lookupNode(node) == uri:
                             return str(node)
     return uri
 
 
 def rosnode_cleanup() -> None:
-    """Unregister nodes that do not respond from the master, after confirmation on standard input."""
+    """After confirmation on standard input, unregister nodes that do not respond from the master."""
     with _graph() as graph:
         _clean_up(graph.master)
 
 
 def rosnodemain(argv: Sequence[str] | None = None) -> None:
-    """Run the command `rosnode`. The first argument is the name of the program.
+    """Run the command `rosnode`. The first argument is the program's name.
 
     Raises:
         SystemExit: the command failed, or its arguments are invalid.

@@ -69,7 +69,7 @@ NAME = "rosparam"
 NS = "_ns"
 
 pattern = re.compile(r"^rad\([^\)]*\)$")
-"""Strings in YAML files that are angles in radians."""
+"""Pattern for strings in YAML files that represent angles in radians."""
 
 
 class RosParamException(Exception):
@@ -90,7 +90,7 @@ def _graph() -> Iterator[GraphClient]:
 
 
 def get_param_server() -> rosgraph.Master:
-    """Return the master, with the parameter server's methods `getParam`, `setParam`, …"""
+    """Return the master, which has the parameter server's methods `getParam`, `setParam`, …"""
     return rosgraph.Master("/rosparam")
 
 
@@ -105,12 +105,12 @@ def get_param(param: str) -> Any:
 
 
 def set_param(param: str, value: str, verbose: bool = False) -> None:
-    """Set a parameter to the value of a YAML string."""
+    """Set a parameter to the value that a YAML string represents."""
     set_param_raw(param, _documents.parse_value(value, param), verbose)
 
 
 def set_param_raw(param: str, value: Any, verbose: bool = False) -> None:
-    """Set a parameter. A dictionary is set value by value; other parameters of the namespace are kept."""
+    """Set a parameter. A dictionary is set value by value, keeping the namespace's other parameters."""
     with _graph() as graph:
         for leaf, part in _server.write(graph.master, param, value):
             if verbose:
@@ -118,7 +118,7 @@ def set_param_raw(param: str, value: Any, verbose: bool = False) -> None:
 
 
 def upload_params(ns: str, values: Any, verbose: bool = False) -> None:
-    """Set all parameters of a dictionary in a namespace.
+    """Set all parameters from a dictionary in a namespace.
 
     Raises:
         RosParamException: `ns` is `/` and `values` is not a dictionary.
@@ -151,7 +151,7 @@ def list_params(ns: str) -> list[str]:
 def load_file(
     filename: str, default_namespace: str | None = None, verbose: bool = False
 ) -> list[tuple[Any, str]]:
-    """Read the documents of a YAML file, each with its namespace: `[(values, ns), …]`."""
+    """Return the documents in a YAML file, each with its namespace: `[(values, ns), …]`."""
     if verbose:
         print(f"reading parameters from [{filename}]")
     with _graph() as graph:
@@ -188,7 +188,7 @@ def print_params(params: Any, ns: str) -> None:
 
 
 def construct_angle_radians(loader: Any, node: Any) -> float:
-    """Construct the number of an expression such as `rad(pi/2)`. For a PyYAML loader.
+    """Construct a number from an expression such as `rad(pi/2)`. For a PyYAML loader.
 
     Raises:
         RosParamException: the text is not an arithmetic expression.
@@ -197,7 +197,7 @@ def construct_angle_radians(loader: Any, node: Any) -> float:
 
 
 def construct_angle_degrees(loader: Any, node: Any) -> float:
-    """Construct the radians of an expression such as `deg(90)`; see `construct_angle_radians`."""
+    """Construct an angle in radians from an expression such as `deg(90)`; see `construct_angle_radians`."""
     return _angle(_yaml.construct_degrees, "degree", loader, node)
 
 
@@ -209,7 +209,7 @@ def _angle(construct: Callable[[Any, Any], float], unit: str, loader: Any, node:
 
 
 def construct_yaml_binary(loader: Any, node: Any) -> Any:
-    """Construct the `xmlrpc.client.Binary` of a `!!binary` node. For a PyYAML loader."""
+    """Construct an `xmlrpc.client.Binary` from a `!!binary` node. For a PyYAML loader."""
     from xmlrpc.client import Binary
 
     return Binary(loader.construct_yaml_binary(node))
@@ -229,7 +229,7 @@ def represent_foo(loader: Any, data: Any) -> Any:
 
 
 def yamlmain(argv: Sequence[str] | None = None) -> None:
-    """Run the command `rosparam`. The first argument is the name of the program.
+    """Run the command `rosparam`. The first argument is the program's name.
 
     Raises:
         SystemExit: the command failed, or its arguments are invalid.

@@ -65,7 +65,7 @@ def _graph() -> Iterator[GraphClient]:
 def get_service_list(
     node: str | None = None, namespace: str | None = None, include_nodes: bool = False
 ) -> list[str] | list[list[Any]]:
-    """Return the services, optionally of one node or in one namespace.
+    """Return the services, optionally only those of one node or in one namespace.
 
     If `include_nodes` is true, return `[[service, [node]], …]`.
     """
@@ -87,7 +87,7 @@ def get_service_type(service_name: str) -> str | None:
 
 
 def get_service_uri(service_name: str) -> str | None:
-    """Return the `rosrpc://HOST:PORT` of a service, or None if the service does not exist."""
+    """Return a service's URI, `rosrpc://HOST:PORT`, or None if the service does not exist."""
     with _graph() as graph:
         return _services.uri_of(graph.master, graph.resolve(service_name))
 
@@ -147,11 +147,11 @@ def has_service_args(service_name: str, service_class: Any = None) -> bool:
 def call_service(
     service_name: str, service_args: Sequence[Any], service_class: Any = None
 ) -> tuple[Any, Any]:
-    """Call a service with the values of its fields, or one dictionary. Return request and response.
+    """Call a service with a list of field values, or with a dictionary. Return the request and the response.
 
     Blocks until the service responds.
     """
-    del service_class  # determined by the server
+    del service_class  # the server determines the class
     with _graph() as graph:
         caller = ServiceCaller(graph.master, graph.resolve(service_name))
         request = caller.request(service_args)
@@ -159,13 +159,13 @@ def call_service(
 
 
 def rosservice_find(service_type: str) -> list[str]:
-    """Return the services of a type."""
+    """Return the services with the given type."""
     with _graph() as graph:
         return _services.services_of_type(graph.master, service_type)
 
 
 def rosservicemain(argv: Sequence[str] | None = None) -> None:
-    """Run the command `rosservice`. The first argument is the name of the program.
+    """Run the command `rosservice`. The first argument is the program's name.
 
     Raises:
         SystemExit: the command failed, or its arguments are invalid.

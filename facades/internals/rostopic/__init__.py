@@ -93,8 +93,8 @@ def get_topic_type(
     """Return the type of a topic, its full name, and a function that extracts the field named in `topic`.
 
     The function is None if `topic` does not contain a field. If the topic does not exist, return (None, None,
-    None); if `blocking` is true, wait until it exists or the node is shut down. `topic` is not resolved: no
-    topic has a relative name.
+    None). If `blocking` is true, wait until it exists or the node is shut down. `topic` is not resolved, so a
+    relative name never matches.
     """
     with _graph() as graph:
         name = topic
@@ -132,7 +132,7 @@ def get_topic_class(
 
 
 def msgevalgen(pattern: str) -> MessageEval | None:
-    """Return a function that extracts a field of a message: `msgevalgen("/header/stamp")(message)`.
+    """Return a function that extracts a field from a message: `msgevalgen("/header/stamp")(message)`.
 
     Return None for an empty pattern or a malformed index. Errors are printed to standard error; the function
     returns None if a message does not have the field.
@@ -156,7 +156,9 @@ def msgevalgen(pattern: str) -> MessageEval | None:
 
 
 def get_topic_list(master: object = None) -> tuple[list[tuple[str, str, list[str]]], ...]:  # noqa: ARG001
-    """Return publications and subscriptions, each as `[(topic, type, [node, …]), …]`. `master` is ignored.
+    """Return the publications and subscriptions, each as `[(topic, type, [node, …]), …]`.
+
+    `master` is ignored.
 
     Raises:
         ConnectionRefusedError: the master cannot be reached.
@@ -188,7 +190,7 @@ def get_api(master: rosgraph.Master, caller_id: str) -> str:
 
 
 def find_by_type(topic_type: str) -> list[str]:
-    """Return the topics of a message type."""
+    """Return the topics with the given message type."""
     with _graph() as graph:
         return _topics.topics_of_type(graph.master, topic_type)
 
@@ -204,7 +206,7 @@ def get_info_text(topic: str) -> str:
 
 
 def rostopicmain(argv: Sequence[str] | None = None) -> None:
-    """Run the command `rostopic`. The first argument is the name of the program.
+    """Run the command `rostopic`. The first argument is the program's name.
 
     Raises:
         SystemExit: the command failed, or its arguments are invalid.
@@ -225,7 +227,8 @@ def _rostopic_list_group_by_host(
 ) -> tuple[_TopicsByHost, _TopicsByHost]:
     """Group publications and subscriptions, as `get_topic_list` returns them, by the hosts of their nodes.
 
-    Other packages call it. It asks the master once for each node, and raises the master's errors.
+    Other packages call this function. It queries the master once for each node, and raises the master's
+    errors.
     """
     uris: dict[str, str] = {}
 

@@ -1,4 +1,4 @@
-"""The output of `rostopic echo`, for programs."""
+"""Python API for the output of `rostopic echo`."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ ValueTransform = Callable[..., Any]
 
 
 def create_field_filter(echo_nostr: bool, echo_noarr: bool) -> FieldFilter:
-    """Return a function that lists the fields of a message except strings, or arrays."""
+    """Return a function that lists the fields of a message, except strings or arrays."""
     return field_filter(no_arrays=echo_noarr, no_texts=echo_nostr)
 
 
 def create_value_transform(echo_nostr: bool, echo_noarr: bool) -> ValueTransform:
-    """Return a function that replaces the strings, or the arrays, of a message with their sizes."""
+    """Return a function that replaces the strings or arrays in a message with their sizes."""
     elision = Elision(no_arrays=echo_noarr, no_texts=echo_nostr)
 
     def value_transform(val: Any, type_information: str | None = None) -> Any:
@@ -58,11 +58,11 @@ class CallbackEcho:
     ) -> None:
         """
         Args:
-            topic: the topic; messages of other topics are ignored.
+            topic: the topic; messages from other topics are ignored.
             msg_eval: function that returns the part of a message to print; None for the whole message.
             plot: whether to print each message as a line of comma-separated values.
             filter_fn: function that returns whether to print a message.
-            echo_clear: clear the screen before each message.
+            echo_clear: whether to clear the screen before each message.
             echo_all_topics: whether to print the messages of all topics.
             offset_time: whether to print times as differences from now.
             count: number of messages to print; None for no limit.
@@ -125,7 +125,7 @@ class CallbackEcho:
         Args:
             data: the message.
             callback_args: `topic`, and `type_information` of the message or of the part to print.
-            current_time: time of reception; None for now.
+            current_time: time of receipt; None for now.
         """
         topic, kind = callback_args["topic"], callback_args["type_information"]
         if self.filter_fn is not None and not self.filter_fn(data):

@@ -1,4 +1,4 @@
-"""Statistics of topics, with `callback…` methods to pass to subscribers."""
+"""Topic statistics, with `callback…` methods to pass to subscribers."""
 
 from __future__ import annotations
 
@@ -25,9 +25,10 @@ def _figures(values: Sequence[float]) -> Figures | None:
 
 
 class ROSTopicHz:
-    """Rates of topics. Subscribe with `callback_hz`, and the topic as `callback_args`.
+    """Message rates of topics. Subscribe with `callback_hz`, passing the topic as `callback_args`.
 
-    Times are in seconds of the node's clock, or of wall time with `use_wtime`. Methods without a topic refer
+    Times are in seconds on the node's clock, or in wall time if `use_wtime` is set. Methods without a topic
+    refer
     to a single, unnamed topic.
 
     Attributes:
@@ -95,7 +96,7 @@ class ROSTopicHz:
         with self.lock:
             now = time.time() if self.use_wtime else rospy.get_time()
             first, last = self.get_msg_t0(topic), self.get_msg_tn(topic)
-            if first < 0 or now < last:  # the first message, or time has jumped back
+            if first < 0 or now < last:  # this is the first message, or time has jumped back
                 self.set_msg_t0(now, topic)
                 self.set_times([], topic)
             else:
@@ -105,7 +106,7 @@ class ROSTopicHz:
             self.set_msg_tn(now, topic)
 
     def get_hz(self, topic: str | None = None) -> tuple[float, float, float, float, int] | None:
-        """Return rate (Hz), minimum, maximum and standard deviation of the intervals, and the window.
+        """Return the rate (Hz), the minimum, maximum and standard deviation of the intervals, and the window.
 
         Return None if no message has arrived since the last call.
         """
@@ -178,7 +179,7 @@ class ROSTopicBandwidth:
 
 
 class ROSTopicDelay:
-    """Age of the messages of a topic on arrival. Subscribe with `callback_delay`.
+    """Age of a topic's messages on arrival. Subscribe with `callback_delay`.
 
     Attributes:
         delays: delays of the last messages in seconds.
@@ -209,7 +210,7 @@ class ROSTopicDelay:
             del self.delays[: max(len(self.delays) - self.window_size, 0)]
 
     def get_delay(self) -> tuple[float, float, float, float, int] | None:
-        """Return mean, minimum, maximum and standard deviation of delays in seconds, and the window.
+        """Return the mean, minimum, maximum and standard deviation of delays in seconds, and the window.
 
         Return None if no message has arrived since the last call.
         """

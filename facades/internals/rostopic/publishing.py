@@ -1,4 +1,4 @@
-"""The functions of `rostopic pub`, for programs."""
+"""Python API of `rostopic pub`."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def publish_message(
     verbose: bool = False,
     substitute_keywords: bool = False,
 ) -> None:
-    """Publish a message with the given values: at a rate, or latched until the node is shut down.
+    """Publish a message with the given values, either at a rate or latched until the node is shut down.
 
     Args:
         rate: rate in Hz until the node is shut down; None to publish a single message.
@@ -98,7 +98,7 @@ def argv_publish(
     verbose: bool,
     substitute_keywords: bool = False,
 ) -> None:
-    """Like `publish_message`; if `once` is true, keep the latched message available for 3 seconds."""
+    """Like `publish_message`. If `once` is true, keep the latched message available for 3 seconds."""
     publish_message(pub, msg_class, pub_args, rate, once, verbose, substitute_keywords)
     if once:
         session.wait(ONCE_S)
@@ -112,11 +112,12 @@ def stdin_publish(
     filename: str | None,
     verbose: bool,
 ) -> None:
-    """Publish a message for each YAML document of a file or of standard input.
+    """Publish a message for each YAML document in a file or on standard input.
 
-    If `once` is true, publish only the first one.
+    If `once` is true, publish only the first message.
 
-    If `rate` is set, the only document of a file is published repeatedly. If it is not set, the first message
+    If `rate` is set and a file contains a single document, that message is published repeatedly. If it is not
+    set, the first message
     is latched until the node is shut down.
 
     Raises:
@@ -166,14 +167,14 @@ def param_publish_once(
 
 
 def wait_for_subscriber(pub: rospy.Publisher[Any], timeout: float) -> None:
-    """Wait until the topic has a subscriber, at most `timeout` seconds."""
+    """Wait until the topic has a subscriber, for at most `timeout` seconds."""
     deadline = time.monotonic() + timeout
     while pub.get_num_connections() == 0 and time.monotonic() < deadline and not rospy.is_shutdown():
         rospy.rostime.wallsleep(POLL_PERIOD_S)
 
 
 def file_yaml_arg(filename: str) -> Documents:
-    """Return a generator function of the YAML documents of a file, each as the values of a message.
+    """Return a generator function for the YAML documents in a file, each as a message's values.
 
     Raises:
         ROSTopicException: the file does not exist.
@@ -192,7 +193,7 @@ def file_yaml_arg(filename: str) -> Documents:
 
 
 def stdin_yaml_arg() -> Iterator[list[Any]]:
-    """Yield the YAML documents of standard input as they arrive, each as the values of a message.
+    """Yield the YAML documents on standard input as they arrive, each as a message's values.
 
     Raises:
         ROSTopicException: a document is not valid YAML.

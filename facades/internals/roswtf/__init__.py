@@ -1,4 +1,4 @@
-"""`roswtf` for plugins and other Python code: rules, and the context that they look at.
+"""Python API of `roswtf` for plugins: rules, and the context that they check.
 
 Facade of `pipros.health.wtf`; see http://wiki.ros.org/roswtf.
 """
@@ -28,7 +28,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 class _Plugins:
-    """The rules of plugins, all of which share one context."""
+    """The plugins' rules, all of which share one context."""
 
     def __init__(self) -> None:
         self._static: list[Check] = []
@@ -39,7 +39,7 @@ class _Plugins:
         self._static, self._online = load_plugins(say=print, complain=_print_error)
 
     def check(self, subject: Subject) -> list[Problem]:
-        """Apply the checks; start a node for online checks, which may need it."""
+        """Apply the checks. Online checks may need a node, so start one for them."""
         self._context.set_subject(subject)
         self._context.warnings, self._context.errors = [], []
         checks = self._static if subject.system is None else self._online
@@ -61,7 +61,7 @@ def _print_error(text: str) -> None:
 
 
 def print_results(ctx: WtfContext) -> None:
-    """Print the warnings and errors of a context; in colour on a terminal."""
+    """Print the warnings and errors in a context. On a terminal, use colours."""
     report.print_problems(_problems_of(ctx))
 
 
@@ -69,16 +69,16 @@ _star_names(__name__, "os rosgraph rospkg socket sys traceback")
 
 
 def roswtf_main() -> None:
-    """Run the command with the arguments of this process; SystemExit with its exit code if that is not 0."""
+    """Run the command with this process's arguments. Raise SystemExit if its exit code is not 0."""
     code = main(sys.argv[1:])
     if code:
         sys.exit(code)
 
 
 def yaml_results(ctx: WtfContext) -> None:
-    """Prints the errors and warnings of a context as YAML.
+    """Print the errors and warnings in a context as YAML.
 
-    Maps each rule's text to the value that its function returned.
+    The YAML maps each rule's text to the value that its function returned.
     """
     import yaml
 

@@ -1,4 +1,4 @@
-"""The context of rules, whose attributes plugins read. Facade of `pipros.health.wtf.subject`."""
+"""The context that rules check, whose attributes plugins read. Facade of `pipros.health.wtf.subject`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _star_names(__name__, "os rosgraph roslaunch rospkg sys roswtf.model:WtfWarning"
 
 
 class WtfException(Exception):
-    """The context cannot be loaded: an unknown package, or a launch file that cannot be read."""
+    """The context cannot be loaded, because a package is unknown or a launch file cannot be read."""
 
 
 class WtfContext:
@@ -32,11 +32,12 @@ class WtfContext:
         env, ros_root, ros_package_path, pythonpath, ros_master_uri: the environment.
         launch_files, launch: the launch files to check, and their contents.
         roslaunch_uris: the addresses of running launchers.
-        system_state, nodes, topics, services, service_providers: the registrations at the master.
-        uri_node_map: address to node.
-        use_sim_time: the parameter of that name.
-        expected_edges, actual_edges: (publisher, subscriber, topic) by the registrations, and by the nodes.
-        unconnected_subscriptions: node to its subscribed topics without a publisher.
+        system_state, nodes, topics, services, service_providers: the registrations with the master.
+        uri_node_map: mapping of addresses to nodes.
+        use_sim_time: the value of the parameter `/use_sim_time`.
+        expected_edges, actual_edges: (publisher, subscriber, topic) according to the registrations and to the
+            nodes.
+        unconnected_subscriptions: mapping of nodes to their subscribed topics that have no publisher.
         errors, warnings: the problems found so far.
     """
 
@@ -105,7 +106,7 @@ class WtfContext:
 
     @staticmethod
     def from_roslaunch(roslaunch_files: Sequence[str], env: Mapping[str, str] | None = None) -> WtfContext:
-        """Return a context with the environment and launch files; the first file determines the package.
+        """Return a context with the environment and launch files. The first file determines the package.
 
         Raises:
             WtfException: a file cannot be loaded.
@@ -116,11 +117,11 @@ class WtfContext:
             raise WtfException(str(error)) from None
 
     def subject(self) -> Subject:
-        """Return what pipros' rules check. (Not in Noetic.)"""
+        """Return the subject that pipros's rules check. (Not in Noetic.)"""
         return self._subject
 
     def set_subject(self, subject: Subject) -> None:
-        """Set the attributes that describe what is checked. (Not in Noetic.)"""
+        """Set the attributes that describe the subject to check. (Not in Noetic.)"""
         self._subject = subject
         self.env = subject.variables
         self.ros_root = subject.variables.get("ROS_ROOT")

@@ -51,11 +51,11 @@ node_errors: list[Rule] = []
 node_warnings: list[Rule] = []
 service_errors: list[Rule] = []
 service_warnings: list[Rule] = []
-"""Noetic has these lists, but applies no rules in them."""
+"""Noetic has these lists, but does not apply the rules in them."""
 
 
 def wtf_check_graph(ctx: WtfContext, names: object = None) -> None:
-    """Gather the running system, unless the context has it, and apply all rules about it.
+    """Collect information about the running system unless the context has it, and apply all rules about it.
 
     `names` is ignored, for compatibility.
     """

@@ -23,4 +23,4 @@ class WtfError:
 
 
 class WtfWarning(WtfError):
-    """A warning found by a rule; it may be intended."""
+    """A warning found by a rule. The reported state may be intended."""

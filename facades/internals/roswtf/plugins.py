@@ -1,4 +1,4 @@
-"""Rules that other packages bring. Facade of `pipros.health.wtf.plugins`."""
+"""Rules that other packages provide. Facade of `pipros.health.wtf.plugins`."""
 
 from __future__ import annotations
 
@@ -13,5 +13,5 @@ _star_names(__name__, "os roslib rospkg sys")
 
 
 def load_plugins() -> tuple[list[_plugins.Check], list[_plugins.Check]]:
-    """The checks of all plugins: those that need no running system, and those that do."""
+    """Return the checks of all plugins: the static checks, and those that need a running system."""
     return _plugins.load_plugins(say=print, complain=lambda text: print(text, file=sys.stderr))

@@ -1,4 +1,4 @@
-"""Adds the results of rules to a context; for plugins."""
+"""Functions with which plugins add the results of rules to a context."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def apply(ctx: WtfContext, warnings: Sequence[Rule], errors: Sequence[Rule]) -> 
 
 
 def of_context(function: Callable[[Any], Any]) -> Callable[[WtfContext], Any]:
-    """Return the function of a rule of pipros as a function of a context. (Not in Noetic.)"""
+    """Convert the function of a pipros rule to a function that takes a context. (Not in Noetic.)"""
 
     def check(ctx: WtfContext) -> Any:
         return function(ctx.subject())
@@ -50,5 +50,5 @@ def of_context(function: Callable[[Any], Any]) -> Callable[[WtfContext], Any]:
 
 
 def of_contexts(rules: Sequence[_rules.Rule]) -> list[Rule]:
-    """Return rules of pipros as rules about a context. (Not in Noetic.)"""
+    """Convert pipros rules to rules about a context. (Not in Noetic.)"""
     return [(of_context(function), text) for function, text in rules]

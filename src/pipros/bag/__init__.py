@@ -2,8 +2,8 @@
 
     from pipros.bag import BagReader, BagWriter, merged, open_bag
 
-Records, index, compression and the order of messages are pure: bytes in, values out. Files are read through
-`source.py` alone.
+The modules for records, indexes, compression and message order perform no I/O. All files are read through
+`source.py`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A bag open for reading, writing or appending; it can be read while it is written, as with `rosbag.Bag`."""
+"""A bag open for reading, writing or appending. As with `rosbag.Bag`, it can be read while it is written."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class BagFile:
 
     Attributes:
         version: format version as an integer: 200 for 2.0.
-        writer: None while the bag is read-only.
+        writer: the bag's writer; None while the bag is read-only.
         topics: adds messages by topic; None while the bag is read-only.
     """
 
@@ -88,7 +88,7 @@ class BagFile:
         self._reader = None
 
     def set_chunks(self, compression: str, chunk_bytes: int) -> None:
-        """Write the open chunk, and set the compression and size of later chunks."""
+        """Write the open chunk, and set the compression and size for later chunks."""
         self.flush()
         self._compression, self._chunk_bytes = compression, chunk_bytes
         if self.writer is not None:
@@ -105,7 +105,7 @@ class BagFile:
             self.writer.flush()
 
     def view(self) -> BagReader:
-        """Flush, and return a reader of all messages added so far."""
+        """Flush, and return a reader for all messages added so far."""
         if self._reader is not None:
             return self._reader
         if self.writer is None:
@@ -114,7 +114,7 @@ class BagFile:
         return BagReader(self._file, name=self._name, layout=self.writer.layout, limits=self._limits)
 
     def reindex(self) -> list[int]:
-        """Rebuild the index of a bag in mode `a`; return the positions of its chunks.
+        """Rebuild the index of a bag in mode `a`. Return the positions of its chunks.
 
         Raises:
             BagError: the format does not support an index.

@@ -15,19 +15,22 @@ from pipros.bag.source import Source
 from pipros.basics.limits import Limits, limit_text
 
 LARGE_BYTES = 16 * 1024 * 1024
-"""Uncompressed chunks above this size are not loaded as a whole: their messages are read one by one."""
+"""Size above which uncompressed chunks are not loaded as a whole. Their messages are read one by one."""
 
 _ORDINARY_RATIO = 1000
-"""Largest expansion ratio of ordinary messages. Only large blank images and maps exceed it."""
+"""Maximum expansion ratio of ordinary messages. Only large blank images and maps exceed it."""
 
 _ENTRY_BYTES_PER_BYTE = 16
-"""Each message adds at least one byte to a compressed chunk, and at most 16 bytes to an index."""
+"""Maximum ratio of index bytes to compressed bytes.
+
+Each message adds at least one byte to a compressed chunk, and at most 16 bytes to an index.
+"""
 
 _VIEW_BYTES = 64 * 1024
-"""Mean size of a chunk's messages above which they are decoded without a copy."""
+"""Mean message size above which a chunk's messages are decoded without a copy."""
 
 _AHEAD_BYTES = 64 * 1024 * 1024
-"""Maximum uncompressed size of the chunks that are read ahead."""
+"""Maximum total uncompressed size of the chunks that are read ahead."""
 
 
 class Headers(Protocol):
@@ -37,7 +40,7 @@ class Headers(Protocol):
 
 
 def read_chunk_data(source: Source, header: ChunkHeader, limits: Limits) -> bytes:
-    """Return the whole content of a chunk.
+    """Return the entire content of a chunk.
 
     Raises:
         BagFormatError: the chunk is truncated, damaged or larger than allowed.
@@ -50,8 +53,8 @@ def read_chunk_data(source: Source, header: ChunkHeader, limits: Limits) -> byte
 def are_large(size: int, count: int) -> bool:
     """Return whether `count` messages in a chunk of `size` bytes are decoded from views of the chunk.
 
-    The system allocator returns blocks of such sizes, and the pages of each new one are faulted in: reading
-    images of 0.9 MB took 700 us each with a copy, and 230 us without one, in a reused buffer.
+    The allocator returns blocks of this size to the system, so each new block causes page faults. Reading a
+    0.9 MB image took 700 us with a copy, and 230 us in a reused buffer without a copy.
     """
     return size > count * _VIEW_BYTES
 
@@ -77,7 +80,7 @@ def check_chunk(source: Source, header: ChunkHeader, limits: Limits) -> str:
 
 
 def check_index_size(source: Source, entry_bytes: int, limits: Limits) -> None:
-    """Raise `BagFormatError` if the index entries are implausibly large for the size of the file."""
+    """Raise `BagFormatError` if the index entries are implausibly large for the file size."""
     if entry_bytes > limits.bag_index_bytes + _ENTRY_BYTES_PER_BYTE * source.size:
         raise BagFormatError(
             f"{source.name}: {source.size} bytes expand to too many messages: their index has {entry_bytes} "
@@ -86,7 +89,7 @@ def check_index_size(source: Source, entry_bytes: int, limits: Limits) -> None:
 
 
 class ChunkStore:
-    """Cache of chunk contents: at most `bag_cache_bytes`, plus the chunk in use.
+    """Cache of chunk contents. It holds at most `bag_cache_bytes`, plus the chunk in use.
 
     A thread pool decompresses the upcoming chunks.
     """
@@ -104,7 +107,9 @@ class ChunkStore:
     def get(
         self, number: int, upcoming: Sequence[int] = (), *, is_reusable: bool = False
     ) -> bytes | bytearray | None:
-        """Return the content of a chunk; None for a large chunk, whose messages must be read from the file.
+        """Return the content of a chunk.
+
+        Return None for a large chunk, whose messages must be read from the file.
 
         Args:
             upcoming: the numbers of the chunks that will be requested next.
@@ -168,7 +173,7 @@ class ChunkStore:
                 where = check_chunk(self._source, header, self._limits)
                 data = self._source.read(header.data_position, header.data_size)
             except BagFormatError:
-                return  # `get` reports it when the chunk is requested
+                return  # `get` reports the error when the chunk is requested
             if self._threads is None:
                 self._threads = ThreadPoolExecutor(processors, thread_name_prefix="chunks")
             self._ahead[number] = self._threads.submit(

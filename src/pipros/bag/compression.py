@@ -1,6 +1,6 @@
-"""Compression of chunks: none, bz2 and lz4. For MCAP files, zstd can also be read.
+"""Chunk compression: none, bz2 and lz4. For MCAP files, zstd can also be read.
 
-Writing lz4 needs the `lz4` library (`pipros[lz4]`). Without it, `lz4_frame.py` reads lz4, slowly.
+Writing lz4 needs the `lz4` library (`pipros[lz4]`). Without this library, `lz4_frame.py` reads lz4 slowly.
 """
 
 from __future__ import annotations
@@ -43,10 +43,12 @@ def compress(compression: str, data: bytes | memoryview) -> bytes | memoryview:
 
 
 def decompress(compression: str, data: bytes, size: int, where: str) -> bytes:
-    """Return the decompressed data of a chunk, which must be `size` bytes. Never produces more than that.
+    """Return a chunk's decompressed data, which must have `size` bytes.
+
+    Never produces more than `size` bytes.
 
     Raises:
-        BagFormatError: the data are damaged, or have another size.
+        BagFormatError: the data are damaged, or have a different size.
     """
     if compression == NONE:
         plain = data
@@ -97,7 +99,7 @@ def _decompress_lz4(data: bytes, size: int, where: str) -> bytes:
 
 def _decompress_zstd(data: bytes, size: int, where: str) -> bytes:
     try:
-        import zstandard  # comes with the mcap library
+        import zstandard  # this is installed together with the mcap library
     except ImportError:
         raise BagError(
             f"{where}: reading zstd needs the zstandard library: {install_command('mcap')}"

@@ -1,4 +1,4 @@
-"""Connections and their messages. A connection is one publisher of one topic, with its connection header."""
+"""Connections and their messages. A connection represents one publisher of one topic."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from pipros.bag.records import U32, Fields, Op, field_bytes, number, parse_field
 
 @dataclass(frozen=True, slots=True)
 class Connection:
-    """One connection.
+    """A connection: one publisher of one topic, with its connection header.
 
     Attributes:
-        id: number of the connection in the file.
-        topic: the topic on which its messages are played.
+        id: the connection's number in the file.
+        topic: the topic on which the messages are played.
         header: the fields of the connection header, as bytes: `type`, `md5sum`, `message_definition`, and
             optionally `callerid`, `latching`, and `topic` as the publisher named it.
-        type, md5sum, definition: those fields as text.
+        type, md5sum, definition: the corresponding header fields as text.
     """
 
     id: int
@@ -43,11 +43,11 @@ class Connection:
 
 
 class StoredMessage(NamedTuple):
-    """A serialized message, read from a file or received for one.
+    """A serialized message that was read from a file, or received in order to be written.
 
     Attributes:
-        time_ns: when it was received.
-        chunk, offset: byte position of its chunk in the file, and its offset in the chunk.
+        time_ns: time of receipt.
+        chunk, offset: byte position of the chunk in the file, and the message's offset in the chunk.
     """
 
     connection: Connection
@@ -58,7 +58,7 @@ class StoredMessage(NamedTuple):
 
 
 def received_connection(topic: str, header: Mapping[str, str]) -> Connection:
-    """Return the connection for the messages of a publisher, by the header that it sent."""
+    """Return the connection for a publisher's messages, created from the header that it sent."""
     fields = {name: value.encode() for name, value in header.items()}
     defaults = {"topic": topic.encode(), "type": b"", "md5sum": b"", "message_definition": b""}
     return Connection(0, topic, fields | {k: v for k, v in defaults.items() if k not in fields})
@@ -68,7 +68,7 @@ def parse_connection(fields: Fields, data: bytes, where: str) -> Connection:
     """Parse a connection record.
 
     Raises:
-        BagFormatError: the record has no topic, number or type.
+        BagFormatError: the record does not contain a topic, number or type.
     """
     identity = number(fields, "conn", 4, where)
     if "topic" not in fields:
@@ -80,7 +80,7 @@ def parse_connection(fields: Fields, data: bytes, where: str) -> Connection:
 
 
 def connection_record(connection: Connection) -> bytes:
-    """Return the record of a connection."""
+    """Return the record for a connection."""
     fields = {
         "op": bytes([Op.CONNECTION]),
         "topic": connection.topic.encode(),

@@ -9,14 +9,17 @@ _TEXT_LIMIT = 2_000
 
 
 class BagError(PiprosError):
-    """A bag cannot be read or written as requested. The text is made printable, as it may quote the file."""
+    """A bag cannot be read or written as requested.
+
+    The text is made printable, because it may quote the file.
+    """
 
     def __init__(self, text: str = "") -> None:
         super().__init__(printable(text, _TEXT_LIMIT))
 
 
 class BagFormatError(BagError):
-    """The bytes of a file violate the bag format. The text names the position."""
+    """A file's bytes violate the bag format. The text names the position."""
 
 
 class NotIndexed(BagError):

@@ -1,6 +1,6 @@
-"""Select messages of a bag by an expression over `topic`, `m` and `t`. Expressions are read-only.
+"""Select messages in a bag with an expression in `topic`, `m` and `t`. Expressions are read-only.
 
-Supports the idioms of the tutorials:
+The idioms in the tutorials are supported:
 `t.to_sec() < 10`, `topic.startswith("/cam")`, `m._type == "std_msgs/String"`,
 `any(x.header.frame_id == "map" for x in m.transforms)`.
 """
@@ -14,7 +14,7 @@ from pipros.safe.expr import Expression
 
 
 class MessageExpression:
-    """An expression over one message.
+    """An expression that is evaluated for one message at a time.
 
     Raises:
         ExpressionError: the text is malformed.
@@ -23,8 +23,8 @@ class MessageExpression:
     def __init__(self, text: str) -> None:
         self._expression = Expression(text, fields=field_of)
         self.needs_message = "m" in self._expression.names()
-        """False if the topic and the time determine the result."""
+        """False if the result depends only on the topic and the time."""
 
     def value(self, topic: str, message: Any, time: Any) -> Any:
-        """Return the value of the expression. Raise `ExpressionError` if its evaluation fails."""
+        """Return the value of the expression. Raise `ExpressionError` if the evaluation fails."""
         return self._expression.value({"topic": topic, "m": message, "t": time})

@@ -1,4 +1,7 @@
-"""Save `sensor_msgs` images as files: raw images as PNG, without a library; compressed images unchanged."""
+"""Save `sensor_msgs` images as files.
+
+Raw images become PNG files, without a library; compressed images stay unchanged.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from pipros.pictures.image_message import image_png
 
 
 def image_file(message: Any) -> tuple[str, bytes]:
-    """Return the suffix and the content of the image file.
+    """Return the suffix and the contents of the image file.
 
     Raises:
         BagError: PNG does not support the encoding, the image has fewer bytes than its size requires, or its

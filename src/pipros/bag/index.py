@@ -1,4 +1,4 @@
-"""Index of a bag of format 2.0: the messages of each connection, and the contents of each chunk."""
+"""Index of a bag in format 2.0: the messages in each connection, and the contents of each chunk."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pipros.bag.records import (
 )
 
 INDEX_RECORD_BYTES = 55
-"""Size of an index record as all writers produce it, without its entries."""
+"""Size of an index record without its entries, as all writers produce it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +30,8 @@ class ChunkInfo:
 
     Attributes:
         position: byte position of the chunk's record in the file.
-        start_ns, end_ns: timestamps of its earliest and latest message.
-        counts: number of messages, by connection.
+        start_ns, end_ns: timestamps of the earliest and latest message.
+        counts: number of messages by connection.
     """
 
     position: int
@@ -42,7 +42,7 @@ class ChunkInfo:
 
 @dataclass(frozen=True, slots=True)
 class ChunkHeader:
-    """The header of a chunk's record.
+    """The header of a chunk record.
 
     Attributes:
         compression: `none`, `bz2` or `lz4`.
@@ -57,7 +57,7 @@ class ChunkHeader:
 
 
 def parse_chunk_header(fields: Fields, data_position: int, data_size: int, where: str) -> ChunkHeader:
-    """Return the header of a chunk from the fields of its record.
+    """Parse a chunk header from the fields of its record.
 
     Raises:
         BagFormatError: the size or the compression is missing.
@@ -69,16 +69,16 @@ def parse_chunk_header(fields: Fields, data_position: int, data_size: int, where
 
 
 def chunk_header_bytes(compression: str, size: int, data_size: int) -> bytes:
-    """Return the start of a chunk's record, up to its data."""
+    """Return the start of a chunk record, up to its data."""
     fields = {"op": bytes([Op.CHUNK]), "compression": compression.encode(), "size": U32.pack(size)}
     return record_bytes(fields, b"")[:-4] + U32.pack(data_size)
 
 
 def parse_index(fields: Fields, data: bytes, where: str) -> tuple[int, bytes]:
-    """Return the number of a connection, and its entries in one chunk, packed as `ENTRY`.
+    """Return a connection's number and its entries in one chunk, packed as `ENTRY`.
 
     Raises:
-        BagFormatError: the version is not 1, or the size does not fit the number of entries.
+        BagFormatError: the version is not 1, or the size does not match the number of entries.
     """
     version = number(fields, "ver", 4, where)
     if version != 1:
@@ -90,7 +90,7 @@ def parse_index(fields: Fields, data: bytes, where: str) -> tuple[int, bytes]:
 
 
 def index_record(connection: int, entries: bytes) -> bytes:
-    """Return the index record of one connection in one chunk."""
+    """Return the index record for one connection in one chunk."""
     fields = {
         "op": bytes([Op.INDEX]),
         "conn": U32.pack(connection),
@@ -104,7 +104,7 @@ def parse_chunk_info(fields: Fields, data: bytes, where: str) -> ChunkInfo:
     """Parse a chunk info record.
 
     Raises:
-        BagFormatError: the version is not 1, or the size does not fit the number of connections.
+        BagFormatError: the version is not 1, or the size does not match the number of connections.
     """
     version = number(fields, "ver", 4, where)
     if version != 1:
@@ -123,7 +123,7 @@ def parse_chunk_info(fields: Fields, data: bytes, where: str) -> ChunkInfo:
 
 
 def chunk_info_record(info: ChunkInfo) -> bytes:
-    """Return the chunk info record of one chunk."""
+    """Return the chunk info record for one chunk."""
     fields = {
         "op": bytes([Op.CHUNK_INFO]),
         "ver": U32.pack(1),

@@ -1,4 +1,4 @@
-"""The output of `rosbag info`, as text and as YAML in Noetic's format. Only the index is read."""
+"""The output of `rosbag info` in Noetic's format, as text and as YAML. Only the index is read."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _PLAIN = re.compile(r"[\w/.*~+-]*")
 
 @dataclass(frozen=True, slots=True)
 class Compression:
-    """Number and total sizes of the chunks with the same compression."""
+    """Number and total sizes of chunks that use the same compression."""
 
     name: str
     chunks: int
@@ -29,10 +29,10 @@ class Compression:
 
 @dataclass(frozen=True, slots=True)
 class Topic:
-    """One topic.
+    """Summary of a topic.
 
     Attributes:
-        type: message type of its first connection.
+        type: message type of the topic's first connection.
         frequency: rate in Hz, from the median time between messages; None if unknown.
     """
 
@@ -60,7 +60,7 @@ class Info:
 
     @property
     def compression(self) -> Compression:
-        """The most frequent compression, with the bytes of all chunks."""
+        """The most frequent compression, with the total sizes of all chunks."""
         return Compression(
             self.compressions[0].name if self.compressions else "none",
             sum(each.chunks for each in self.compressions),
@@ -70,7 +70,7 @@ class Info:
 
 
 def bag_info(bag: BagReader, path: str | None, *, with_frequencies: bool = False) -> Info:
-    """Summarize a bag, from the headers of all chunks and, for frequencies, their indexes.
+    """Summarize a bag. This reads the headers of all chunks and, for frequencies, their indexes.
 
     Raises:
         BagFormatError: a header or an index is damaged.
@@ -111,7 +111,7 @@ def compressions(bag: BagReader) -> list[Compression]:
 def topics(
     bag: BagReader, wanted: Iterable[str] | None = None, *, with_frequencies: bool = False
 ) -> list[Topic]:
-    """Return the wanted topics, or all, sorted by name."""
+    """Return the wanted topics, or all topics, sorted by name."""
     counts = bag.count_by_connection()
     times = bag.times_ns() if with_frequencies else {}
     chosen = None if wanted is None else set(wanted)
@@ -130,7 +130,10 @@ def topics(
 
 
 def _seconds(time_ns: int) -> float:
-    """Return seconds, rounded as by Noetic, whose output has the sums and differences of such numbers."""
+    """Convert a timestamp to seconds.
+
+    Rounds like Noetic, whose output contains sums and differences of such numbers.
+    """
     return Time(0, time_ns).to_sec()
 
 
@@ -190,7 +193,7 @@ def _compression_rows(info: Info) -> Iterator[tuple[str, str]]:
             )
         parts.append(f"{each.name} [{each.chunks}/{total.chunks} chunks{ratio}]")
     if info.version.startswith("1."):
-        parts = []  # without chunks
+        parts = []  # the bag has no chunks
     yield "compression", ", ".join(parts) or "none"
     if all(each.name == "none" for each in info.compressions):
         return
@@ -307,7 +310,7 @@ def _items(values: Sequence[dict[str, Any]]) -> Iterator[str]:
 
 
 def _scalar(value: object) -> str:
-    """Return a value in YAML: as Noetic prints it, or in quotes if it would be ambiguous."""
+    """Format a value as YAML, like Noetic, but in quotes if it would be ambiguous."""
     text = str(value)
     return text if _PLAIN.fullmatch(text) else "'" + text.replace("'", "''") + "'"
 

@@ -1,4 +1,4 @@
-"""Connections and chunks of a bag, read from its index. Messages are not read."""
+"""A bag's connections and chunks, read from its index. Messages are not read."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ class BagLayout:
         connections: connections by number, in file order.
         chunks: chunks in file order.
         indexes: index entries by chunk position, then by connection, for bags whose index was rebuilt. The
-            entries of other chunks are in the file.
+            index entries of other chunks are in the file.
         index_bytes: total size of `indexes`.
-        headers: chunk headers by position, for parts of a file that have none.
+        headers: chunk headers by position, for parts of a file that do not contain chunk headers.
         index_position: byte position of the index; 0 if there is none.
         end: byte position after the last chunk.
         damage: descriptions of the damage, if the index was rebuilt.
@@ -51,7 +51,7 @@ class BagLayout:
 
 
 def read_version(source: Source) -> tuple[Version, int]:
-    """Return the format version of a bag, and the position of its first record.
+    """Return a bag's format version and the position of its first record.
 
     Raises:
         BagError: the file is empty or not a bag.
@@ -67,10 +67,10 @@ def read_version(source: Source) -> tuple[Version, int]:
 
 
 def read_layout(source: Source, start: int) -> BagLayout:
-    """Read the index of a bag of format 2.0 whose first record begins at `start`.
+    """Read the index of a bag in format 2.0 whose first record starts at `start`.
 
     Raises:
-        NotIndexed: the bag has no index, or it is truncated or damaged.
+        NotIndexed: the bag does not have an index, or the index is truncated or damaged.
         BagFormatError: the index overlaps the file header.
         BagError: the bag is encrypted.
     """
@@ -133,7 +133,7 @@ def read_chunk_header(source: Source, layout: BagLayout, position: int) -> Chunk
     """Return the header of the chunk at `position`.
 
     Raises:
-        BagFormatError: there is no chunk.
+        BagFormatError: there is no chunk at this position.
     """
     if position in layout.headers:
         return layout.headers[position]
@@ -147,10 +147,10 @@ def read_chunk_header(source: Source, layout: BagLayout, position: int) -> Chunk
 def read_chunk_index(
     source: Source, layout: BagLayout, chunk: ChunkInfo, header: ChunkHeader, end: int
 ) -> Mapping[int, bytes]:
-    """Return the entries of a chunk by connection.
+    """Return a chunk's index entries by connection.
 
     Args:
-        end: offset at which the next chunk begins.
+        end: offset at which the next chunk starts.
 
     Raises:
         BagFormatError: the chunk or its entries are damaged, or extend beyond `end`.
@@ -174,7 +174,7 @@ def read_chunk_index(
             found[connection] = entries
         position = data_position + data_size
     if position > end:
-        # Otherwise nested chunks could share the entries of the last one.
+        # Otherwise, nested chunks could share the entries of the last chunk.
         raise BagFormatError(
             f"{source.at(chunk.position)}: the chunk must end before the next one, at byte {end}"
         )
@@ -184,7 +184,7 @@ def read_chunk_index(
 
 
 class _Block:
-    """Part of a source, read ahead. Reads beyond it go to the source."""
+    """Part of a source, read ahead. Reads beyond this part use the source."""
 
     def __init__(self, source: Source, position: int, size: int) -> None:
         self._source = source

@@ -1,7 +1,8 @@
-"""Pure Python decoder of LZ4 frames, for machines without the `lz4` library. 20 to 35 MB/s.
+"""Pure Python decoder for LZ4 frames, for machines without the `lz4` library. It decodes 20 to 35 MB/s.
 
-The library (`pipros[lz4]`) is used if it is installed; it decodes some GB/s. It has no wheels for musl or
-32-bit ARM, where it needs a compiler; this reads the bags of other machines there, too. The format is
+If installed, the library (`pipros[lz4]`) is used instead, which decodes several GB/s. It does not provide
+wheels for musl or 32-bit ARM, where it needs a compiler. This module can read bags on those machines, too.
+The format is
 https://github.com/lz4/lz4/blob/dev/doc/lz4_Frame_format.md; checksums are verified.
 """
 
@@ -21,7 +22,7 @@ def decompress_frame(data: bytes, limit_bytes: int, where: str) -> bytes:
     """Return the content of one frame, at most `limit_bytes`.
 
     Raises:
-        BagFormatError: the frame is damaged or truncated, needs a dictionary, or is larger.
+        BagFormatError: the frame is damaged or truncated, needs a dictionary, or is larger than the limit.
     """
     try:
         return _frame(data, limit_bytes)

@@ -1,6 +1,6 @@
-"""Read and write MCAP files of ROS 1 messages like bags. Needs the `mcap` library (`pipros[mcap]`).
+"""Read and write MCAP files with ROS 1 messages like bags. Needs the `mcap` library (`pipros[mcap]`).
 
-The profile is `ros1`: messages have the encoding `ros1`, their definitions are schemas of the encoding
+The profile is `ros1`: messages have the encoding `ros1`, their definitions are schemas with the encoding
 `ros1msg`, and a channel's metadata are fields of the connection header (https://mcap.dev/spec/registry).
 """
 
@@ -33,7 +33,7 @@ from pipros.msg.time import NS_PER_S
 _VERSION = Version(0, 0)
 _COMPRESSIONS = {"none": "NONE", "lz4": "LZ4", "bz2": "ZSTD", "zstd": "ZSTD"}
 _AFTER_ALL = 1 << 64
-"""Larger than every timestamp (ns)."""
+"""A number larger than any timestamp (ns)."""
 
 _OF_HEADER = ("callerid", "latching", "md5sum", "topic")
 
@@ -46,11 +46,11 @@ def _translated(name: str) -> Iterator[None]:
     except BagError:
         raise
     except OSError as error:
-        if error.errno != errno.EINVAL:  # a seek to a negative position
+        if error.errno != errno.EINVAL:  # a seek to a negative position raises this
             raise
         raise BagFormatError(f"{name} is damaged or truncated") from error
     except Exception as error:
-        # The library raises errors of struct, lz4 and zstandard besides its own.
+        # Besides its own errors, the library raises errors from struct, lz4 and zstandard.
         if not isinstance(
             error, struct.error | ValueError | OverflowError | EOFError | RuntimeError | KeyError
         ) and (type(error).__module__.partition(".")[0] not in ("mcap", "zstandard", "lz4")):
@@ -93,13 +93,14 @@ def connection_of(channel: Any, schema: Any, name: str) -> Connection:
 
 
 class McapReader(BagReader):
-    """An MCAP file of ROS 1 messages, with the methods of `BagReader`.
+    """An MCAP file with ROS 1 messages, with the methods of `BagReader`.
 
     Args:
         path: a path, or a binary file open for reading, which is closed with the reader.
 
     Raises:
-        NotIndexed: the file has no summary: it is still being written, or its writer was killed.
+        NotIndexed: the file does not have a summary, because it is still being written or its writer was
+            killed.
         BagError: the library is missing, the file is damaged, or its messages are not ROS 1 messages.
     """
 
@@ -182,12 +183,12 @@ class McapReader(BagReader):
 
 
 def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: Progress) -> list[str]:
-    """Copy all messages before the first damage in an MCAP file to `file`, which gets a summary.
+    """Copy all messages before the first damage in an MCAP file to `file`, and add a summary to `file`.
 
-    Returns descriptions of the damage.
+    Return descriptions of the damage.
 
     Raises:
-        BagError: the library is missing, or there are messages that are not ROS 1 messages.
+        BagError: the library is missing, or the file contains messages that are not ROS 1 messages.
     """
     _library()
     from mcap.records import Channel, Schema
@@ -223,10 +224,10 @@ def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: P
 
 
 class McapWriter:
-    """Writes MCAP into an open file, with the methods of `BagWriter`.
+    """Writer of MCAP to an open file, with the methods of `BagWriter`.
 
     Args:
-        compression: `none`, `lz4` or `zstd`. MCAP does not support `bz2`; it selects `zstd`.
+        compression: `none`, `lz4` or `zstd`. MCAP does not support `bz2`, so `bz2` selects `zstd`.
     """
 
     def __init__(self, file: Any, *, compression: str = "none", chunk_bytes: int = 1024 * 1024) -> None:
@@ -269,7 +270,7 @@ class McapWriter:
         self._writer.add_message(self._channels[connection.id], time, data, time)
 
     def write_message(self, connection: Connection, seconds: int, nanoseconds: int, message: Any) -> None:
-        """Add a message. Raise `SerializationError`, and add nothing, if a field does not fit."""
+        """Add a message. If a value does not fit its field, add nothing and raise `SerializationError`."""
         buffer = BytesIO()
         message.serialize(buffer)
         self.write(connection, seconds, nanoseconds, buffer.getvalue())
@@ -279,7 +280,7 @@ class McapWriter:
         self._file.flush()
 
     def finish(self) -> None:
-        """Write the summary. Idempotent."""
+        """Write the summary. May be called repeatedly."""
         if not self._is_finished:
             self._is_finished = True
             self._writer.finish()

@@ -1,7 +1,7 @@
-"""Read the messages of an MCAP file in time order, with few chunks in memory.
+"""Read the messages in an MCAP file in time order, with few chunks in memory.
 
-While the time range of a chunk overlaps that of the next messages, the times and offsets of its messages are
-kept in memory. Contents are cached and decompressed again, as for bags (`chunk_data.py`).
+While a chunk's time range overlaps the range of the next messages, the times and offsets of its messages are
+kept in memory. As for bags, contents are cached, and decompressed again if necessary (`chunk_data.py`).
 """
 
 from __future__ import annotations
@@ -34,21 +34,21 @@ from pipros.bag.source import Source
 from pipros.basics.limits import Limits
 
 McapMessage = tuple[int, int, Any, int, int]
-"""Channel, timestamp (ns), serialized message, position of its chunk, offset in the chunk."""
+"""Channel, timestamp (ns), serialized message, position of the chunk, and offset in the chunk."""
 
 _LOOSE = -1
-"""Number of a pseudo chunk of all messages outside of chunks."""
+"""Number of a pseudo chunk that contains all messages outside of chunks."""
 
 
 class McapMessages:
-    """Iterator over the messages of some channels between two timestamps (ns), inclusive. Single use.
+    """Single-use iterator over the messages on some channels between two timestamps (ns), inclusive.
 
     Args:
-        indexes: chunk indexes of the summary, sorted by position.
+        indexes: the summary's chunk indexes, sorted by position.
         as_views: whether to yield large messages as views of their chunk.
 
     Raises:
-        BagFormatError: while iterating, when it reaches damage in the file.
+        BagFormatError: the iteration has reached damage in the file.
     """
 
     def __init__(
@@ -152,7 +152,7 @@ class McapMessages:
         return found
 
     def _find_chunks(self) -> list[tuple[int, int]]:
-        """Scan a file whose summary lists no chunks. Return the first and last time of each chunk."""
+        """Scan a file whose summary does not list chunks. Return the first and last time of each chunk."""
         times: list[tuple[int, int]] = []
         stamps, positions = array("Q"), array("Q")
         for op, position, size in records(self._source, len(MAGIC)):

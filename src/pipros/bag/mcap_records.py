@@ -1,7 +1,7 @@
-"""Read records of MCAP files in bounded memory: chunks by position, their messages, and the summary.
+"""Read records from MCAP files in bounded memory: chunks by position, their messages, and the summary.
 
 The `mcap` library parses schemas, channels, statistics and chunk indexes. This module reads everything else,
-because the library bounds neither decompression nor reads, and creates an object for each message of a chunk.
+because the library limits neither decompression nor reads, and creates an object for each message in a chunk.
 """
 
 from __future__ import annotations
@@ -29,20 +29,27 @@ FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, CHUNK_INDEX, STATISTICS, DATA_END = 2, 
 
 RECORD = Struct("<BQ")
 MESSAGE_START = Struct("<HIQQ")
-"""Channel, sequence, log time, publish time."""
+"""Layout of a message record's start: channel, sequence, log time and publish time."""
 
 _CHUNK_START = Struct("<QQQII")
-"""First and last time (ns), uncompressed size, checksum, length of the compression's name."""
+"""Layout of a chunk record's start.
+
+The values are the first and last time (ns), uncompressed size, checksum, and length of the compression's
+name.
+"""
 
 _FOOTER_AND_MAGIC = RECORD.size + 20 + len(MAGIC)
 _COMPRESSIONS = {b"": NONE, b"lz4": LZ4, b"zstd": ZSTD}
 
 ENTRY_BYTES = 16
-"""Size of an entry of `Entries`."""
+"""Size of an entry in `Entries`."""
 
 
 class Entries(Sequence[Entry]):
-    """Packed timestamps (ns) and offsets of the messages in a chunk, in time order. Their rank is 0."""
+    """Packed timestamps (ns) and offsets of a chunk's messages, in time order.
+
+    The rank of all entries is 0.
+    """
 
     def __init__(self, times: array[int], offsets: array[int]) -> None:
         order: Any = None
@@ -66,7 +73,10 @@ class Entries(Sequence[Entry]):
 
 @dataclass(frozen=True, slots=True)
 class McapChunk:
-    """Description of a chunk, from its record. Times are in ns; a checksum of 0 means none."""
+    """Description of a chunk, read from its record.
+
+    Times are in ns. A checksum of 0 means that there is none.
+    """
 
     start: int
     end: int
@@ -76,7 +86,7 @@ class McapChunk:
 
 @dataclass(slots=True)
 class Summary:
-    """Summary of a file, as records of the `mcap` library. Chunk indexes are sorted by position."""
+    """Summary of a file, consisting of the `mcap` library's records. Chunk indexes are sorted by position."""
 
     statistics: Any = None
     schemas: dict[int, Any] = field(default_factory=dict)
@@ -92,11 +102,11 @@ def parsed(kind: Any, data: bytes) -> Any:
 
 
 def read_summary(source: Source) -> Summary | None:
-    """Return the summary of a file, or None if it has none.
+    """Return the summary of a file, or None if it does not have one.
 
     Raises:
-        BagFormatError: the summary is truncated, lists a chunk twice, or has a record of another kind.
-            Damaged records raise the library's errors.
+        BagFormatError: the summary is truncated, lists a chunk twice, or contains an unexpected kind of
+            record. Damaged records raise the library's errors.
     """
     from mcap.records import Channel, ChunkIndex, Schema, Statistics
 
@@ -133,7 +143,7 @@ def read_summary(source: Source) -> Summary | None:
 
 
 def records(source: Source, position: int) -> Iterator[tuple[int, int, int]]:
-    """Yield kind, content position and content size of each record from a position on.
+    """Yield the kind, content position and content size of each record from a position on.
 
     Raises:
         BagFormatError: the file ends within a record.
@@ -146,7 +156,7 @@ def records(source: Source, position: int) -> Iterator[tuple[int, int, int]]:
 
 
 def records_in(data: bytes | bytearray, where: str) -> Iterator[tuple[int, int, int]]:
-    """Yield kind, position and size of each record in the content of a chunk; see `records`."""
+    """Yield the kind, position and size of each record in a chunk's content; see `records`."""
     position, end = 0, len(data)
     while position < end:
         after = position + RECORD.size
@@ -162,7 +172,7 @@ def read_chunk(source: Source, position: int) -> McapChunk:
     """Return the description of the chunk whose record is at `position`.
 
     Raises:
-        BagFormatError: there is no chunk, or its record is damaged.
+        BagFormatError: there is no chunk at this position, or its record is damaged.
     """
     where = source.at(position)
     op, size = RECORD.unpack(source.read(position, RECORD.size))

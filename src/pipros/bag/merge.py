@@ -1,4 +1,4 @@
-"""Merge the messages of several bags in time order. Memory is bounded by the open chunks of each bag."""
+"""Merge the messages from several bags in time order. Memory is bounded by the open chunks of each bag."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ def merged_raw(
     start_ns: int | None = None,
     end_ns: int | None = None,
 ) -> Iterator[tuple[int, tuple[Connection, int, bytes, int, int]]]:
-    """Yield the `BagReader.stored_fields` of all bags in time order, each with the number of its bag.
+    """Yield `BagReader.stored_fields` from all bags in time order, each with the index of its bag.
 
     Messages with equal timestamps are in the order of the bags.
 
     Args:
-        where: selects connections; by default all.
+        where: selects connections; defaults to all connections.
         start_ns, end_ns: first and last timestamp, inclusive.
 
     Raises:
@@ -44,7 +44,7 @@ def merged(
     start: Stamp | None = None,
     end: Stamp | None = None,
 ) -> Iterator[BagMessage]:
-    """Yield deserialized messages of all bags between two timestamps (seconds and nanoseconds), inclusive.
+    """Yield deserialized messages from all bags between two timestamps (seconds and nanoseconds), inclusive.
 
     See `merged_raw` and `BagReader.messages`.
     """

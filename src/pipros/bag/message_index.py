@@ -1,4 +1,4 @@
-"""Random access to the messages of a bag, for programs such as viewers."""
+"""Random access to the messages in a bag, for programs such as viewers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pipros.msg.time import NS_PER_S
 class Position(NamedTuple):
     """Location of a message: its timestamp, the position of its chunk, and its offset in the chunk.
 
-    In bags of format 1.2, which have no chunks, `chunk` is 0 and `offset` the position in the file.
+    In bags in format 1.2, which do not have chunks, `chunk` is 0 and `offset` is the position in the file.
     """
 
     time_ns: int
@@ -33,7 +33,7 @@ _time_of = attrgetter("time_ns")
 
 
 class MessageIndex:
-    """Index of all messages of a bag, read on first use, with access to messages by position.
+    """Index of all messages in a bag, read on first use, with access to messages by position.
 
     The most recently decompressed chunk is cached.
     """
@@ -47,7 +47,10 @@ class MessageIndex:
         self._kept: tuple[int, bytes] = (-1, b"")
 
     def positions(self) -> dict[int, list[Position]]:
-        """Return positions in time order, by connection number. Raise `BagFormatError` for a damaged bag."""
+        """Return the positions in time order, by connection number.
+
+        Raise `BagFormatError` if the bag is damaged.
+        """
         if self._positions is None:
             found: dict[int, list[Position]] = {}
             for at, chunk in enumerate(self.bag.chunks):
@@ -72,8 +75,8 @@ class MessageIndex:
         """Return the positions of messages between two timestamps, inclusive, in time order.
 
         Args:
-            connections: numbers of the connections; by default all.
-            reverse: begin with the last message.
+            connections: numbers of the connections; defaults to all.
+            reverse: whether to start with the last message.
         """
         parts = []
         for each in self._indexes(connections):
@@ -83,12 +86,12 @@ class MessageIndex:
         return heapq.merge(*parts, key=_time_of, reverse=reverse)
 
     def last_until(self, time_ns: int, connections: Iterable[int] | None = None) -> Position | None:
-        """Return the position of the last message at or before a time, or None."""
+        """Return the position of the last message at or before a time, or None if there is none."""
         ends = ((each, bisect_right(each, time_ns, key=_time_of)) for each in self._indexes(connections))
         return max((each[end - 1] for each, end in ends if end), key=_time_of, default=None)
 
     def first_after(self, time_ns: int, connections: Iterable[int] | None = None) -> Position | None:
-        """Return the position of the first message after a time, or None."""
+        """Return the position of the first message after a time, or None if there is none."""
         ends = ((each, bisect_right(each, time_ns, key=_time_of)) for each in self._indexes(connections))
         return min((each[end] for each, end in ends if end < len(each)), key=_time_of, default=None)
 
@@ -121,13 +124,13 @@ class MessageIndex:
         return StoredMessage(connection, time_ns, read(data_position, data_size), chunk, offset)
 
     def _old_connection(self, fields: Fields) -> Connection | None:
-        """Return the connection of a message of format 1.2, whose record names its topic and type."""
+        """Return the connection of a message in format 1.2, whose record names the topic and type."""
         wanted = tuple(text_of(fields.get(name, b"")) for name in ("topic", "type", "md5"))
         found = (c for c in self.bag.connections if (c.topic, c.type, c.md5sum) == wanted)
         return next(found, None)
 
     def _reading(self, chunk: int, where: str) -> Callable[[int, int], bytes]:
-        """Return a function that reads pieces of a chunk."""
+        """Return a function that reads parts of a chunk."""
         if len(self._numbers) != len(self.bag.chunks):
             self._numbers = {each.position: at for at, each in enumerate(self.bag.chunks)}
         at = self._numbers.get(chunk)

@@ -1,4 +1,4 @@
-"""Migrate messages to the definitions of the installed packages, by rules or field by field."""
+"""Migrate messages to the definitions in the installed packages, by rules or field by field."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Kind = tuple[str, str]
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A type of a bag that the installed packages define differently.
+    """A type in a bag that the installed packages define differently.
 
     Attributes:
         old, new: type and md5sum in the bag, and in the installed package.
@@ -40,7 +40,7 @@ class Change:
 
 
 class Migrator:
-    """Migrates messages by rules. Types with the same fields need no rule."""
+    """Migrator that applies rules to messages. Types with the same fields do not need a rule."""
 
     def __init__(self, rules: Sequence[Rule] = ()) -> None:
         self._rules = {rule.old: rule for rule in rules if rule.is_valid}
@@ -49,7 +49,7 @@ class Migrator:
         self._parts: dict[tuple[type[Message], str], type[Message] | None] = {}
 
     def changes(self, bag: BagReader) -> list[Change]:
-        """Return the types of a bag that need a migration. Raise `BagError` if a definition is malformed."""
+        """Return the types in a bag that need migration. Raise `BagError` if a definition is malformed."""
         found: dict[Kind, Change] = {}
         for connection in bag.connections:
             old = connection.type, connection.md5sum
@@ -108,7 +108,7 @@ class Migrator:
         return self._classes[rule.new]
 
     def _part_class(self, cls: type[Message], field: str) -> type[Message] | None:
-        """Return the class of the messages in a field, or None for builtin values."""
+        """Return the class of the messages in a field, or None for built-in types."""
         key = cls, field
         if key not in self._parts:
             self._parts[key] = _class_of_part(cls, field)
@@ -119,7 +119,7 @@ class Migrator:
 
         Raises:
             BagError: a rule is missing.
-            ExpressionError: an expression of a rule fails.
+            ExpressionError: an expression in a rule fails.
         """
         if message._md5sum == new._md5sum:
             return message if isinstance(message, new) else _as_class(message, new)
@@ -158,10 +158,10 @@ class Migrator:
         setattr(owner, name, value)
 
     def fix(self, bag: BagReader, writer: MessageWriter, *, force: bool = False) -> list[Change]:
-        """Write the migrated messages of a bag, and return the changes with missing rules.
+        """Write a bag's migrated messages, and return the changes for which rules are missing.
 
-        If rules are missing, nothing is written, unless `force` is set: then the affected messages are copied
-        unchanged.
+        If rules are missing, nothing is written. With `force`, the affected messages are copied unchanged
+        instead.
         """
         incomplete = [change for change in self.changes(bag) if change.missing]
         if incomplete and not force:
@@ -198,7 +198,7 @@ class Migrator:
 
 @lru_cache(maxsize=1000)
 def _class_of_text(rule: Rule, side: str, name: str) -> type[Message] | None:
-    """Return the class of a type in a rule's old or new definition. The package name is optional."""
+    """Return the class for a type in a rule's old or new definition. The package name is optional."""
     top, text = (rule.new[0], rule.new_text) if side == "new" else (rule.old[0], rule.old_text)
     classes = message_classes_from_text(top, text)
     names = name, f"std_msgs/{name}", f"{top.partition('/')[0]}/{name}"
@@ -216,7 +216,7 @@ def _class_of_part(cls: type[Message], field: str) -> type[Message] | None:
 
 
 def _as_class(message: Message, cls: type[Message]) -> Message:
-    """Return the same bytes as a message of another class with the same definition."""
+    """Convert a message to another class with the same definition, without changing its bytes."""
     buffer = io.BytesIO()
     message.serialize(buffer)
     return cls().deserialize(buffer.getvalue())

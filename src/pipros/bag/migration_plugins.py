@@ -26,7 +26,7 @@ _EXPORTS = {
 
 
 def installed_rules(index: PackageIndex, warn: Say) -> list[Rule]:
-    """Return the rules of all packages. Unreadable rules are skipped with a call of `warn`."""
+    """Return the rules from all packages. Unreadable rules are skipped and reported with `warn`."""
     found: list[Rule] = []
     for package, file in _files(index, warn):
         try:
@@ -51,5 +51,8 @@ def _files(index: PackageIndex, warn: Say) -> Iterator[tuple[str, Path]]:
 
 
 def rules_of_files(files: Iterable[str]) -> list[Rule]:
-    """Return the rules of these files. Raise `BagError` or `OSError` if one is malformed or unreadable."""
+    """Return the rules in the given files.
+
+    Raise `BagError` or `OSError` if a file is malformed or unreadable.
+    """
     return [rule for file in files for rule in parse_rules(read_text(file), file)]

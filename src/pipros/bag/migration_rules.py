@@ -1,6 +1,7 @@
-"""Migration rules of `rosbag check` and `rosbag fix`: how messages of older definitions become newer ones.
+"""Migration rules for `rosbag check` and `rosbag fix`. They convert messages to newer definitions.
 
-Rule files (`.bmr`) contain Python classes, as genuine rosbag writes them. They are parsed, never executed;
+Rule files (`.bmr`) contain Python classes, in the form that genuine rosbag writes. They are parsed, never
+executed;
 see `migration_update` for the statements that `update` may contain.
 """
 
@@ -20,7 +21,7 @@ _DEPTH_LIMIT = 100
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """One rule. `is_valid` is False until it has been completed by hand."""
+    """A migration rule. `is_valid` is False until the rule has been completed by hand."""
 
     name: str
     old: tuple[str, str]
@@ -32,13 +33,14 @@ class Rule:
 
 
 def parse_rules(text: str, file: str, on_refusal: Callable[[str], object] | None = None) -> list[Rule]:
-    """Return the rules of a file.
+    """Return the rules in a file.
 
     Args:
         on_refusal: called with the error of each invalid rule, which is then skipped.
 
     Raises:
-        BagError: the file is malformed, or contains statements that rules must not; the text names the line.
+        BagError: the file is malformed, or contains statements that rules must not contain. The text names
+            the line.
     """
     try:
         tree = ast.parse(text)
@@ -101,7 +103,7 @@ def _rule(node: ast.stmt, file: str) -> Rule:
 
 def _md5sum(type_name: str, text: str, node: ast.AST, file: str) -> str:
     if not type_name:
-        return ""  # the type exists on one side only
+        return ""  # the type exists on only one side
     try:
         return message_classes_from_text(type_name, text)[type_name]._md5sum
     except Exception as error:

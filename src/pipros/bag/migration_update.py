@@ -1,8 +1,9 @@
 """Interpret the method `update` of a migration rule without running Python code.
 
-Supports the statements of real rules: assignments to fields of messages and to names, `assert`, `if`, `for`
-over a list, `self.migrate`, `self.migrate_array`, `self.get_new_class(NAME)(…)`, other methods of the rule,
-also from a dictionary of them, and `append`. `pipros.safe.expr` evaluates expressions. Everything else is
+The statements that occur in real rules are supported: assignments to message fields and to names, `assert`,
+`if`, `for` over a list, `self.migrate`, `self.migrate_array`, `self.get_new_class(NAME)(…)`, calls to the
+rule's other methods, directly or through a dictionary of methods, and `append`. `pipros.safe.expr` evaluates
+expressions. Everything else is
 rejected with its line number when the rule is parsed.
 """
 
@@ -25,7 +26,7 @@ _CALL_DEPTH = 20
 
 Migrate = Callable[[Message, type[Message]], Message]
 FindClass = Callable[[str, str], type[Message] | None]
-"""Called with "new" or "old" and a type name; returns the class in that definition, or None."""
+"""Callable that takes "new" or "old" and a type name, and returns the class in that definition, or None."""
 
 
 class Refused(Exception):
@@ -101,10 +102,10 @@ def _of_self(node: ast.expr) -> str:
 
 
 class Update:
-    """Interpreter of one rule's method `update`. Not thread-safe.
+    """Interpreter for one rule's method `update`. Not thread-safe.
 
     Args:
-        set_field: callable that sets a field of a message, and migrates the value if necessary.
+        set_field: callable that sets a message's field, and migrates the value if necessary.
     """
 
     def __init__(

@@ -1,7 +1,8 @@
-"""Read bags of format 1.2, which ROS wrote until 2010 (http://wiki.ros.org/Bags/Format/1.2).
+"""Read bags in format 1.2, which ROS wrote until 2010 (http://wiki.ros.org/Bags/Format/1.2).
 
-They have no chunks: they are a sequence of definitions and messages, each message with its topic, type and
-md5sum. They are scanned once, and presented as chunks, so that readers need not distinguish the formats.
+Such bags do not have chunks. They are a sequence of definitions and messages, and each message has its topic,
+type and md5sum. They are scanned once and presented as chunks, so that readers do not need to distinguish the
+formats.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ _PART_BYTES = 1024 * 1024
 
 
 def scan_old_format(source: Source, version: Version, start: int) -> BagLayout:
-    """Return the connections and messages of a bag of format 1.2 whose first record begins at `start`.
+    """Return the connections and messages in a bag in format 1.2 whose first record starts at `start`.
 
     A truncated or damaged file is read up to the damage, which `damage` describes.
     """

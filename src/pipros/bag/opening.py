@@ -1,4 +1,4 @@
-"""Open bags and MCAP files. Readers are chosen by the first bytes of the file, writers by its name."""
+"""Open bags and MCAP files. A file's first bytes determine the reader, and its name determines the writer."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _MCAP = b"\x89MCAP0\r\n"
 
 
 def open_bag(path: str | os.PathLike[str], *, rebuild_index: bool = False) -> BagReader:
-    """Return the reader for a file, chosen by its first bytes.
+    """Return the reader for a file, which is chosen by the first bytes.
 
     Raises:
         BagError: the file is neither a bag nor MCAP, is damaged, or needs a library that is not installed.
@@ -26,7 +26,7 @@ def open_bag(path: str | os.PathLike[str], *, rebuild_index: bool = False) -> Ba
 
 
 def is_mcap(path: str | os.PathLike[str]) -> bool:
-    """Return whether a file has the magic bytes of MCAP. Raise `OSError` if it cannot be read."""
+    """Return whether a file has MCAP's magic bytes. Raise `OSError` if it cannot be read."""
     with open(path, "rb") as file:
         return file.read(len(_MCAP)) == _MCAP
 
@@ -34,7 +34,7 @@ def is_mcap(path: str | os.PathLike[str]) -> bool:
 def writer_for(
     path: str | os.PathLike[str], file: Any, *, compression: str = "none", chunk_bytes: int = CHUNK_BYTES
 ) -> MessageWriter:
-    """Return a writer into an open file, chosen by the file's final name.
+    """Return a writer to an open file, which is chosen by the file's final name.
 
     Raises:
         BagError: the format needs a library that is not installed, or does not support the compression.

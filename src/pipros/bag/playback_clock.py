@@ -1,10 +1,13 @@
-"""Convert between bag time and machine time, with a rate, pauses and skips. Pure."""
+"""Convert between bag time and machine time, with a rate, pauses and skips.
+
+Callers pass in the machine time.
+"""
 
 from __future__ import annotations
 
 
 class PlaybackClock:
-    """Converts between bag time and monotonic time, both in nanoseconds. Callers pass in the monotonic time.
+    """Converter between bag time and monotonic time, both in nanoseconds.
 
     Args:
         bag_ns: bag time at the start of playback.
@@ -27,7 +30,10 @@ class PlaybackClock:
         return self._paused_at is not None
 
     def due(self, bag_ns: int) -> int:
-        """Return the monotonic time at which a bag time is due. Must not be called during a pause."""
+        """Return the monotonic time at which a bag time is due.
+
+        This method must not be called during a pause.
+        """
         return self._now + round((bag_ns - self._bag) / self._rate)
 
     def bag_time(self, now_ns: int) -> int:
@@ -45,7 +51,7 @@ class PlaybackClock:
             self._paused_at = None
 
     def jump(self, bag_ns: int, now_ns: int) -> None:
-        """Continue at another bag time. A pause continues."""
+        """Continue at another bag time. If paused, stay paused."""
         self._bag, self._now = bag_ns, now_ns
         if self._paused_at is not None:
             self._paused_at = now_ns

@@ -1,4 +1,4 @@
-"""Play bags: publish their messages when they are due."""
+"""Play bags by publishing their messages when they are due."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 
 _FOUND_S = 1.1
-"""Minimum lifetime of latched topics. Recorders, including genuine ones, poll for new topics every second."""
+"""Minimum lifetime of latched topics.
+
+Recorders, including genuine ROS recorders, poll for new topics every second.
+"""
 
 _SLICE_NS = 20_000_000
 """Maximum duration of an uninterruptible wait."""
@@ -31,13 +34,14 @@ _MIN_SLICE_NS = 500_000
 
 @dataclass(frozen=True, slots=True)
 class PlayOptions:
-    """Options of `rosbag play`, with its names and meanings.
+    """Options for playback. Their names and meanings are the same as for `rosbag play`.
 
     Attributes:
-        duration_s, skip_empty_s: None for no limit.
+        duration_s, skip_empty_s: durations in seconds; None for no limit.
         topics: topics to play; empty for all.
-        pause_topics: pause after each message on these topics.
-        rate_control_topic: pause while the last message on this topic is older than `rate_control_delay_s`.
+        pause_topics: topics after whose messages to pause.
+        rate_control_topic: topic on which to pause while the last message is older than
+            `rate_control_delay_s`.
     """
 
     prefix: str = ""
@@ -61,20 +65,20 @@ class PlayOptions:
 
 
 class Controls(Protocol):
-    """Keyboard and display of a player."""
+    """A player's keyboard and display."""
 
     def key(self) -> str:
         """Return a key that was pressed, or an empty string. Must not block."""
 
     def show(self, state: str, bag_ns: int, played_ns: int, whole_ns: int) -> None:
-        """Show the current position. Called very often."""
+        """Show the current position. This method is called very often."""
 
 
 class Player:
-    """Plays bags through a node.
+    """Player that publishes bags through a node.
 
     Raises:
-        BagError: there is nothing to play, or a topic has an illegal name.
+        BagError: there are no messages to play, or a topic has an illegal name.
     """
 
     def __init__(
@@ -120,7 +124,7 @@ class Player:
             self._idle(self._clock.bag_time(time.monotonic_ns()))
 
     def _range(self) -> tuple[int, int]:
-        """Return the bag times of the start and end of playback."""
+        """Return the bag times at which playback starts and ends."""
         filled = [bag for bag in self._bags if bag.message_count]
         if not filled:
             raise BagError("the bags have no messages")
@@ -201,7 +205,7 @@ class Player:
         self._wait_until(self._end_ns)
 
     def _wait_until(self, at_ns: int) -> bool:
-        """Wait until a bag time is due. Return False if the node shuts down meanwhile."""
+        """Wait until a bag time is due. Return False if the node shuts down while waiting."""
         while True:
             now_ns = time.monotonic_ns()
             if self._options.immediate and not self._clock.is_paused:
@@ -269,7 +273,7 @@ class Player:
 
 
 def _class_of(connection: Connection) -> Any:
-    """Return a class of serialized messages with the connection's type, md5sum and definition."""
+    """Return a class for serialized messages with the connection's type, md5sum and definition."""
     return type(
         "PlayedMessage",
         (AnyMsg,),
@@ -296,6 +300,6 @@ def _sleep(duration_ns: int) -> None:
 
 @contextlib.contextmanager
 def opened_bags(paths: Sequence[str]) -> Iterator[list[BagReader]]:
-    """Open bags, and close them at the end of the block. Raises `BagError` or `OSError`."""
+    """Context manager that opens bags and closes them at the end. Raises `BagError` or `OSError`."""
     with contextlib.ExitStack() as stack:
         yield [stack.enter_context(open_bag(path)) for path in paths]

@@ -1,4 +1,4 @@
-"""Read the messages of a bag in time order, optionally only some topics or a range of time.
+"""Read the messages in a bag in time order, optionally only some topics or a time range.
 
 Opening a bag reads only its index. Memory is bounded by the open chunks, not by the size of the bag.
 """
@@ -36,11 +36,11 @@ Stamp = tuple[int, int]
 """A timestamp: seconds and nanoseconds."""
 
 _MESSAGE_HEADER_BYTES = 38
-"""Header of a message record as rosbag and rosbag_storage write it."""
+"""Layout of the message record header that rosbag and rosbag_storage write."""
 
 
 class BagMessage(NamedTuple):
-    """One message of a bag."""
+    """A message from a bag."""
 
     topic: str
     message: Any
@@ -53,12 +53,12 @@ class BagReader:
 
     Args:
         file: a path, or a seekable binary file open for reading, which is not closed.
-        rebuild_index: scan the whole file instead of its index, for bags that are truncated, damaged or have
-            no index. All complete messages are found; `damage` describes the damage.
+        rebuild_index: whether to scan the whole file instead of reading its index, for bags that are
+            truncated, damaged or not indexed. All complete messages are found; `damage` describes the damage.
         progress: called with the byte position while the index is rebuilt.
         limits: defaults to the process-wide limits.
-        name: the file's name, for error messages; by default that of the file.
-        layout: connections and chunks, if they are known: nothing is read.
+        name: the name to use in error messages; defaults to the file's name.
+        layout: connections and chunks, if known. In that case, they are not read from the file.
 
     Raises:
         BagError: the file is not a bag, or is encrypted.
@@ -118,7 +118,7 @@ class BagReader:
         self.close()
 
     def close(self) -> None:
-        """Close the file, if this reader opened it. Idempotent."""
+        """Close the file if this reader opened it. May be called repeatedly."""
         if self._owned is not None:
             self._owned.close()
 
@@ -128,7 +128,7 @@ class BagReader:
 
     @property
     def format_name(self) -> str:
-        """The version of the format, as `rosbag info` shows it: `2.0`."""
+        """The format version, as displayed by `rosbag info`: `2.0`."""
         return f"{self.layout.version.major}.{self.layout.version.minor}"
 
     @property
@@ -143,7 +143,7 @@ class BagReader:
 
     @property
     def damage(self) -> list[str]:
-        """Descriptions of the damage found while rebuilding the index, one for each position."""
+        """Descriptions of the damage found while rebuilding the index, one for each damaged position."""
         return self.layout.damage
 
     @property
@@ -160,7 +160,7 @@ class BagReader:
         return sum(sum(chunk.counts.values()) for chunk in self.layout.chunks)
 
     def count_by_connection(self) -> dict[int, int]:
-        """Return the number of messages of each connection, by connection number."""
+        """Return the number of messages in each connection, by connection number."""
         counts = dict.fromkeys(self.layout.connections, 0)
         for chunk in self.layout.chunks:
             for connection, count in chunk.counts.items():
@@ -202,13 +202,13 @@ class BagReader:
         return header
 
     def chunk_index(self, number: int) -> Mapping[int, bytes]:
-        """Return the packed entries of a chunk by connection. Raise `BagFormatError` if they are damaged."""
+        """Return a chunk's packed entries by connection. Raise `BagFormatError` if they are damaged."""
         chunks = self.layout.chunks
         end = chunks[number + 1].position if number + 1 < len(chunks) else self._source.size
         return read_chunk_index(self._source, self.layout, chunks[number], self.chunk_header(number), end)
 
     def times(self, connections: Iterable[Connection]) -> list[Stamp]:
-        """Return the timestamps of all messages of the connections, in order."""
+        """Return the timestamps of all messages in the connections, in order."""
         found = self.times_by_connection()
         return sorted(stamp for connection in connections for stamp in found.get(connection.id, ()))
 
@@ -225,7 +225,10 @@ class BagReader:
         return found
 
     def class_of(self, connection: Connection) -> Any:
-        """Return the class of a connection's messages. Raise `BagError` if it has no valid definition."""
+        """Return the class for a connection's messages.
+
+        Raise `BagError` if it does not have a valid definition.
+        """
         kind, topic = connection.type, connection.topic
         try:
             return self._classes.find(kind, connection.md5sum, connection.definition)
@@ -242,7 +245,7 @@ class BagReader:
         start: Stamp | None = None,
         end: Stamp | None = None,
     ) -> Iterator[tuple[Connection, int, int, bytes, int, int]]:
-        """Yield the messages of `stored_messages` with seconds and nanoseconds in the place of `time_ns`."""
+        """Like `stored_messages`, but yield seconds and nanoseconds instead of `time_ns`."""
         for connection, time_ns, *rest in self.stored_fields(connections, ns_of(start), ns_of(end)):
             yield connection, *divmod(time_ns, NS_PER_S), *rest
 
@@ -252,10 +255,10 @@ class BagReader:
         start_ns: int | None = None,
         end_ns: int | None = None,
     ) -> Iterator[StoredMessage]:
-        """Return an iterator over the serialized messages in time order, then in the order of connections.
+        """Return an iterator over the serialized messages, ordered by time, then by connection.
 
         Args:
-            connections: connections to read; by default all.
+            connections: connections to read; defaults to all.
             start_ns: timestamp of the first message.
             end_ns: timestamp of the last message, inclusive.
 
@@ -272,10 +275,10 @@ class BagReader:
         *,
         as_views: bool = False,
     ) -> Iterator[tuple[Connection, int, Any, int, int]]:
-        """Yield the messages of `stored_messages` as plain tuples, which are made and unpacked faster.
+        """Like `stored_messages`, but yield plain tuples, which are faster to create and unpack.
 
-        With named tuples, reading a bag of `std_msgs/String` takes a tenth more time. With `as_views`, large
-        messages are views, which are valid until the next one is requested.
+        With named tuples, reading a bag of `std_msgs/String` takes a tenth longer. If `as_views` is true,
+        large messages are views, which are valid until the next message is requested.
         """
         wanted = self.connections if connections is None else list(connections)
         ranks = {connection.id: rank for rank, connection in enumerate(wanted)}
@@ -300,7 +303,7 @@ class BagReader:
 
         known = [(connection, *_usual_headers(connection.id)) for connection in wanted]
         store = ChunkStore(self._source, self.chunk_header, self._limits)
-        left: dict[int, int] = {}  # remaining bytes of messages allowed in each chunk
+        left: dict[int, int] = {}  # number of message bytes still allowed in each chunk
         unpack = U32.unpack_from
         try:
             for run in runs_in_time_order(spans, load):
@@ -351,14 +354,14 @@ class BagReader:
         """Yield messages in time order.
 
         Args:
-            topics: the topic or topics to read; by default all.
+            topics: the topic or topics to read; defaults to all.
             start: first timestamp, inclusive; numbers are seconds.
             end: last timestamp, inclusive.
             where: selects connections.
 
         Raises:
             BagError: the file is damaged, or one of its definitions is malformed.
-            DeserializationError: the bytes of a message do not fit its definition.
+            DeserializationError: a message's bytes do not match its definition.
         """
         connections = [c for c in self.connections_of(topics) if where is None or where(c)]
         for connection in connections:
@@ -372,9 +375,9 @@ class BagReader:
         start_ns: int | None = None,
         end_ns: int | None = None,
     ) -> Iterator[tuple[Connection, int, Any]]:
-        """Yield connection, timestamp (ns) and deserialized message of each message of `stored_messages`.
+        """Like `stored_messages`, but yield the connection, timestamp (ns) and deserialized message.
 
-        Raises the errors of `messages`.
+        Raises the same errors as `messages`.
         """
         classes: dict[int, Any] = {}
         for connection, time_ns, data, _, _ in self.stored_fields(
@@ -402,7 +405,7 @@ class BagReader:
         return self.messages(None, times.start, times.stop)
 
     def connections_of(self, topics: Iterable[str] | str | None) -> list[Connection]:
-        """Return the connections of these topics, or all if None."""
+        """Return the connections for the given topics, or all connections if `topics` is None."""
         if topics is None:
             return self.connections
         wanted = {topics} if isinstance(topics, str) else set(topics)
@@ -438,14 +441,14 @@ class BagReader:
 
 
 def _usual_headers(connection: int) -> tuple[bytes, bytes]:
-    """Return the start of a message record up to its timestamp, as rosbag and as rosbag_storage write it."""
+    """Return the starts of message records, up to the timestamp, that rosbag and rosbag_storage write."""
     op, conn = ("op", bytes([Op.MESSAGE])), ("conn", U32.pack(connection))
     start, time = U32.pack(_MESSAGE_HEADER_BYTES), U32.pack(13) + b"time="
     return start + field_bytes([op, conn]) + time, start + field_bytes([conn, op]) + time
 
 
 def ns_of(time: Time | Stamp | float | None) -> int | None:
-    """Return the timestamp (ns) of a `Time`, of seconds and nanoseconds, or of a number of seconds."""
+    """Convert a `Time`, seconds and nanoseconds, or a number of seconds to a timestamp (ns)."""
     if time is None:
         return None
     if isinstance(time, tuple):

@@ -1,4 +1,4 @@
-"""Name, split and limit the files of a recording. The name of an unfinished file ends in `.active`."""
+"""Name, split and limit a recording's files. The name of an unfinished file ends in `.active`."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class FileOptions:
-    """Names, sizes and number of the files of a recording.
+    """Names, sizes and number of a recording's files.
 
     Attributes:
         prefix: prefix of the file name; the date is appended.
         name: the file name, without a date.
-        split: whether to begin a new file when `size_bytes` or `duration_s` is reached; otherwise the
+        split: whether to start a new file when `size_bytes` or `duration_s` is reached. If False, the
             recording ends.
         max_splits: maximum number of files kept; 0 for no limit.
-        size_bytes, duration_s: limits of one file; 0 for no limit.
-        repeat_latched: whether to begin each further file with the latched messages.
+        size_bytes, duration_s: limits on one file; 0 for no limit.
+        repeat_latched: whether to start each further file with the latched messages.
     """
 
     prefix: str = ""
@@ -44,7 +44,7 @@ class FileOptions:
 
 
 class RecordFiles:
-    """Writes received messages into a sequence of files. Not thread-safe.
+    """Writer of received messages to a sequence of files. Not thread-safe.
 
     Args:
         say: called with a line of text when a file is opened or closed.
@@ -83,7 +83,7 @@ class RecordFiles:
         return self._path
 
     def open(self, now_ns: int) -> None:
-        """Begin a file. Raise `OSError` if it cannot be created."""
+        """Start a file. Raise `OSError` if it cannot be created."""
         self._path = Path(self._next_name())
         active = self._active()
         self._file = active.open("w+b") if self._path.suffix == ".mcap" else WholeWrites(active, "w+")
@@ -106,10 +106,10 @@ class RecordFiles:
                 self._write(message._replace(time_ns=now_ns))
 
     def close(self) -> None:
-        """Complete the current file, and rename it.
+        """Complete and rename the current file.
 
         Raises:
-            OSError: the file cannot be completed. It keeps all complete chunks, and the suffix `.active`.
+            OSError: the file cannot be completed. It keeps all complete chunks and the suffix `.active`.
         """
         if self._writer is None:
             return
@@ -130,7 +130,7 @@ class RecordFiles:
             self._writer.flush()
 
     def write(self, message: StoredMessage) -> bool:
-        """Add a message, if necessary to a new file. Return False if the recording is complete.
+        """Add a message, starting a new file if necessary. Return False if the recording is complete.
 
         Raises:
             OSError: the disk is full. The message may be lost; later calls may succeed.

@@ -12,8 +12,8 @@ class RecordQueue:
     """Queue between the receiving threads and the writing thread.
 
     Args:
-        limit_bytes: maximum size; the oldest messages beyond it are dropped. 0 for no limit.
-        limit_ns: maximum age relative to the newest message; older messages are dropped. 0 for no limit.
+        limit_bytes: maximum size; 0 for no limit. If it is exceeded, the oldest messages are dropped.
+        limit_ns: maximum age relative to the newest message; 0 for no limit. Older messages are dropped.
 
     Attributes:
         dropped: number of dropped messages.
@@ -47,7 +47,10 @@ class RecordQueue:
         return bool(self._limit_ns) and newest.time_ns - self._waiting[0].time_ns > self._limit_ns
 
     def get_all(self, timeout_s: float) -> list[StoredMessage]:
-        """Wait for a message, and return all queued ones; an empty list after `timeout_s` or once closed."""
+        """Wait for a message, and return all queued messages.
+
+        Return an empty list after `timeout_s`, or if the queue is closed.
+        """
         with self._changed:
             if not self._waiting and not self._is_closed:
                 self._changed.wait(timeout_s)

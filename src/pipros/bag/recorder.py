@@ -1,4 +1,4 @@
-"""Record topics: subscribe to the selected topics as they appear, and write their messages."""
+"""Record topics by subscribing to the selected topics as they appear, and writing their messages."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 _POLL_PERIOD_S = 0.5
 KEPT_CONNECTIONS = 1000
-"""Maximum number of connections to a topic that are kept to be found again."""
+"""Maximum number of connections per topic that are kept in case they are needed again."""
 """Interval at which the master is polled for new topics."""
 
 _WAIT_S = 0.2
@@ -40,16 +40,16 @@ class RecordOptions:
 
     Attributes:
         topics: topic names, or regular expressions if `is_regex`.
-        all: record all topics.
-        exclude: regular expression of topics to skip.
-        of_node: record the topics to which this node subscribes.
+        all: whether to record all topics.
+        exclude: regular expression that matches the topics to skip.
+        of_node: name of a node whose subscribed topics are recorded.
         limit: maximum number of messages per topic; 0 for no limit.
         buffer_bytes: maximum size of the queue of unwritten messages; 0 for no limit.
-        min_space_bytes: pause writing while the disk has less free space.
+        min_space_bytes: free disk space below which writing is paused.
         publish: whether to publish the name of each file on `/begin_write`.
         snapshot: whether to keep messages in memory, and write them when a message on `snapshot_trigger` or a
-            call of the service `~trigger_snapshot` requests it; see `Snapshots`. `buffer_bytes` and the
-            `duration_s` of the files limit the messages kept.
+            call to the service `~trigger_snapshot` requests it; see `Snapshots`. `buffer_bytes` and the
+            files' `duration_s` limit the messages kept.
     """
 
     topics: Sequence[str] = ()
@@ -67,7 +67,7 @@ class RecordOptions:
 
 
 class Recorder:
-    """One recording by a node.
+    """A recording made by a node.
 
     Args:
         say, warn: called with a line of text to show.
@@ -97,7 +97,7 @@ class Recorder:
     def run(self) -> bool:
         """Record until the node shuts down, or until the recording is complete.
 
-        Returns False if messages were lost when the last file was completed.
+        Return False if messages were lost when the last file was completed.
 
         Raises:
             OSError: the first file cannot be created.
@@ -146,7 +146,7 @@ class Recorder:
         self._subscribe_to_named()
         self._node.subscribe("snapshot_trigger", load_message_class("std_msgs/Empty"), write)
         self._node.serve("~trigger_snapshot", answer, write)
-        self._say("Waiting for a message on snapshot_trigger, or a call of ~trigger_snapshot.")
+        self._say("Waiting for a message on snapshot_trigger, or a call to ~trigger_snapshot.")
         while not self._node.is_shutdown:
             if self._finds_topics:
                 self._poll_master()
@@ -233,14 +233,15 @@ class Recorder:
     def _callback_for(self, topic: str) -> Callable[[AnyMsg], None]:
         now_ns = self._node.clock.now_ns
         put = self._snapshots.put if self._options.snapshot else self._queue.put
-        # By the `id` of a publisher's header, which stays unique while the header is referenced.
+        # Connections are keyed by the `id` of the publisher's header, which stays unique while the header is
+        # referenced.
         connections: dict[int, tuple[Connection, Mapping[str, str]]] = {}
 
         def put_received(message: AnyMsg) -> None:
             header = message.header
             known = connections.get(id(header))
             if known is None:
-                if len(connections) >= KEPT_CONNECTIONS:  # of publishers that left, mostly
+                if len(connections) >= KEPT_CONNECTIONS:  # these mostly belong to publishers that have left
                     connections.clear()
                 known = connections[id(header)] = received_connection(topic, header), header
             put(StoredMessage(known[0], now_ns(), message.body))

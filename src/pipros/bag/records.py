@@ -1,4 +1,4 @@
-"""Parse and build records of bags, format 2.0 and 1.2 (http://wiki.ros.org/Bags/Format/2.0).
+"""Parse and build records for bags in formats 2.0 and 1.2 (http://wiki.ros.org/Bags/Format/2.0).
 
 A record is a header and data, each prefixed by its length in four bytes. A header is a sequence of fields
 `name=value`, each prefixed by its length; values are bytes.
@@ -16,25 +16,27 @@ from pipros.msg.time import NS_PER_S
 
 MAGIC = b"#ROSBAG V2.0\n"
 FILE_HEADER_BYTES = 4096
-"""Total size of header and data of the file header record, which is fixed so that it can be rewritten when
-the index is complete."""
+"""Total size of the header and data in the file header record.
+
+The size is fixed, so that the record can be rewritten when the index is complete.
+"""
 
 U32 = Struct("<I")
 U64 = Struct("<Q")
 TIME = Struct("<II")
 ENTRY = Struct("<III")
-"""Index entry of a message: seconds, nanoseconds, and offset of its record in the uncompressed chunk."""
+"""Layout of an index entry: seconds, nanoseconds, and offset of the message in the uncompressed chunk."""
 
 TIMES_NS = (1 << 32) * NS_PER_S
-"""First timestamp (ns) beyond the range of the format."""
+"""First timestamp (ns) beyond the format's range."""
 
 Fields = dict[str, bytes]
 
 
 class Op(IntEnum):
-    """Kind of a record: its field `op`."""
+    """Kind of a record, which is stored in the field `op`."""
 
-    MESSAGE_DEFINITION = 1  # format 1.2 only
+    MESSAGE_DEFINITION = 1  # occurs only in format 1.2
     MESSAGE = 2
     FILE_HEADER = 3
     INDEX = 4
@@ -45,7 +47,7 @@ class Op(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Version:
-    """Version of the file format: 2.0 is `Version(2, 0)`, 200 as a number."""
+    """File format version. 2.0 is `Version(2, 0)`, or 200 as a number."""
 
     major: int
     minor: int
@@ -73,7 +75,7 @@ def parse_fields(header: bytes, where: str) -> Fields:
     """Parse the fields of a header.
 
     Raises:
-        BagFormatError: a field exceeds the header, or has no name.
+        BagFormatError: a field exceeds the header, or does not have a name.
     """
     fields: Fields = {}
     position, end = 0, len(header)
@@ -98,7 +100,7 @@ def parse_head(read: Callable[[int, int], bytes], position: int, where: str) -> 
     """Return the fields of the record at `position`, and the position and size of its data.
 
     Args:
-        read: returns the bytes at a position; its second argument is their number.
+        read: function that takes a position and a number of bytes, and returns these bytes.
     """
     head_size = int.from_bytes(read(position, 4), "little")
     fields = parse_fields(read(position + 4, head_size), where)
@@ -135,7 +137,7 @@ def number(fields: Fields, name: str, size: int, where: str) -> int:
     """Return the unsigned integer of `size` bytes in a field.
 
     Raises:
-        BagFormatError: the field is missing, or has another size.
+        BagFormatError: the field is missing, or has a different size.
     """
     value = fields.get(name)
     if value is None:
@@ -173,7 +175,7 @@ def entry_bytes(time_ns: int, offset: int) -> bytes:
 
 
 def parse_entries(data: bytes, rank: int = 0) -> list[tuple[int, int, int]]:
-    """Parse packed index entries: timestamp (ns), the given `rank`, and offset of each."""
+    """Parse packed index entries. Each becomes a timestamp (ns), the given `rank`, and an offset."""
     return [
         (seconds * NS_PER_S + nanoseconds, rank, offset)
         for seconds, nanoseconds, offset in ENTRY.iter_unpack(data)
@@ -186,7 +188,7 @@ def text_of(value: bytes) -> str:
 
 
 def file_header(index_position: int, connections: int, chunks: int) -> bytes:
-    """Return the file header record of format 2.0, padded to its fixed size."""
+    """Return the file header record for format 2.0, padded to its fixed size."""
     header = field_bytes(
         {
             "op": bytes([Op.FILE_HEADER]),

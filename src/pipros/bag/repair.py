@@ -1,7 +1,7 @@
 """Rebuild, in place, the index of a bag that is truncated or damaged, or whose writer was killed.
 
-Complete chunks that are followed by their index stay unchanged. From the first other chunk on, all readable
-messages are rewritten.
+Complete chunks that are followed by their index stay unchanged. Starting with the first other chunk, all
+readable messages are rewritten.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def _after_file_header(source: Source, start: int) -> int:
 
 
 def _end_if_whole(source: Source, found: BagLayout, chunk: ChunkInfo) -> int:
-    """Return the end of a chunk and its index, or 0 if the index does not match the messages of the chunk."""
+    """Return the end of a chunk and its index, or 0 if the index does not match the chunk's messages."""
     bare = BagLayout(found.version)
     try:
         header = read_chunk_header(source, bare, chunk.position)

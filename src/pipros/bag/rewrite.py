@@ -22,18 +22,21 @@ from pipros.basics.limits import Limits
 from pipros.msg.time import NS_PER_S, Time
 
 Progress = Callable[[int], None]
-"""Called with the number of uncompressed bytes processed."""
+"""Callable that takes the number of uncompressed bytes processed."""
 
 Choice = Callable[[Connection, Callable[[], Any], Time], bool]
-"""Returns whether to keep a message, given its connection, a function that decodes it, and its timestamp."""
+"""Callable that returns whether to keep a message.
+
+The arguments are the connection, a function to decode the message, and the timestamp.
+"""
 
 
 @contextmanager
 def replaced_file(path: Path) -> Iterator[Any]:
-    """Open a new binary file, which atomically replaces `path` at the end of the block.
+    """Context manager that opens a new binary file, which atomically replaces `path` at the end.
 
-    If the block raises, the new file is removed, and `path` stays unchanged. An OSError without a file name,
-    such as when the disk is full, gets `path` as its file name.
+    If the block raises, the new file is removed and `path` stays unchanged. If an OSError does not have a
+    file name, as when the disk is full, its file name is set to `path`.
     """
     unfinished = path.with_name(path.name + ".active")
     try:
@@ -50,7 +53,7 @@ def replaced_file(path: Path) -> Iterator[Any]:
 
 
 def recompress(bag: BagReader, file: Any, compression: str, limits: Limits, progress: Progress) -> None:
-    """Write a bag with the same chunks in another compression, using a thread for each processor.
+    """Write a bag with the same chunks but another compression, using a thread for each processor.
 
     Raises:
         BagError: the bag is damaged, or the compression is not available.
@@ -91,7 +94,7 @@ def recompress(bag: BagReader, file: Any, compression: str, limits: Limits, prog
 def copy_chosen(bag: BagReader, writer: MessageWriter, choice: Choice | None, progress: Progress) -> int:
     """Copy the chosen messages with their connections to a writer, in time order, and finish it.
 
-    Returns the number of copied messages.
+    Return the number of copied messages.
     """
     connections: dict[int, Connection] = {}
     done = count = 0

@@ -1,8 +1,8 @@
-"""Order the messages of many chunks by time, with as few chunks open as possible. Pure: no file access.
+"""Order the messages in many chunks by time, with as few open chunks as possible. Performs no I/O.
 
 Chunks whose time ranges do not overlap are yielded as a whole. The sorted entries of overlapping chunks are
-merged; a chunk is held only from its first message to its last. Messages with equal timestamps are ordered by
-connection, then by their position in the file.
+merged; a chunk is held in memory only from its first message to its last. Messages with equal timestamps are
+ordered by connection, then by position in the file.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from heapq import heappop, heappush, heapreplace
 from pipros.bag.records import parse_entries
 
 Entry = tuple[int, int, int]
-"""Timestamp (ns), rank of the connection, offset in the chunk."""
+"""An entry: timestamp (ns), rank of the connection, and offset in the chunk."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class Span:
 
 @dataclass(frozen=True, slots=True)
 class EntryRun:
-    """Run of messages of one chunk without messages of other chunks between them: `entries[begin:end]`.
+    """Run of messages in one chunk, `entries[begin:end]`, without messages from other chunks between them.
 
     Attributes:
         is_last: whether this is the last run of the chunk.
@@ -48,7 +48,7 @@ def sorted_entries(
     """Return the entries of one chunk in time order.
 
     Args:
-        packed: for each connection, its rank and its entries as in the file.
+        packed: for each connection, its rank and its entries in the file's format.
         start_ns, end_ns: earliest and latest timestamp, inclusive.
     """
     entries: list[Entry] = []
@@ -61,14 +61,14 @@ def sorted_entries(
 
 
 def runs_in_time_order(spans: Sequence[Span], load: Callable[[int], Sequence[Entry]]) -> Iterator[EntryRun]:
-    """Yield all messages of the chunks in time order, as runs.
+    """Yield all messages in the chunks in time order, as runs.
 
     Args:
-        load: function that returns the sorted entries of a chunk; called once per chunk, when its first
+        load: function that returns a chunk's sorted entries. It is called once per chunk, when the first
             message is due.
     """
     waiting = sorted(spans, key=lambda span: (span.start_ns, span.number), reverse=True)
-    # (timestamp, rank, number) of each active chunk's next message, and its index in the entries
+    # (timestamp, rank, number) for each active chunk's next message, and the message's index in the entries
     active: list[tuple[tuple[int, int, int], int]] = []
     entries_of: dict[int, Sequence[Entry]] = {}
     while waiting or active:

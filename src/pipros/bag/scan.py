@@ -1,7 +1,7 @@
-"""Build the index of a damaged or unindexed bag of format 2.0 by scanning the file.
+"""Build the index of a damaged or unindexed bag in format 2.0 by scanning the file.
 
-Every complete message is found, even in a chunk whose writer was killed. After damage, the scan continues at
-the next chunk.
+Every complete message is found, even in a chunk that is incomplete because the writer was killed. After
+damage, the scan continues at the next chunk.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Contents:
 
 
 def scan(source: Source, start: int, limits: Limits, progress: Progress | None = None) -> BagLayout:
-    """Return the connections and chunks of a bag whose first record begins at `start`.
+    """Return the connections and chunks of a bag whose first record starts at `start`.
 
     `progress` is called with the byte position before each record. `BagLayout.damage` describes the damage.
     """
@@ -60,7 +60,7 @@ def scan(source: Source, start: int, limits: Limits, progress: Progress | None =
 
 
 def _scan_record(source: Source, layout: BagLayout, position: int, limits: Limits) -> int:
-    """Read the record at `position`, and return the position of the next one."""
+    """Read the record at `position`, and return the position of the next record."""
     fields, data_position, data_size = source.header(position)
     where = source.at(position)
     op = op_of(fields, where)
@@ -121,7 +121,7 @@ def _scan_open_chunk(source: Source, layout: BagLayout, position: int, header: C
 
 
 def add_chunk(layout: BagLayout, position: int, header: ChunkHeader, contents: Contents) -> None:
-    """Add a chunk and its index to the layout, unless it has no messages."""
+    """Add a chunk and its index to the layout unless the chunk is empty."""
     for connection in contents.connections:
         layout.connections.setdefault(connection.id, connection)
     if contents.start_ns is None:
@@ -134,7 +134,7 @@ def add_chunk(layout: BagLayout, position: int, header: ChunkHeader, contents: C
 
 
 def _walk(read: Callable[[int, int], bytes], size: int) -> Contents:
-    """Return the records in the content of a chunk before the first one that is damaged or truncated."""
+    """Return the records in a chunk's content before the first damaged or truncated record."""
     contents = Contents()
     position = 0
     while size - position >= 8:

@@ -17,11 +17,12 @@ if TYPE_CHECKING:
 
 
 class Snapshots:
-    """Writes the messages of a queue to files, and removes them from the queue. Thread-safe.
+    """Writer that moves the messages in a queue to files. Thread-safe.
 
     Args:
-        options: options of the files. If `repeat_latched` is true, a file begins with the latched messages
-            that the queue has dropped. Existing files are never replaced: a number is appended to the name.
+        options: options for the files. If `repeat_latched` is true, a file starts with the latched messages
+            that the queue has dropped. Existing files are never replaced; instead, a number is appended to
+            the name.
         say: called with a line of text when a file is opened or closed.
     """
 

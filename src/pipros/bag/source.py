@@ -11,7 +11,7 @@ from pipros.basics.limits import Limits
 
 
 class SeekableFile(Protocol):
-    """File methods used for reading."""
+    """The file methods that are used for reading."""
 
     def read(self, size: int = ..., /) -> bytes: ...
     def seek(self, offset: int, whence: int = ..., /) -> int: ...
@@ -67,7 +67,7 @@ class Source:
         self._file.seek(position)
 
     def header(self, position: int) -> tuple[Fields, int, int]:
-        """Return the header of the record at `position`, and the position and the size of its data.
+        """Return the header of the record at `position`, and the position and size of its data.
 
         The data may be truncated; only their length must be present.
 
@@ -86,7 +86,7 @@ class Source:
         return parse_fields(whole[4 : 4 + size], self.at(position)), position + 8 + size, data_size
 
     def data(self, position: int, size: int) -> bytes:
-        """Return the data of a connection or of the index.
+        """Return the data of a connection record or an index record.
 
         Raises:
             BagFormatError: the data are truncated, or larger than allowed.
@@ -99,7 +99,7 @@ class Source:
         return self.read(position, size)
 
     def _start(self, position: int) -> bytes:
-        """Return enough bytes for most headers, in one read."""
+        """Return enough bytes for most headers with a single read."""
         if position >= self.size:
             raise BagFormatError(
                 f"{self.at(position)}: a record must follow, but the file ends at {self.size}"

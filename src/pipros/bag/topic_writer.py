@@ -12,7 +12,10 @@ from pipros.msg.class_finder import installed_class
 
 
 class TopicWriter:
-    """Adds messages to a writer. Each combination of topic, type and header gets its own connection."""
+    """Adapter that adds messages to a writer.
+
+    Each combination of topic, type and header gets its own connection.
+    """
 
     def __init__(self, writer: BagWriter) -> None:
         self._writer = writer
@@ -26,18 +29,18 @@ class TopicWriter:
         nanoseconds: int,
         header: Mapping[str, Any] | None = None,
     ) -> None:
-        """Add a message. Values of the header may be text or bytes.
+        """Add a message. Header values may be text or bytes.
 
         Raises:
             AttributeError: `message` is not a message.
-            SerializationError: a field of the message does not fit.
+            SerializationError: a value in the message does not fit its field.
             OSError: see `BagWriter`.
         """
         cls = type(message)
         key = (topic, cls, None if header is None else tuple(header.items()))
         connection = self._known.get(key)
         if connection is None:
-            _ = message.serialize  # raises for objects that are not messages
+            _ = message.serialize  # raises AttributeError for objects that are not messages
             connection = self._known[key] = self._connection(topic, (cls._type, cls._md5sum), header, cls)
         self._writer.write_message(connection, seconds, nanoseconds, message)
 
@@ -73,7 +76,7 @@ class TopicWriter:
     def _connection(
         self, topic: str, names: tuple[str, str], header: Mapping[str, Any] | None, cls: Any
     ) -> Connection:
-        """Return the connection with this header, adding it if it is new."""
+        """Return the connection with this header, adding it if necessary."""
         given = {name: _as_bytes(value) for name, value in (header or {}).items()}
         needed = {
             "topic": topic,

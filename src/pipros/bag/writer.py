@@ -1,6 +1,7 @@
-"""Write bags of format 2.0. A killed writer or a full disk loses at most the open chunk.
+"""Write bags in format 2.0. If the writer is killed or the disk is full, at most the open chunk is lost.
 
-A chunk is built in memory and written at once, with its index. The position of the file's index is written to
+A chunk is built in memory and written in one piece, with its index. The position of the file's index is
+written to
 the file header last. Until then the file has no index, but `rosbag reindex` can restore its complete chunks.
 """
 
@@ -23,7 +24,7 @@ from pipros.bag.records import ENTRY, MAGIC, U32, Op, Version, field_bytes, file
 from pipros.msg.time import NS_PER_S
 
 CHUNK_BYTES = 768 * 1024
-"""Default size at which a chunk ends, uncompressed."""
+"""Default uncompressed size at which a chunk ends."""
 
 _TIME_AND_SIZE = Struct("<III")
 _LARGEST = 0xFFFFFFFF
@@ -36,7 +37,7 @@ _FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 class WholeWrites(FileIO):
     """Unbuffered file whose `write` writes all bytes or raises `OSError`.
 
-    Python's buffered files retry failed writes at each later call, so that on a full disk even truncating
+    Python's buffered files retry failed writes on each later call, so that on a full disk, even truncating
     would fail.
     """
 
@@ -49,7 +50,7 @@ class WholeWrites(FileIO):
 
 
 class WritableFile(Protocol):
-    """File methods used for writing."""
+    """The file methods that are used for writing."""
 
     def write(self, data: Any, /) -> Any: ...
     def seek(self, offset: int, whence: int = ..., /) -> int: ...
@@ -58,7 +59,7 @@ class WritableFile(Protocol):
 
 
 class MessageWriter(Protocol):
-    """Methods of the writers of all formats; see `BagWriter`."""
+    """Methods that the writers for all formats have; see `BagWriter`."""
 
     layout: BagLayout
 
@@ -84,7 +85,7 @@ class _Topic:
 
 
 class BagWriter:
-    """Writes messages into an open file, which it does not close. Not thread-safe.
+    """Writer of messages to an open file, which it does not close. Not thread-safe.
 
     Args:
         file: a binary file open for reading and writing.
@@ -93,8 +94,8 @@ class BagWriter:
         layout: layout of the bag to append to; None for a new file.
 
     Raises:
-        OSError: the file cannot be written; every method that writes may raise it. Complete chunks stay
-            readable.
+        OSError: the file cannot be written. Every method that writes may raise this error. Complete chunks
+            stay readable.
     """
 
     def __init__(
@@ -118,7 +119,8 @@ class BagWriter:
         else:
             self.layout = layout
             layout.index_position = 0
-            self._write_file_header(0)  # before truncating, so that readers do not look for the removed index
+            # Done before truncating, so that readers do not look for the removed index.
+            self._write_file_header(0)
             self._file.flush()
             self._file.truncate(layout.end)
             self._file.seek(layout.end)
@@ -152,7 +154,7 @@ class BagWriter:
         """Serialize a message into the open chunk.
 
         Raises:
-            SerializationError: a field does not fit; nothing is added.
+            SerializationError: a value does not fit its field. Nothing is added.
         """
         chunk = self._chunk
         offset = chunk.tell()
@@ -236,19 +238,22 @@ class BagWriter:
         self._file.flush()
 
     def finish(self) -> None:
-        """Write the index. Afterwards the bag is complete, and nothing can be added. Idempotent."""
+        """Write the index.
+
+        After that, the bag is complete and closed for additions. May be called repeatedly.
+        """
         if self._is_finished:
             return
         self.finish_chunk()
         self._write_index()
 
     def finish_with_what_fits(self) -> int:
-        """Write the index; on a full disk, discard the newest messages until there is room for it.
+        """Write the index. If the disk is full, discard the newest messages until the index fits.
 
-        Returns the number of discarded messages. Needs an unbuffered file, such as `WholeWrites`.
+        Return the number of discarded messages. Needs an unbuffered file, such as `WholeWrites`.
 
         Raises:
-            OSError: writing fails for another reason, or there is no room for the index of an empty bag.
+            OSError: writing fails for another reason, or even the index of an empty bag does not fit.
         """
         try:
             self.finish()
@@ -300,5 +305,5 @@ class BagWriter:
         counts = len(self.layout.connections), len(self.layout.chunks)
         header = file_header(index_position, *counts if index_position else (0, 0))
         self._file.seek(0)
-        self._file.write(MAGIC + header)  # in one write, so that a kill cannot leave half of it
+        self._file.write(MAGIC + header)  # Written at once, so that a killed process cannot leave half of it.
         self.layout.end = max(self.layout.end, len(MAGIC) + len(header))

@@ -1,1 +1,1 @@
-"""The CMake language, as far as packages without compiled code use it. Independent of catkin."""
+"""The part of the CMake language that packages without compiled code use. It does not depend on catkin."""

@@ -1,4 +1,4 @@
-"""`math()`: arithmetic with 64-bit integers."""
+"""The command `math()`, for arithmetic with 64-bit integers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ def math(words: list[str], scope: Scope) -> None:
         # Unlike in Python, leading zeros are allowed.
         text = _LEADING_ZEROS.sub("", words[2].strip())
         value = _value(ast.parse(text, mode="eval").body)
-    except (SyntaxError, RecursionError, MemoryError):  # MemoryError: the parser nests too deep
+    # MemoryError is raised if the parser's nesting is too deep
+    except (SyntaxError, RecursionError, MemoryError):
         raise ValueError(f'cannot parse the expression: "{words[2]}"') from None
     except ZeroDivisionError:
         raise ValueError(f"divide by zero in: {words[2]}") from None
@@ -44,7 +45,7 @@ _BINARY: Mapping[type, Callable[[int, int], int]] = {
     ast.BitOr: operator.or_,
     ast.BitAnd: operator.and_,
     ast.BitXor: operator.xor,
-    # Processors only use the lowest six bits of the shift count.
+    # Processors use only the lowest six bits of the shift count.
     ast.LShift: lambda left, right: left << (right & 63),
     ast.RShift: lambda left, right: left >> (right & 63),
 }

@@ -1,4 +1,4 @@
-"""Structure of command lists: ends of blocks, and branches of `if()`."""
+"""Structure of command lists: the ends of blocks, and the branches of `if()`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ BLOCKS = ("if", "foreach", "while", "function", "macro", "block")
 
 
 def end_of_block(commands: Sequence[Command], start: int) -> int | None:
-    """Return the position of the command that closes the block opened at `start`; None if there is none."""
+    """Return the position of the command that closes the block opened at `start`, or else None."""
     name = commands[start].name
     depth = 0
     for position in range(start, len(commands)):
@@ -22,7 +22,7 @@ def end_of_block(commands: Sequence[Command], start: int) -> int | None:
 
 
 def branches(opening: Command, body: Sequence[Command]) -> Iterator[tuple[Command, Sequence[Command]]]:
-    """Yield the branches of `if()`: the command with the condition, or `else()`, and its body."""
+    """Yield the branches of `if()`, each as the command with the condition, or `else()`, and its body."""
     depth, start, branch = 0, 0, opening
     for position, command in enumerate(body):
         depth += command.name == "if"

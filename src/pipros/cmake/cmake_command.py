@@ -38,7 +38,7 @@ def run_script(file: str, settings: Sequence[str] = (), arguments: Sequence[str]
     """Execute a script, and return 0.
 
     Args:
-        settings: command line options `-DNAME=VALUE`.
+        settings: command-line options `-DNAME=VALUE`.
         arguments: the values of `CMAKE_ARGV0`, `CMAKE_ARGV1`, …
 
     Raises:
@@ -59,7 +59,7 @@ def run_script(file: str, settings: Sequence[str] = (), arguments: Sequence[str]
 
 
 def script_interpreter(settings: Mapping[str, str]) -> Interpreter:
-    """Return an interpreter for scripts, which have no targets.
+    """Return an interpreter for scripts, which do not have targets.
 
     Args:
         settings: the initial cache entries.

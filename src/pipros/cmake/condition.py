@@ -11,7 +11,10 @@ from pipros.cmake.language import split_list
 from pipros.cmake.regex import search
 
 Word = tuple[str, bool]
-"""A word with variables replaced, and whether it was quoted, so neither a keyword nor a variable."""
+"""A word with variables replaced, and whether it was quoted.
+
+A quoted word is neither a keyword nor a variable.
+"""
 
 _CLOSING: Word = (")", False)
 _FALSE = frozenset(("", "0", "off", "no", "false", "n", "ignore", "notfound"))
@@ -35,8 +38,8 @@ def is_true(
     """Return whether `if(words)` is true. `MATCHES` stores its matches in `CMAKE_MATCH_0`, …
 
     Args:
-        commands, targets: the names that exist, for `COMMAND` and `TARGET`.
-        environment, cache: the names that exist, for `DEFINED ENV{…}` and `DEFINED CACHE{…}`.
+        commands, targets: the existing names, for `COMMAND` and `TARGET`.
+        environment, cache: the existing names, for `DEFINED ENV{…}` and `DEFINED CACHE{…}`.
 
     Raises:
         ValueError: the words do not form a condition.
@@ -56,7 +59,10 @@ def is_on(value: str) -> bool:
 
 
 class _Condition:
-    """Recursive descent parser: AND and OR from left to right, then NOT, tests and parentheses."""
+    """Recursive descent parser.
+
+    AND and OR, evaluated from left to right, bind loosest, then NOT, tests and parentheses.
+    """
 
     def __init__(
         self,
@@ -186,7 +192,7 @@ _TWO_WORD_TESTS = ("MATCHES", "IN_LIST", "IS_NEWER_THAN", "PATH_EQUAL", *_COMPAR
 
 
 def _is_newer(first: str, second: str) -> bool:
-    """Return whether the first file is at least as new as the second, or one of them does not exist."""
+    """Return whether the first file is at least as new as the second, or one of the files does not exist."""
     try:
         return os.stat(first).st_mtime_ns >= os.stat(second).st_mtime_ns
     except OSError:

@@ -1,4 +1,4 @@
-"""`configure_file()`: variable substitution in text."""
+"""The command `configure_file()`, which substitutes variables in text."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from pipros.cmake.scope import Scope, check_length
 
 
 def configure_file(words: list[str], scope: Scope) -> None:
-    """Execute `configure_file(input output …)`. An output that is up to date is not written.
+    """Execute `configure_file(input output …)`. The output is not written if it is up to date.
 
     Raises:
-        ValueError: too few arguments, or a file cannot be read or written.
+        ValueError: there are too few arguments, or a file cannot be read or written.
     """
     if len(words) < 2:
         raise ValueError("called with incorrect number of arguments, expected 2")
@@ -41,7 +41,7 @@ _DEFINE = re.compile(r"^([ \t]*#[ \t]*)cmakedefine(01)?[ \t]+(\w+)(?:[ \t]+([^\n
 
 
 def configured(text: str, scope: Scope, *, at_only: bool = False, escapes_quotes: bool = False) -> str:
-    """Replace `#cmakedefine` lines, `@NAME@` and, unless `at_only` is true, `${NAME}` in a text.
+    """Replace `#cmakedefine` lines, `@NAME@` and, unless `at_only` is true, `${NAME}` in `text`.
 
     Raises:
         ValueError: the result would be too long.

@@ -1,4 +1,4 @@
-"""File copies as in `file(COPY)` and `install()`, with patterns and permissions."""
+"""File copying as in `file(COPY)` and `install()`, with patterns and permissions."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class CannotCopy(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """A `PATTERN` or `REGEX`, and the treatment of matching paths."""
+    """A `PATTERN` or `REGEX`, and how to treat matching paths."""
 
     expression: re.Pattern[str]
     is_excluded: bool = False
@@ -56,10 +56,10 @@ class Copy:
         source: an absolute path. A trailing slash denotes the contents of a folder.
         target: the destination folder, absolute or relative to the `base` of `copy`.
         rename: the new name of the file; empty to keep the source's name.
-        is_optional: whether the source may be missing; a folder always may.
+        is_optional: whether the source may be missing. A folder may always be missing.
         mode: the permissions of files, unless `keeps_permissions` is set, which keeps the source's
             permissions.
-        only_matching: whether to skip files that match no pattern.
+        only_matching: whether to skip files that do not match a pattern.
     """
 
     source: str
@@ -79,7 +79,7 @@ def read_copies(
     """Parse the copies in words such as `a.txt b.txt DESTINATION share OPTIONAL`.
 
     Args:
-        in_source: function that makes the path of a source absolute.
+        in_source: function that makes a source path absolute.
         is_folder: whether the sources are folders.
         mode: the default permissions of files.
 
@@ -126,7 +126,7 @@ def read_copies(
 
 
 def _by_keyword(words: Sequence[str]) -> Iterator[tuple[str, list[str]]]:
-    """Yield each keyword with the words after it; the keyword of the words before the first one is empty."""
+    """Yield each keyword with the words after it. Words before the first keyword have an empty keyword."""
     keyword, following = "", list[str]()
     for word in words:
         if word in _KEYWORDS:
@@ -167,7 +167,7 @@ def copy(item: Copy, base: Path, say: Say) -> Path:
 
     Args:
         base: the folder for a relative `item.target`.
-        say: called with a line for each file.
+        say: called with a line of output for each file.
 
     Raises:
         CannotCopy: the source does not exist.
@@ -187,7 +187,7 @@ def copy(item: Copy, base: Path, say: Say) -> Path:
 
 
 def copy_file(source: Path, target: Path, say: Say, *, mode: int = FILE_MODE) -> None:
-    """Copy a file, unless the copy has the same modification time. Links are copied as links.
+    """Copy a file unless the target has the same modification time. Links are copied as links.
 
     Raises:
         OSError: the file cannot be copied.

@@ -1,4 +1,4 @@
-"""`execute_process()`: runs programs while a `CMakeLists.txt` is read, without a shell."""
+"""The command `execute_process()`, which runs programs without a shell while a `CMakeLists.txt` is read."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _SWITCHES = (
 
 
 def execute_process(words: list[str], scope: Scope) -> None:
-    """Execute `execute_process(words)`: the output of each command is the input of the next.
+    """Execute `execute_process(words)`. The output of each command is the input of the next command.
 
     Raises:
-        ValueError: there is no command, or one failed and `COMMAND_ERROR_IS_FATAL` is given.
+        ValueError: there is no command, or a command failed and `COMMAND_ERROR_IS_FATAL` is given.
     """
     commands, options, switches = _sort(words)
     if not commands or not all(commands):
@@ -74,7 +74,7 @@ def _sort(words: list[str]) -> tuple[list[list[str]], dict[str, str], set[str]]:
 
 
 def _run(commands: list[list[str]], options: dict[str, str], scope: Scope) -> tuple[str, str, list[str]]:
-    """Run a pipeline; return the last command's output, all standard error, and exit codes or errors."""
+    """Run a pipeline. Return the last command's output, all standard error, and the exit codes or errors."""
     folder = scope.in_binary(options.get("WORKING_DIRECTORY", ""))
     data = b""
     if "INPUT_FILE" in options:

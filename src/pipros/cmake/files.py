@@ -1,4 +1,4 @@
-"""`file()`: reads, writes, finds and copies files."""
+"""The command `file()`, which reads, writes, finds and copies files."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def carry_out(words: list[str], scope: Scope) -> None:
     """Execute `file(words)`.
 
     Raises:
-        ValueError: wrong arguments, or a file cannot be read or written.
-        Unsupported: only CMake itself has the subcommand.
+        ValueError: the arguments are wrong, or a file cannot be read or written.
+        Unsupported: only CMake itself supports the subcommand.
     """
     operation, *rest = words or [""]
     action = _OPERATIONS.get(operation)
@@ -65,7 +65,7 @@ def _glob(words: list[str], scope: Scope, *, is_recursive: bool) -> None:
 
 
 def _matching(pattern: str, *, with_folders: bool) -> list[str]:
-    """Return the paths that match an absolute pattern, including hidden ones, as in CMake."""
+    """Return the paths that match an absolute pattern. As in CMake, these include hidden files."""
     found = [""]
     for part in pattern.split("/")[1:]:
         if _WILD.search(part):
@@ -81,7 +81,7 @@ def _matching(pattern: str, *, with_folders: bool) -> list[str]:
 
 
 def _matching_below(pattern: str, *, with_folders: bool) -> Iterator[str]:
-    """Yield paths at any depth below the matches of a pattern's folder whose name matches its last part."""
+    """Yield paths whose name matches a pattern's last part, at any depth below the matches of its folder."""
     base, _, last = pattern.rpartition("/")
     for root in _matching(base, with_folders=True) if _WILD.search(base) else [base]:
         for folder, folders, files in os.walk(root):
@@ -138,7 +138,7 @@ def _remove(words: list[str], scope: Scope, *, is_recursive: bool) -> None:
 
 
 def remove(path: str, *, is_recursive: bool) -> None:
-    """Remove a file or link if it exists; remove a folder only if `is_recursive`."""
+    """Remove a file or link if it exists. A folder is removed only if `is_recursive` is true."""
     if os.path.isdir(path) and not os.path.islink(path):
         if is_recursive:
             shutil.rmtree(path)
@@ -194,7 +194,10 @@ def _set(compute: Callable[[list[str], Scope], str]) -> Callable[[list[str], Sco
 
 
 def _relative_path(path: str, folder: str) -> str:
-    """Return a path relative to a folder. As in CMake, a path of only `..` ends with a slash."""
+    """Return a path relative to a folder.
+
+    As in CMake, a path that consists only of `..` ends with a slash.
+    """
     relative = os.path.relpath(path, folder)
     if relative == ".":
         return ""

@@ -1,7 +1,7 @@
 """Interpreter for CMake files: conditions, loops, functions, included files and folders, and commands.
 
-Commands that only need the scope are in `value_commands.py`; others are passed in as actions. `Limits` bounds
-the iterations of loops, the depth of calls and the number of commands.
+Commands that need only the scope are in `value_commands.py`; other commands are passed in as actions.
+`Limits` bounds the number of loop iterations, the call depth and the number of commands.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from pipros.cmake.value_commands import VALUE_COMMANDS
 from pipros.cmake.words import options_of, sections
 
 _MISTAKES = (ArithmeticError, LookupError, OSError, RecursionError, TypeError, ValueError)
-"""Exceptions that a command may raise for wrong arguments."""
+"""Exceptions that a command may raise if its arguments are wrong."""
 
 Action = Callable[[Command, list[str]], None]
-"""Implementation of a command; called with the command and its arguments as words.
+"""Implementation of a command. It is called with the command and its arguments as words.
 
 May raise `Unsupported`, or ValueError and other built-in errors for wrong arguments.
 """
@@ -48,7 +48,7 @@ _JUMPS = {"break": _Flow.BREAK, "continue": _Flow.CONTINUE, "return": _Flow.RETU
 
 @dataclass(frozen=True, slots=True)
 class _Function:
-    """A `function()` or `macro()`, and the file that defines it."""
+    """A `function()` or `macro()`, with the file that defines it."""
 
     is_macro: bool
     parameters: Sequence[str]
@@ -75,11 +75,12 @@ class Interpreter:
         commands: Container[str] = (),
         targets: Container[str] = (),
     ) -> None:
-        """Store the arguments; nothing is executed yet.
+        """Store the arguments without executing a file.
 
         Args:
-            actions: implementations of commands by name in lower case.
-            check: called before each command that is not defined in a file; raises if it is unknown.
+            actions: implementations of commands, by name in lower case.
+            check: called before each command that is not defined in a file. It raises if the command is
+                unknown.
             on_unsupported: called with a command, and a description of the feature that needs CMake itself.
             include_module: called with the name of each included CMake module.
             commands: additional names for which `if(COMMAND name)` is true, besides CMake's own commands.
@@ -102,7 +103,7 @@ class Interpreter:
         """Execute a file with the current folders and variables.
 
         Raises:
-            CMakeError: the file cannot be read or has an error; the message names the file and line.
+            CMakeError: the file cannot be read or contains an error. The message names the file and line.
         """
         try:
             text = read_text(file, self.scope.limits.file_bytes, errors="replace")
@@ -111,10 +112,10 @@ class Interpreter:
         self.run_text(text, file)
 
     def run_text(self, text: str, file: str) -> None:
-        """Execute source text as if it were the content of `file`.
+        """Execute source text as if it were the contents of `file`.
 
         Raises:
-            CMakeError: the text has an error; the message names the file and line.
+            CMakeError: the text contains an error. The message names the file and line.
         """
         commands = language.parse(text, file)
         with self._in_file(file, commands[0] if commands else None):
@@ -140,7 +141,7 @@ class Interpreter:
             values.update(zip(names, folders, strict=True))
 
     def _run(self, commands: Sequence[Command]) -> _Flow:
-        """Execute commands, up to one that leaves the loop, function or file."""
+        """Execute commands until one of them leaves the loop, function or file."""
         position = 0
         while position < len(commands):
             command = commands[position]
@@ -237,7 +238,7 @@ class Interpreter:
             for number, elements in enumerate(all_rounds):
                 if number >= limit:
                     raise self.error(opening, f"the loop exceeds the limit of {limit} rounds")
-                self._count_step(opening)  # nested loops may contain no other command
+                self._count_step(opening)  # nested loops may not contain any other commands
                 self.scope.values.update(zip(names, elements, strict=True))
                 flow = self._run(body)
                 if flow is _Flow.RETURN:
@@ -293,7 +294,7 @@ class Interpreter:
             "ARGV": ";".join(words),
             "ARGN": ";".join(words[len(parameters) :]),
         }
-        # In CMake the arguments of a macro are not variables, so they must not remain after the call.
+        # In CMake, the arguments of a macro are not variables, so they must not remain after the call.
         kept = self.scope.restored(arguments) if function.is_macro else self.scope.inner()
         with self._in_file(function.file, command), kept:
             self.scope.values.update(arguments)
@@ -333,7 +334,7 @@ class Interpreter:
         """Return the arguments of a command, with variables replaced and lists split.
 
         Raises:
-            CMakeError: they are too long.
+            CMakeError: the arguments are too long.
         """
         return self._expanded(command.arguments, command)
 
@@ -347,7 +348,7 @@ class Interpreter:
             raise self.error(command, str(error)) from None
 
     def error(self, command: Command, reason: str) -> CMakeError:
-        """Return an error located at a command of the current file."""
+        """Return an error located at a command in the current file."""
         return CMakeError(self.file, command.line, command.written_name, reason)
 
 

@@ -1,6 +1,6 @@
 """Parser for CMake files, and expansion of arguments.
 
-Rules: https://cmake.org/cmake/help/latest/manual/cmake-language.7.html
+The rules are described at https://cmake.org/cmake/help/latest/manual/cmake-language.7.html.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ class CMakeError(PiprosError):
     """A CMake file is malformed, or a command in it fails.
 
     Attributes:
-        file, line: the position; lines count from 1.
+        file, line: the position. Lines are counted from 1.
         command: the command at fault; empty if the text itself is malformed.
     """
 
@@ -31,11 +31,12 @@ class CMakeError(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class Argument:
-    """One argument as written.
+    """An argument as written.
 
     Attributes:
-        is_quoted: whether it is quoted, so not split at semicolons.
-        is_literal: whether it is in brackets (`[[…]]`), so variables and escapes are not replaced either.
+        is_quoted: whether the argument is quoted, and therefore not split at semicolons.
+        is_literal: whether the argument is in brackets (`[[…]]`), so that variables and escapes are not
+            replaced either.
     """
 
     text: str
@@ -45,7 +46,7 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """`name(arguments)`; `name` is in lower case, because CMake ignores the case of commands."""
+    """A command, `name(arguments)`. `name` is in lower case, because CMake ignores the case of commands."""
 
     name: str
     written_name: str
@@ -167,7 +168,9 @@ def expand(
 def expand_text(
     text: str, variables: Mapping[str, str], environment: Mapping[str, str], limit_characters: int
 ) -> str:
-    """Return a text with its variables replaced; nested references (`${A_${B}}`) from the inside out.
+    """Return `text` with its variables replaced.
+
+    Nested references (`${A_${B}}`) are replaced from the inside out.
 
     Raises:
         ValueError: the result would exceed the limit.
@@ -176,7 +179,7 @@ def expand_text(
 
 
 class _Variables:
-    """The variables for one text; limits the total length of their values."""
+    """The variables for one text, with a limit on the total length of their values."""
 
     def __init__(
         self, variables: Mapping[str, str], environment: Mapping[str, str], limit_characters: int

@@ -1,4 +1,4 @@
-"""`list()`: operations on lists, which are texts with elements separated by semicolons."""
+"""The command `list()`, which operates on lists. A list is a text with elements separated by semicolons."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ def carry_out(words: list[str], scope: Scope) -> None:
     """Execute `list(words)`.
 
     Raises:
-        ValueError: wrong arguments.
-        Unsupported: only CMake itself has the subcommand.
+        ValueError: the arguments are wrong.
+        Unsupported: only CMake itself supports the subcommand.
     """
     if len(words) < 2:
         raise ValueError("must be called with at least two arguments")
@@ -33,7 +33,10 @@ def carry_out(words: list[str], scope: Scope) -> None:
 
 Elements = list[str]
 _Operation = Callable[[Elements, list[str], Scope], Elements | None]
-"""Subcommand; called with the elements and the remaining words, returns the new elements if they change."""
+"""A subcommand.
+
+It is called with the elements and the remaining words, and returns the new elements if they change.
+"""
 
 
 def _length(elements: Elements, rest: list[str], scope: Scope) -> None:

@@ -1,4 +1,4 @@
-"""Arguments of `foreach()`: the values of its variables in each iteration."""
+"""Arguments of `foreach()`, which determine the values of its variables in each iteration."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def rounds(words: Sequence[str], variables: Mapping[str, str]) -> tuple[list[str
     """Return the variables of a loop, and their values in each iteration.
 
     Raises:
-        ValueError, IndexError: wrong arguments.
+        ValueError, IndexError: the arguments are wrong.
     """
     if not words:
         raise ValueError("no loop variable")
@@ -43,7 +43,10 @@ def _in(words: Sequence[str], variables: Mapping[str, str]) -> list[str]:
 
 
 def _range(numbers: list[int]) -> range:
-    """Return the numbers including the last one, as in CMake. If there is no step, it may also count down."""
+    """Return the numbers in a range that includes the last number, as in CMake.
+
+    Without a step, it may count down.
+    """
     first, last = (0, *numbers, 0)[:2] if len(numbers) < 2 else numbers[:2]
     direction = 1 if last >= first else -1
     step = numbers[2] if len(numbers) > 2 and numbers[2] else direction

@@ -1,4 +1,4 @@
-"""`get_filename_component()`, `find_program()`, `find_file()`, `find_path()`."""
+"""The commands `get_filename_component()`, `find_program()`, `find_file()` and `find_path()`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def get_filename_component(words: list[str], scope: Scope) -> None:
     """Execute `get_filename_component(variable path mode …)`.
 
     Raises:
-        ValueError: too few arguments, or an unknown mode.
+        ValueError: there are too few arguments, or the mode is unknown.
     """
     if len(words) < 3:
         raise ValueError("called with incorrect number of arguments")

@@ -1,4 +1,4 @@
-"""CMake's regular expressions, translated to Python's."""
+"""Translation of CMake's regular expressions to Python's."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def compiled(expression: str) -> re.Pattern[str]:
             return r"\Z"
         if text in "{}":
             return "\\" + text
-        # An escaped letter is only special in Python; so is a backslash in brackets.
+        # An escaped letter has a special meaning only in Python, and so does a backslash in brackets.
         if text[0] == "\\":
             return re.escape(text[1])
         return text.replace("\\", "\\\\").replace("[", r"\[").replace(r"\[", "[", 1)
@@ -38,7 +38,7 @@ def compiled(expression: str) -> re.Pattern[str]:
 
 
 def search(expression: str, text: str, variables: MutableMapping[str, str]) -> bool:
-    """Return whether the expression matches somewhere; store match and groups in `CMAKE_MATCH_0`, …
+    """Return whether the expression matches anywhere. Store the match and its groups in `CMAKE_MATCH_0`, …
 
     Raises:
         ValueError: the expression is invalid.
@@ -64,7 +64,7 @@ def require_text(match: re.Match[str], mode: str) -> None:
 
 
 def replace(expression: str, replacement: str, text: str, limits: Limits) -> str:
-    """Return the text with every match replaced; `\\1` in the replacement is the first group.
+    """Return the text with every match replaced. `\\1` in the replacement is the first group.
 
     Raises:
         ValueError: the expression is invalid or matches an empty string, the replacement refers to a group

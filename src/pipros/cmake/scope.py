@@ -1,4 +1,4 @@
-"""The state that CMake commands read and change: variables, the cache, the environment."""
+"""The state that CMake commands read and change: variables, the cache and the environment."""
 
 from __future__ import annotations
 
@@ -39,9 +39,10 @@ class Scope:
     """The variables of the current function or folder, with the cache below them.
 
     Attributes:
-        values: the values of `${NAME}`. Setting an item sets a variable, never a cache entry.
-        cache: entries for all folders: `-D` settings, options, results of `find_program()`.
-        environment: the values of `$ENV{NAME}`; also the environment of programs.
+        values: the values for `${NAME}`. Setting an item sets a variable, never a cache entry.
+        cache: entries that apply to all folders, such as `-D` settings, options and results of
+            `find_program()`.
+        environment: the values for `$ENV{NAME}`, which are also the environment of programs.
         properties: the global properties.
         limits: resource limits for CMake files.
     """
@@ -63,7 +64,7 @@ class Scope:
         self._for_parent: list[dict[str, str | None]] = [{}]
 
     def unset(self, name: str) -> None:
-        """Remove a variable if it is set; a cache entry with that name is kept."""
+        """Remove a variable if it is set. A cache entry with that name is kept."""
         self._values.characters -= len(self._variables.pop(name, ""))
 
     def set_in_parent(self, name: str, value: str | None) -> None:
@@ -89,7 +90,7 @@ class Scope:
 
     @contextmanager
     def restored(self, names: Iterable[str]) -> Iterator[None]:
-        """Restore the current values of these variables at the end of the context."""
+        """Context manager that restores the current values of these variables at the end."""
         before = {name: self.values.get(name) for name in names}
         yield
         for name, value in before.items():
@@ -99,17 +100,17 @@ class Scope:
                 self.values[name] = value
 
     def in_source(self, path: str) -> str:
-        """Return the absolute path of an input file; relative to the current source folder."""
+        """Return the absolute path of an input file, which may be relative to the current source folder."""
         return os.path.normpath(os.path.join(self.values.get("CMAKE_CURRENT_SOURCE_DIR", ""), path))
 
     def in_binary(self, path: str) -> str:
-        """Return the absolute path of an output file; relative to the current binary folder."""
+        """Return the absolute path of an output file, which may be relative to the current binary folder."""
         return os.path.normpath(os.path.join(self.values.get("CMAKE_CURRENT_BINARY_DIR", ""), path))
 
 
 ValueCommand = Callable[[list[str], Scope], None]
-"""A command that only needs the scope. Raises ValueError for wrong arguments."""
+"""A command that needs only the scope. Raises ValueError if the arguments are wrong."""
 
 
 class Unsupported(Exception):
-    """A command needs a feature that only CMake itself has; the message names it."""
+    """A command needs a feature that only CMake itself has. The message names the feature."""

@@ -1,4 +1,4 @@
-"""`string()` and `separate_arguments()`."""
+"""The commands `string()` and `separate_arguments()`."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def carry_out(words: list[str], scope: Scope) -> None:
     """Execute `string(words)`.
 
     Raises:
-        ValueError: wrong arguments.
-        Unsupported: only CMake itself has the subcommand.
+        ValueError: the arguments are wrong.
+        Unsupported: only CMake itself supports the subcommand.
     """
     operation, *rest = words or [""]
     action = _OPERATIONS.get(operation)

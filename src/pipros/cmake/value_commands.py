@@ -1,4 +1,4 @@
-"""Commands of CMake that only need the scope, by name."""
+"""CMake commands that need only the scope, by name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`set()`, `unset()`, `option()`, global properties, and `cmake_parse_arguments()`."""
+"""The commands `set()`, `unset()`, `option()`, `cmake_parse_arguments()`, and those for properties."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def unset(words: list[str], scope: Scope) -> None:
 
 
 def option(words: list[str], scope: Scope) -> None:
-    """Execute `option(name "text" [value])`: a variable that is already set keeps its value."""
+    """Execute `option(name "text" [value])`. A variable that is already set keeps its value."""
     if not words:
         raise ValueError("called with incorrect number of arguments")
     if words[0] not in scope.values:
@@ -48,7 +48,10 @@ def option(words: list[str], scope: Scope) -> None:
 
 
 def set_property(words: list[str], scope: Scope) -> None:
-    """Execute `set_property(GLOBAL … PROPERTY name values…)`; other properties are for compilers."""
+    """Execute `set_property(GLOBAL … PROPERTY name values…)`.
+
+    Other properties are for compilers and are ignored.
+    """
     if "PROPERTY" not in words[:-1]:
         raise ValueError("called with incorrect number of arguments")
     if words[0] == "GLOBAL":
@@ -64,7 +67,7 @@ def set_property(words: list[str], scope: Scope) -> None:
 
 
 def get_property(words: list[str], scope: Scope) -> None:
-    """Execute `get_property(variable GLOBAL PROPERTY name)`; all other properties are empty."""
+    """Execute `get_property(variable GLOBAL PROPERTY name)`. All other properties are empty."""
     if len(words) < 3:
         raise ValueError("called with incorrect number of arguments")
     name = words[words.index("PROPERTY") + 1] if "PROPERTY" in words[:-1] else ""

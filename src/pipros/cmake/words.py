@@ -6,7 +6,10 @@ from collections.abc import Sequence
 
 
 def sections(words: Sequence[str], keys: Sequence[str], switches: Sequence[str] = ()) -> dict[str, list[str]]:
-    """Return the words after each keyword; those before the first one have an empty key. Omit switches."""
+    """Return the words after each keyword, except switches.
+
+    Words before the first keyword have an empty key.
+    """
     found: dict[str, list[str]] = {key: [] for key in ("", *keys)}
     current = ""
     for word in words:

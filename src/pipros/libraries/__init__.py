@@ -1,1 +1,1 @@
-"""The libraries of ROS above rospy, as pure cores: no node, no sockets."""
+"""The logic of the ROS libraries above rospy. It uses neither nodes nor sockets."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # true for type checkers; importing `typing` would take milliseconds
+TYPE_CHECKING = False  # This is true for type checkers. Importing `typing` would take milliseconds.
 if TYPE_CHECKING:
     from typing import Any
 
@@ -13,7 +13,7 @@ __all__ = ["DefinitionError", "load_message_class", "load_service_class"]
 
 
 def __getattr__(name: str) -> Any:
-    # Imported late: every interpreter start imports this package.
+    # Imported late, because every interpreter start imports this package.
     if name == "DefinitionError":
         from pipros.msg.language.spec import DefinitionError
 

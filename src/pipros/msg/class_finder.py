@@ -1,9 +1,9 @@
-"""Finds the class of messages received with their definition: over a link, or from a bag.
+"""Find classes for messages received with their definition, over a link or from a bag.
 
-The class of an installed package is used if its definition has the same md5 sum, so that messages are
-instances of the class that `from package.msg import Name` imports. Otherwise the class is created from the
-received definition: types that are not installed can be read too, and an installed type of the same name is
-not affected.
+An installed package's class is used if its definition has the same MD5 sum, so that messages are instances of
+the class that `from package.msg import Name` imports. Otherwise, the class is created from the received
+definition. In this way, types that are not installed can be read too, and an installed type with the same
+name is not affected.
 """
 
 from __future__ import annotations
@@ -13,18 +13,19 @@ from pipros.basics.limits import Limits, process_limits
 from pipros.msg.base import Message
 
 _CLASS_BYTES = 20_000
-"""What the class of a small definition takes, about."""
+"""Approximate memory that the class for a small definition uses."""
 _MD5_OF_NO_FIELDS = "d41d8cd98f00b204e9800998ecf8427e"
 
 
 class MissingDefinition(PiprosError):
-    """No definition was received, and no installed package has one with the md5 sum."""
+    """No definition was received, and no installed package has a definition with this MD5 sum."""
 
 
 class ClassFinder:
-    """Finds the class of a type, once for each definition.
+    """Finder for the classes of types. Each definition is processed only once.
 
-    A peer may send other definitions for ever: beyond `Limits.definition_cache_bytes` all are forgotten.
+    A peer could send new definitions forever, so the cache is cleared when it exceeds
+    `Limits.definition_cache_bytes`.
     """
 
     def __init__(self, limits: Limits | None = None) -> None:
@@ -33,10 +34,10 @@ class ClassFinder:
         self._known: dict[tuple[str, str, str], type[Message]] = {}
 
     def find(self, type_name: str, md5sum: str, definition: str) -> type[Message]:
-        """Return the class of the type with this md5 sum.
+        """Return the class for the type with the given MD5 sum.
 
         Raises:
-            MissingDefinition: `definition` is empty, and no installed type has this name and md5 sum.
+            MissingDefinition: `definition` is empty, and no installed type has this name and MD5 sum.
             DefinitionError: the definition is invalid.
         """
         key = type_name, md5sum, definition
@@ -53,7 +54,7 @@ class ClassFinder:
 
 
 def installed_class(type_name: str) -> type[Message] | None:
-    """Return the class of a type whose package is on the path, else None."""
+    """Return the class of a type whose package is on the path, or else None."""
     from pipros.msg import load_message_class
 
     try:

@@ -26,7 +26,7 @@ from pipros.msg.language.spec import DefinitionError, MessageSpec
 def message_classes_from_text(
     type_name: str, full_text: str, limits: Limits | None = None
 ) -> dict[str, type[Message]]:
-    """Return classes for all types in a full text. Packages with the same types are ignored.
+    """Return classes for all types in a full text. Installed packages with the same types are ignored.
 
     Args:
         limits: defaults to the process-wide limits.
@@ -45,7 +45,7 @@ def message_classes_from_text(
             namespace: dict[str, Any] = {alias: make(inner) for inner, alias in embedded.items()}
             namespace["__name__"] = __name__
             made = run(source, namespace, f"<message {name}>")[specs[name].name]
-            made.__name__ = made.__qualname__ = f"_{name.replace('/', '__')}"  # as genpy names it
+            made.__name__ = made.__qualname__ = f"_{name.replace('/', '__')}"  # genpy uses the same name
             _classes().add(made)
             classes[name] = made
         return classes[name]
@@ -54,7 +54,7 @@ def message_classes_from_text(
 
 
 def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
-    """Limit the total cost of the classes of all types: the code of each includes its embedded types.
+    """Limit the total cost of all types' classes. The code of each class includes its embedded types.
 
     Raises:
         DefinitionError: see `message_classes_from_text`.
@@ -79,13 +79,13 @@ def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
 
 
 class DynamicClasses:
-    """The classes created from texts and still in use, so that their messages can be copied and unpickled."""
+    """The classes created from texts and still in use, for copying and unpickling their messages."""
 
     def __init__(self) -> None:
         self._in_use: WeakValueDictionary[tuple[str, str], type[Message]] = WeakValueDictionary()
 
     def add(self, cls: type[Message]) -> None:
-        """Add the methods for `pickle` and `copy` to the class, without keeping it alive."""
+        """Add the methods for `pickle` and `copy` to the class, without keeping the class alive."""
         self._in_use[cls._type, cls._full_text] = cls
         added: Any = cls
         added.__reduce_ex__ = _reduce
@@ -103,7 +103,7 @@ class DynamicClasses:
 
 @cache
 def _classes() -> DynamicClasses:
-    """Return the classes of this process. They are global because pickles find classes through modules."""
+    """Return this process's classes. They are global, because pickles find classes through modules."""
     return DynamicClasses()
 
 

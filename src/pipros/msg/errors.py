@@ -1,4 +1,4 @@
-"""The errors of messages; `genpy` exports these exceptions under the same names."""
+"""Exceptions for messages. `genpy` exports them under the same names."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pipros.basics.errors import PiprosError
 class MessageException(PiprosError):
     """A message cannot be created, filled, written or read."""
 
-    __module__ = "genpy.message"  # as in genuine ROS; so in the classes below
+    __module__ = "genpy.message"  # genuine ROS uses this name; the same applies to the classes below
 
 
 class SerializationError(MessageException):

@@ -1,4 +1,4 @@
-"""The attributes that expressions over messages may read: fields, the message type, and times as numbers."""
+"""The attributes that expressions over messages may read: fields, message types, and times as numbers."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ _OF_TIMES = ("secs", "nsecs", "to_sec", "to_nsec", "to_time", "is_zero")
 
 
 def field_of(value: Any, name: str) -> Any:
-    """Return a declared field of a message, its `_type`, or a field or method of a time. All else is refused.
+    """Return a message's declared field or its `_type`, or a field or method of a time. All else is refused.
 
     Raises:
-        AttributeError: the field does not exist.
+        AttributeError: the field does not exist, or access to the attribute is refused.
     """
     if isinstance(value, TVal) and name in _OF_TIMES:
         return getattr(value, name)

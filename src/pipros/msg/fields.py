@@ -1,4 +1,4 @@
-"""The attributes of a message, for code that `Message` calls and that therefore cannot import it."""
+"""The attributes of a message, for code that cannot import `Message` because `Message` calls it."""
 
 from __future__ import annotations
 

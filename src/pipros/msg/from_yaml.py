@@ -1,4 +1,4 @@
-"""Fills messages from YAML values of command lines and launch files.
+"""Fill messages from YAML values on command lines and in launch files.
 
 Implements the rules of http://wiki.ros.org/ROS/YAMLCommandLine.
 """
@@ -18,7 +18,7 @@ _TIME_CLASSES: Mapping[str, type[TVal]] = {"time": Time, "duration": Duration}
 
 
 def get_printable_message_args(msg: Message, buff: StringIO | None = None, prefix: str = "") -> str:
-    """Return the names of all fields that take a value (members as `header.seq`), separated by spaces."""
+    """Return the names of all fields that take a value, such as `header.seq`, separated by spaces."""
     buff = StringIO() if buff is None else buff
     for name in msg.__slots__:
         value = getattr(msg, name)
@@ -38,7 +38,8 @@ def fill_message_args(msg: Message | TVal, msg_args: Any, keys: Mapping[str, Any
         keys: keywords for message or time fields, such as `now`, with their values.
 
     Raises:
-        MessageException: there are too many or too few values, or an unknown field, which it names.
+        MessageException: there are too many or too few values, or an unknown field. The message names the
+            field.
         ValueError: `msg_args` is neither a list nor a dictionary.
     """
     args = [] if msg_args is None else msg_args
@@ -129,5 +130,8 @@ def _new_element(base: str, field: str) -> Message | TVal:
 
 
 def _yaml_hint(name: object) -> str:
-    """Return an explanation of a key like `off`, which YAML reads as a boolean; else nothing."""
+    """Return an explanation for a key such as `off`, which YAML reads as a boolean.
+
+    For other keys, return an empty string.
+    """
     return " (YAML reads on, off, yes and no as booleans: write 'off')" if isinstance(name, bool) else ""

@@ -1,7 +1,8 @@
 """Parts of the Python source that genuine genpy generates for a message, for tools that generate their own.
 
-pipros's classes are compiled without it, in `pipros.msg.compile`. Types are names as in definitions; a
-context has `get_registered(name)`, which returns a specification with `fields`, `types`, `names` and
+pipros's own classes do not use this source; they are compiled in `pipros.msg.compile`. Types are named as in
+definitions. A context has `get_registered(name)`, which returns a specification with `fields`, `types`,
+`names` and
 `constants`, and raises KeyError for an unknown name.
 """
 
@@ -33,7 +34,7 @@ SIMPLE = {
     "char": "B",
     "byte": "b",
 }
-"""The types that are one number on the wire, with their `struct` format characters."""
+"""The types that are serialized as a single number, with their `struct` format characters."""
 
 _HEADERS = ("Header", "std_msgs/Header")
 
@@ -47,7 +48,7 @@ class Special:
 
     Attributes:
         constructor: an expression that creates a value.
-        post_deserialize: the call after reading a value, as `%s.canon()`; None for no call.
+        post_deserialize: the call to make after reading a value, such as `%s.canon()`; None for no call.
         import_str: the required import.
     """
 
@@ -69,7 +70,7 @@ _SPECIAL = {
 
 
 def is_simple(type_: str) -> bool:
-    """Return True for a type that is one number on the wire."""
+    """Return True for a type that is serialized as a single number."""
     return type_ in SIMPLE
 
 
@@ -79,7 +80,7 @@ def is_special(type_: str) -> bool:
 
 
 def special(type_: str) -> Special | None:
-    """Return the replacement of a type that is not generated; None for other types."""
+    """Return the replacement for a type that is not generated, or None for other types."""
     return _SPECIAL.get(type_)
 
 
@@ -87,7 +88,7 @@ def registered(context: Any, type_: str) -> Any:
     """Return the specification of a type.
 
     Raises:
-        GenerationError: the context does not have the type.
+        GenerationError: the context does not contain the type.
     """
     try:
         return context.get_registered(type_)
@@ -110,7 +111,7 @@ def package_and_name(package: str, type_: str) -> tuple[str, str]:
 
 
 def constructor(context: Any, package: str, type_: str) -> str | None:
-    """Return the expression that creates a message or a time; None for numbers, strings and arrays."""
+    """Return the expression that creates a message or a time, or None for numbers, strings and arrays."""
     if type_ in _SPECIAL:
         return _SPECIAL[type_].constructor
     owner, name = package_and_name(package, type_)
@@ -165,7 +166,7 @@ def _default_array(context: Any, base: str, length: str, package: str) -> str:
 
 
 def without_keywords(spec: Any) -> Any:
-    """Return a copy of a specification, with an underscore after names that are Python keywords."""
+    """Return a copy of a specification with an underscore appended to names that are Python keywords."""
     safe = copy(spec)
     safe.names = [_safe(name) for name in spec.names]
     safe.constants = [copy(constant) for constant in spec.constants]
@@ -179,7 +180,7 @@ def _safe(name: str) -> str:
 
 
 def flattened(context: Any, spec: Any) -> Iterator[tuple[str, str]]:
-    """Yield `(type, name)` of each field, embedded ones with dotted names. Arrays are not expanded."""
+    """Yield `(type, name)` for each field. Embedded fields have dotted names. Arrays are not expanded."""
     for kind, name in spec.fields():
         if "[" in kind or (kind in BUILTINS and kind not in ("time", "duration")):
             yield kind, name
@@ -190,14 +191,17 @@ def flattened(context: Any, spec: Any) -> Iterator[tuple[str, str]]:
 
 
 def struct_pattern(types: Sequence[str] | None) -> str | None:
-    """Return the `struct` format of types; None if one is not a number, or for no types."""
+    """Return the `struct` format for types, or None if a type is not a number or there are no types."""
     if not types or not all(kind in SIMPLE for kind in types):
         return None
     return "".join(SIMPLE[kind] for kind in types)
 
 
 def reduced_pattern(pattern: str) -> str:
-    """Return a `struct` format with counts for repeated characters; one with counts is unchanged."""
+    """Return a `struct` format with counts for repeated characters.
+
+    A format that already has counts is unchanged.
+    """
     if not pattern or re.search(r"\d", pattern):
         return pattern
     counted = ((letter, len(list(group))) for letter, group in groupby(pattern))
@@ -210,5 +214,5 @@ def resource_name(filename: str, ext: str) -> str:
 
 
 def outfile_name(outdir: str, infile_name: str, ext: str) -> str:
-    """Return the path of the module that is generated for the file of a type."""
+    """Return the path of the module that is generated for a type's file."""
     return os.path.join(outdir, f"_{resource_name(infile_name, ext)}.py")

@@ -1,7 +1,8 @@
 """Type stubs (`.pyi`) for the messages and services of ROS packages, for editors and type checkers.
 
-When read, a field of octets or numbers has the type of received messages (`bytes`, a sequence); it accepts
-all types that the codec accepts, such as numpy arrays. Comments of the definitions become docstrings.
+When read, an octet or number array field has the same type as in received messages (`bytes` or a sequence).
+When set, it accepts all types that the codec accepts, such as numpy arrays. Comments in the definitions
+become docstrings.
 """
 
 from __future__ import annotations
@@ -41,10 +42,10 @@ def write_stubs(
     """Write `<folder>/<package><suffix>/msg/__init__.pyi`, the same for `srv`, and the enclosing package.
 
     Args:
-        suffix: `-stubs` for installed packages (PEP 561), empty for a folder of stubs.
+        suffix: `-stubs` for installed packages (PEP 561), or empty for a folder of stubs.
 
     Returns:
-        All files, including unchanged ones.
+        The paths of all files, including unchanged files.
 
     Raises:
         NotFound: the package does not exist.
@@ -62,7 +63,7 @@ def write_stubs(
 
 
 def package_stubs(package: str, definitions: Definitions) -> dict[str, str]:
-    """Return the stubs of one package, as a mapping from path within it to content.
+    """Return the stubs for one package, as a mapping from the path within the package to the contents.
 
     Raises the same errors as `write_stubs`.
     """
@@ -133,7 +134,10 @@ def _service(spec: ServiceSpec) -> str:
 
 
 def _docstring(comment: str, indent: str = "    ") -> list[str]:
-    """Return the lines of a docstring; empty for an empty comment. Quotes in the comment are escaped."""
+    """Return the lines of a docstring, or no lines for an empty comment.
+
+    Quotes in the comment are escaped.
+    """
     if not comment:
         return []
     text = printable_lines(comment).replace("\\", "\\\\").replace('"', '\\"')

@@ -1,4 +1,4 @@
-"""The YAML-like text form of messages, as in `print(msg)` and `rostopic echo`."""
+"""YAML-like text form of messages, as in `print(msg)` and `rostopic echo`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.msg.time import Time, TVal
 FieldFilter = Callable[[Any], Iterable[str]]
 
 _PLAIN_LIMIT = 70
-"""YAML folds quoted strings at 80 columns; shorter ones are unchanged."""
+"""Column at which YAML folds quoted strings. Shorter strings are unchanged."""
 
 
 def strify_message(
@@ -26,7 +26,7 @@ def strify_message(
 
     Args:
         val: the value.
-        indent: the prefix of every line; if given, a multi-line value begins on a new line.
+        indent: the prefix of every line. If it is given, a multi-line value starts on a new line.
         time_offset: times are written as the duration since this time.
         field_filter: function that returns the names of the message fields to write.
         fixed_numeric_width: the width to which numbers are padded and cut.
@@ -97,7 +97,10 @@ class _Text:
 
 
 def _readable(value: Any, kind: str) -> Any:
-    """Return the octets of a `uint8[]` field as integers; those of a `char[]` stay bytes, as in genpy."""
+    """Return the octets in a `uint8[]` field as integers.
+
+    As in genpy, the octets in a `char[]` field stay bytes.
+    """
     if "uint8[" in kind:
         if isinstance(value, bytes | bytearray):
             return list(value)

@@ -1,12 +1,13 @@
 """`Time` and `Duration`: seconds and nanoseconds, as in genpy.
 
-`secs` and `nsecs` are plain attributes that anyone may set; `canon()` brings them back to 0 <= nsecs < 1e9.
+`secs` and `nsecs` are plain attributes that callers may set. `canon()` restores 0 <= nsecs < 1e9.
 Arithmetic returns the class of the left operand, so adding to a `rospy.Time` gives a `rospy.Time`.
 """
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # true for type checkers; importing `typing` would double the time of a first import
+# This is true for type checkers. Importing `typing` would double the time of a first import.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, ClassVar, TypeVar, overload
 
@@ -21,7 +22,7 @@ def _is_integral(value: object) -> bool:
     """Return True for integers, including numpy's."""
     if isinstance(value, int | float):
         return isinstance(value, int)
-    import numbers  # which most programs do not need
+    import numbers  # most programs do not need this module
 
     return isinstance(value, numbers.Integral)
 
@@ -36,7 +37,7 @@ def _is_real(value: object) -> bool:
 
 
 class TVal:
-    """The common base of points in time and spans of time."""
+    """Common base class of points in time and spans of time."""
 
     __module__ = "genpy.rostime"  # the module that pickles refer to, including those of genuine ROS
 
@@ -44,7 +45,7 @@ class TVal:
     _slot_types: ClassVar[list[str]] = ["int32", "int32"]
 
     _kind: ClassVar[type[TVal]]
-    """The class whose instances can be compared with a value, whatever subclass the value has."""
+    """The class with whose instances a value can be compared, even if the value belongs to a subclass."""
 
     secs: int
     nsecs: int
@@ -53,7 +54,7 @@ class TVal:
         """Set whole seconds and nanoseconds, or only seconds with a fraction.
 
         Raises:
-            ValueError: fractional seconds together with nanoseconds.
+            ValueError: fractional seconds and nanoseconds were both given.
         """
         self.secs = int(secs)
         if type(secs) is int or _is_integral(secs):
@@ -78,7 +79,7 @@ class TVal:
         self.nsecs = nsecs
 
     def canon(self) -> None:
-        """Bring `nsecs` into its range, and carry the rest over to `secs`."""
+        """Bring `nsecs` into its range, and carry the excess over to `secs`."""
         carry, self.nsecs = divmod(self.nsecs, NS_PER_S)
         self.secs += carry
 
@@ -112,7 +113,7 @@ class TVal:
         """Return -1, 0 or 1.
 
         Raises:
-            TypeError: the value is of another kind: a point in time does not compare with a span.
+            TypeError: the value is of another kind. A point in time cannot be compared with a span.
         """
         if not isinstance(other, self._kind):
             raise TypeError(f"Cannot compare to non-{self._kind.__name__}")
@@ -192,7 +193,7 @@ class Time(TVal):
 
 
 class Duration(TVal):
-    """A span of time, which may be negative: -0.1 s is secs -1, nsecs 900000000."""
+    """A span of time, which may be negative. For example, -0.1 s is secs -1 and nsecs 900000000."""
 
     __module__ = "genpy.rostime"
 

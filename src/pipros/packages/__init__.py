@@ -1,4 +1,4 @@
-"""Finds the folders of ROS packages, on `ROS_PACKAGE_PATH` and among those shipped with pipros.
+"""Find the folders of ROS packages, on `ROS_PACKAGE_PATH` and among those shipped with pipros.
 
 Every failed import in the environment runs this module, so it imports almost nothing.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 
-TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take milliseconds
+TYPE_CHECKING = False  # This is true for type checkers. Importing `typing` would take milliseconds.
 if TYPE_CHECKING:
     from pipros.packages.package_folders import PackageFolders
     from pipros.packages.setup_modules import SetupModules
@@ -17,7 +17,7 @@ SHARE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
 class ImportablePackages:
-    """Finds the folder of a package by name. `ROS_PACKAGE_PATH` is read at each call."""
+    """Finder for package folders by name. `ROS_PACKAGE_PATH` is read on each call."""
 
     def __init__(self) -> None:
         self._path = ""
@@ -25,7 +25,7 @@ class ImportablePackages:
         self._modules: SetupModules | None = None
 
     def find(self, name: str) -> str | None:
-        """Return the folder of a package, or None. `ROS_PACKAGE_PATH` precedes pipros's packages."""
+        """Return a package's folder, or None. `ROS_PACKAGE_PATH` takes precedence over pipros's packages."""
         path = os.environ.get("ROS_PACKAGE_PATH", "")
         found = self._on_path(path).get(name) if path else None
         if found is None and name.isidentifier():
@@ -37,8 +37,8 @@ class ImportablePackages:
         """Return the path of a module or Python package that a `setup.py` names, or None.
 
         Args:
-            package: the folder of the ROS package of that name, to read only its `setup.py`; None for all
-                packages of `ROS_PACKAGE_PATH`.
+            package: the folder of the ROS package with that name, if only its `setup.py` is to be read; None
+                for all packages on `ROS_PACKAGE_PATH`.
         """
         path = os.environ.get("ROS_PACKAGE_PATH", "")
         if package is None and not path:

@@ -1,4 +1,4 @@
-"""Names replacements for modules that Noetic scripts import but that are not installed."""
+"""Name replacements for modules that Noetic scripts import but that are not installed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _REASONS: Mapping[str, str] = {
 
 
 class _Loader(Loader):
-    """Fails to load a module."""
+    """Loader that raises ImportError for a module."""
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:
         reason = _REASONS[spec.name].format(spec.name)
@@ -31,9 +31,9 @@ class _Loader(Loader):
         raise ModuleNotFoundError(reason, name=spec.name)
 
     def exec_module(self, module: ModuleType) -> None:
-        """Is never called."""
+        """Do nothing, because this method is never called."""
 
 
 def absent_spec(name: str) -> ModuleSpec | None:
-    """Return the spec of a module whose import fails with the reason; None for all other modules."""
+    """Return a spec whose import fails with the reason, or None if the module is not one of these."""
     return ModuleSpec(name, _Loader()) if name in _REASONS else None

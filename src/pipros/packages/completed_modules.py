@@ -1,12 +1,12 @@
-"""Makes `rospkg` and `pkg_resources` find pipros's packages, in every process of the environment.
+"""Make `rospkg` and `pkg_resources` find pipros's packages, in every process of the environment.
 
 rospkg searches only the folders of `ROS_ROOT` and `ROS_PACKAGE_PATH`. If these were set at every start of
-Python, its child processes would inherit them. Instead, the function of rospkg that lists the folders
-returns one more.
+Python, child processes would inherit them. Instead, rospkg's function that lists the folders is changed to
+return one more folder.
 
 pkg_resources, which old versions of setuptools have, reads the metadata files of distributions.
-`distributions.py` says why there are none for pipros's packages. They are added to the distributions that can
-be found by name, and left out of those that are listed.
+`distributions.py` explains why pipros's packages do not have such files. Therefore the packages are added to
+the distributions that can be found by name, but not to those that are listed.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from typing import Any
 from pipros.packages import SHARE
 
 Complete = Callable[[Any], None]
-"""Changes a module that was just loaded."""
+"""Function that changes a module that was just loaded."""
 
 
 class _Loader(SourceFileLoader):
-    """Loads a module, and completes it."""
+    """Loader that loads a module and then completes it."""
 
     def __init__(self, name: str, path: str, complete: Complete) -> None:
         super().__init__(name, path)
@@ -36,7 +36,7 @@ class _Loader(SourceFileLoader):
 
 
 def spec(name: str, path: Sequence[str] | None, complete: Complete | None = None) -> ModuleSpec | None:
-    """Return the spec of a module in `path` that is completed after loading; None if it is missing.
+    """Return a spec for a module in `path` that is completed after loading, or None if it is missing.
 
     Args:
         name: one of `COMPLETED`.
@@ -53,7 +53,10 @@ def add_folder(module: Any, folder: str = SHARE) -> None:
     original: Callable[[Mapping[str, str] | None], list[str]] = module.get_ros_paths
 
     def get_ros_paths(env: Mapping[str, str] | None = None) -> list[str]:
-        """Return the folders in which rospkg searches packages, the one included in pipros last."""
+        """Return the folders in which rospkg searches for packages.
+
+        The folder shipped with pipros is last.
+        """
         paths = original(env)
         return paths if folder in paths else [*paths, folder]
 
@@ -61,13 +64,13 @@ def add_folder(module: Any, folder: str = SHARE) -> None:
 
 
 def add_distributions(module: Any) -> None:
-    """Add pipros's packages to those that `pkg_resources` finds; installed ones take precedence."""
+    """Add pipros's packages to those that `pkg_resources` finds. Installed packages take precedence."""
     from pipros.packages.distributions import shipped_distribution
 
     for name in os.listdir(SHARE):
         shipped = shipped_distribution(name)
         if shipped is not None:
-            # A location outside of sys.path, whose distributions are not listed.
+            # This location is outside of sys.path, so its distributions are not listed.
             folder = os.path.join(SHARE, name)
             found = module.Distribution(folder, project_name=name, version=shipped.version)
             module.working_set.add(found, insert=False)

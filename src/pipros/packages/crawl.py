@@ -1,13 +1,13 @@
-"""Finds the ROS packages below one folder, and checks later whether the result is still valid.
+"""Find the ROS packages below a folder, and check later whether the result is still valid.
 
-A folder with a `package.xml` is a package, or a metapackage; one with a `manifest.xml` is a dry package, from
-the time before catkin. Packages do not nest, so nothing below it is searched.
-Hidden folders and folders marked by `CATKIN_IGNORE`, `COLCON_IGNORE` or `AMENT_IGNORE` are left out;
-`rospack_nosubdirs` ends the search below a folder. Links are followed; each folder is visited once.
+A folder with a `package.xml` is a package or a metapackage. A folder with a `manifest.xml` is a dry package,
+from the time before catkin. Packages do not nest, so folders below a package are not searched. Hidden folders
+and folders marked with `CATKIN_IGNORE`, `COLCON_IGNORE` or `AMENT_IGNORE` are skipped. `rospack_nosubdirs`
+ends the search below a folder. Links are followed; each folder is visited once.
 
-A crawl records the modification time of each folder that it listed and of each manifest that it read. While
-these times are unchanged, no package was added, removed or renamed. This check takes one `stat` per entry,
-about fifty times faster than crawling again.
+A crawl records the modification time of each folder that it listed and of each manifest that it read. As long
+as these times are unchanged, no package has been added, removed or renamed. This check takes one `stat` per
+entry, which is about fifty times faster than crawling again.
 
 The first import of a message in every process runs this module, so it imports little: `re`, `pathlib` and
 `dataclasses` would each take longer than the crawl of a workspace.
@@ -25,18 +25,18 @@ MANIFEST = "package.xml"
 DRY_MANIFEST = "manifest.xml"
 
 WET, META, DRY = "wet", "meta", "dry"
-"""The kinds of packages: of catkin, metapackages of catkin, and dry ones."""
+"""The kinds of packages: catkin packages, catkin metapackages and dry packages."""
 
 PACKAGES = (WET, DRY)
 """The kinds that `rospack` and `rospkg.RosPack` treat as packages."""
 
 STACKS = (WET, META)
-"""The kinds that `rosstack` and `rospkg.RosStack` treat as stacks, apart from dry ones."""
+"""The kinds that `rosstack` and `rospkg.RosStack` treat as stacks, apart from dry stacks."""
 
 _IGNORE_MARKERS = frozenset(("CATKIN_IGNORE", "COLCON_IGNORE", "AMENT_IGNORE"))
 _NO_DESCENT_MARKER = "rospack_nosubdirs"
 
-# A file system may give the same time to two changes within one clock tick. Times as recent as this are
+# A file system may assign the same time to two changes within one clock tick. Times as recent as this are
 # therefore never trusted later (git's rule for its index).
 _RACY_NS = 2_000_000_000
 
@@ -48,8 +48,8 @@ class CrawledPackage:
     """A package that a crawl found.
 
     Attributes:
-        path: its folder.
-        manifest_ns: the modification time of its manifest; 0 if that is too recent to be trusted.
+        path: the package's folder.
+        manifest_ns: the manifest's modification time; 0 if it is too recent to be trusted.
         kind: `WET`, `META` or `DRY`.
     """
 
@@ -62,7 +62,7 @@ class CrawledPackage:
         self.kind = kind
 
     def is_current(self) -> bool:
-        """Return True while the manifest is unchanged, so that a new crawl would find this package."""
+        """Return True if the manifest is unchanged, so that a new crawl would find the same package."""
         try:
             manifest = DRY_MANIFEST if self.kind == DRY else MANIFEST
             return os.stat(os.path.join(self.path, manifest)).st_mtime_ns == self.manifest_ns
@@ -71,7 +71,7 @@ class CrawledPackage:
 
 
 class Crawl:
-    """The packages below `root` in the order of their paths, and each folder that was listed."""
+    """The packages below `root` in the order of their paths, and all folders that were listed."""
 
     __slots__ = ("folders", "packages", "root")
 
@@ -83,7 +83,7 @@ class Crawl:
         self.packages = packages
 
     def is_current(self) -> bool:
-        """Return True while a new crawl would have the same result."""
+        """Return True if a new crawl would have the same result."""
         try:
             if not all(os.stat(path).st_mtime_ns == seen for path, seen in self.folders):
                 return False
@@ -121,7 +121,7 @@ def crawl(root: str) -> Crawl:
             packages.append(package)
             if package.kind != DRY:
                 continue
-        # The folder of a dry package is recorded too: a package.xml may be added to it.
+        # The folder of a dry package is recorded too, because a package.xml may be added to it.
         changed_ns = status.st_mtime_ns
         folders.append((folder, changed_ns if changed_ns < newest_trusted_ns else 0))
         if package is not None:
@@ -143,14 +143,14 @@ def _is_folder(entry: os.DirEntry[str]) -> bool:
 
 
 def _read_package(folder: str, newest_trusted_ns: int) -> CrawledPackage | None:
-    """Return the package whose manifest is in `folder`; None if the manifest cannot be read.
+    """Return the package whose manifest is in `folder`, or None if the manifest cannot be read.
 
-    The name is searched for without parsing the XML: a crawl reads hundreds of manifests, and a package
-    with a broken one must still be found, so that tools can report it.
+    The name is found without parsing the XML, because a crawl reads hundreds of manifests. Moreover, a
+    package with a malformed manifest must still be found, so that tools can report it.
     """
     manifest = os.path.join(folder, MANIFEST)
     try:
-        # A pipe or a device would block the crawl, or never end.
+        # Reading a pipe or a device could block the crawl or never end.
         with open(os.open(manifest, READ), "rb") as file:
             status = os.fstat(file.fileno())
             if not S_ISREG(status.st_mode):
@@ -166,7 +166,7 @@ def _read_package(folder: str, newest_trusted_ns: int) -> CrawledPackage | None:
 
 
 def _dry_package(manifest: os.DirEntry[str], folder: str, newest_trusted_ns: int) -> CrawledPackage | None:
-    """Return the package of a `manifest.xml`, named after its folder; None if that is not a file."""
+    """Return the package for a `manifest.xml`, named after its folder, or None if it is not a file."""
     try:
         status = manifest.stat()
     except OSError:
@@ -186,7 +186,7 @@ def _without_comments(manifest: bytes) -> bytes:
 
 
 def _name_in(manifest: bytes) -> str:
-    """Return the text of the first `<name>` that contains one word; empty if there is none."""
+    """Return the text of the first `<name>` that contains one word, or an empty string if there is none."""
     for part in manifest.split(b"<name>")[1:]:
         text, closing, _ = part.partition(b"</name>")
         words = text.split()
@@ -196,7 +196,7 @@ def _name_in(manifest: bytes) -> str:
 
 
 def dump(found: Crawl) -> str | None:
-    """Return a crawl as text for a cache file; None if a path or name contains a tab or a line end."""
+    """Return a crawl as text for a cache file, or None if a path or name contains a tab or a line end."""
     texts = [found.root, *(path for path, _ in found.folders)]
     texts += [text for package in found.packages for text in (package.path, package.name)]
     if any("\t" in text or "\n" in text for text in texts):
@@ -210,7 +210,7 @@ def dump(found: Crawl) -> str | None:
 
 
 def load(text: str, root: str) -> Crawl | None:
-    """Return the crawl that `dump` wrote; None if the text is damaged or belongs to another folder."""
+    """Return the crawl that `dump` wrote, or None if the text is damaged or belongs to another folder."""
     try:
         count, written_root, *lines = text.removesuffix("\n").split("\n")
         if written_root != root:

@@ -1,7 +1,7 @@
-"""Provides `importlib.metadata` with the versions of the ROS Python packages shipped with pipros.
+"""Provide `importlib.metadata` with the versions of the ROS Python packages shipped with pipros.
 
-In Noetic `importlib.metadata.version("rospy")` is the version of the ROS package. Metadata files in the
-environment would do as well, but `pip freeze` would then list distributions that pip cannot install.
+In Noetic, `importlib.metadata.version("rospy")` returns the version of the ROS package. Metadata files in the
+environment would also work, but `pip freeze` would then list distributions that pip cannot install.
 """
 
 from __future__ import annotations
@@ -19,14 +19,17 @@ _VERSION = re.compile(r"<version>\s*([^\s<]+)\s*</version>")
 
 
 class ShippedDistribution(Distribution):
-    """A ROS package with Python modules. Name and version are taken from its manifest."""
+    """A ROS package with Python modules, as a distribution.
+
+    The name and version are taken from its manifest.
+    """
 
     def __init__(self, name: str) -> None:
-        """Represent the package `name` in `SHARE`; its manifest is read later."""
+        """Represent the package `name` in `SHARE`. The manifest is read later."""
         self._name = name
 
     def read_text(self, filename: str) -> str | None:
-        """Return the text of `METADATA`; None for all other files."""
+        """Return the text of `METADATA`, or None for all other files."""
         if filename != "METADATA":
             return None
         with open(os.path.join(SHARE, self._name, MANIFEST), encoding="utf-8") as file:
@@ -35,7 +38,10 @@ class ShippedDistribution(Distribution):
         return "\n".join([*lines, f"Version: {version[1] if version else '0'}", ""])
 
     def locate_file(self, path: Any) -> Any:
-        """Return the path of one of its files, relative to the folder of its modules."""
+        """Return the path of one of the distribution's files.
+
+        `path` is relative to the folder with its modules.
+        """
         from pathlib import Path
 
         return Path(_module_folder(self._name) or SHARE, path)
@@ -50,7 +56,7 @@ def shipped_distribution(name: str) -> Distribution | None:
 
 
 def _module_folder(name: str) -> str | None:
-    """Return the folder with the Python package of a ROS package; None if it has none."""
+    """Return the folder that contains a ROS package's Python package, or None if there is none."""
     if os.path.isdir(os.path.join(SHARE, name, "src", name)):
         return os.path.join(SHARE, name, "src")
     found = PathFinder.find_spec(name)

@@ -1,7 +1,7 @@
-"""The folders of packages by name, for `PackageIndex` and for the import of messages.
+"""Package folders by name, for `PackageIndex` and for importing messages.
 
-Paths are strings and imports are few, because the first import of a message in every process waits for
-this module. All other code uses `PackageIndex`.
+Paths are strings and imports are few, because in every process, the first import of a message waits for this
+module. All other code uses `PackageIndex`.
 """
 
 from __future__ import annotations
@@ -16,23 +16,26 @@ TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take mil
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-# With fewer folders and packages than this a fresh crawl is as quick as reading the cache.
+# With fewer folders and packages than this, a fresh crawl is as fast as reading the cache.
 _WORTH_CACHING = 40
 
 
 class PackageFolders:
-    """Finds the folder of a package by name. If a name occurs twice, the earlier root takes precedence.
+    """Finder for package folders by name. If a name occurs twice, the earlier root takes precedence.
 
-    A root is crawled when it is first searched, and again if it lacks a name and the disk has changed. Crawls
-    of large roots are stored below `cache_folder`, so that the next process finds one of hundreds of packages
-    in a millisecond. A cache that cannot be read or written, or that other users could have written
-    (`CacheFolder`), is not used. Thread-safe.
+    A root is crawled when it is first searched, and again if a name is missing and the disk has changed.
+    Crawls of large roots are stored below `cache_folder`, so that the next process can find one of hundreds
+    of packages in a millisecond. A cache that cannot be read or written, or that other users could have
+    written (`CacheFolder`), is not used. Thread-safe.
     """
 
     def __init__(
         self, roots: Sequence[str], cache_folder: str | None = None, kinds: Sequence[str] = PACKAGES
     ) -> None:
-        """Store the settings and read nothing yet; packages of other `kinds` are ignored."""
+        """Store the settings without reading the disk.
+
+        Packages that are not of one of the `kinds` are ignored.
+        """
         cache = None if cache_folder is None else CacheFolder(os.path.abspath(cache_folder))
         self._kinds = kinds
         self._roots = [_Root(os.path.abspath(root), cache, kinds) for root in roots]
@@ -46,14 +49,14 @@ class PackageFolders:
         return None
 
     def by_name(self) -> dict[str, str]:
-        """Return the folder of each name; the earliest root takes precedence."""
+        """Return the folder for each name. The earliest root takes precedence."""
         folders: dict[str, str] = {}
         for name, folder in self.occurrences():
             folders.setdefault(name, folder)
         return folders
 
     def occurrences(self) -> Iterator[tuple[str, str]]:
-        """Yield the name and folder of every package; one that hides another precedes it."""
+        """Yield the name and folder of every package. A package that hides another package precedes it."""
         for root in self._roots:
             for package in root.crawl().packages:
                 if package.kind in self._kinds:
@@ -61,9 +64,9 @@ class PackageFolders:
 
 
 class _Root:
-    """One folder to crawl, and the latest crawl of it.
+    """A folder to crawl, and the latest crawl of it.
 
-    Before the first call there is no crawl. A cached one is trusted for a package whose manifest is
+    There is no crawl before the first call. A cached crawl is trusted for a package whose manifest is
     unchanged, and for the absence of a package if the whole folder is unchanged. A crawl by this process is
     trusted for its packages as long as the process runs.
     """
@@ -94,7 +97,7 @@ class _Root:
         return None if package is None else package.path
 
     def crawl(self) -> Crawl:
-        """Return all packages of the folder. The result may be as old as the first call of this method."""
+        """Return all packages in the folder. The result may be as old as the first call to this method."""
         known = self._known
         if known is None or not self._is_own:
             kept = self._read_cache() if known is None else known[0]

@@ -1,11 +1,11 @@
-"""Finds the Python modules that packages name in their `setup.py`, for imports without a build.
+"""Find the Python modules that packages name in their `setup.py`, for imports without a build.
 
-The file is parsed, not run. It reads literal arguments of `setup()` or `generate_distutils_setup()`, also in
-a dictionary and assigned to its keys (`d["packages"] = […]`); a computed list of packages, as from
-`find_packages()`, means every package in its folder.
+The file is parsed, not run. Only literal arguments to `setup()` or `generate_distutils_setup()` are read,
+which may also be in a dictionary or assigned to its keys (`d["packages"] = […]`). A computed list of
+packages, as from `find_packages()`, stands for every package in its folder.
 
-A failed import of any name may search all packages, so this module imports little, and parses only files that
-contain the name.
+A failed import of any name may search all packages. Therefore this module imports little, and parses only
+files that contain the name.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class SetupModules:
         self._texts: dict[str, bytes] = {}
 
     def find(self, name: str, packages: Iterable[str]) -> str | None:
-        """Return the path of a module, or of the folder of a Python package; None if not found.
+        """Return the path of a module or of a Python package's folder, or None if not found.
 
         Args:
             name: the name, without dots.
@@ -48,10 +48,10 @@ class SetupModules:
 
 
 def declared_module(text: bytes, folder: str, name: str) -> str | None:
-    """Return the path of an existing module or Python package that a `setup.py` names; else None.
+    """Return the path of an existing module or Python package that a `setup.py` names, or else None.
 
     Args:
-        text: the content of the `setup.py`.
+        text: the contents of the `setup.py`.
         folder: the folder of the `setup.py`.
     """
     import ast
@@ -59,7 +59,7 @@ def declared_module(text: bytes, folder: str, name: str) -> str | None:
 
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about escapes in strings
+            warnings.simplefilter("ignore")  # these warnings are about escapes in strings
             groups = _arguments(ast.parse(text))
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return None
@@ -101,7 +101,7 @@ def _arguments(tree: ast.Module) -> list[dict[str, ast.expr]]:
 
 
 def _literal(node: ast.expr | None) -> object:
-    """Return the value of a literal; None for any other expression."""
+    """Return the value of a literal, or None for any other expression."""
     import ast
 
     try:
@@ -111,7 +111,7 @@ def _literal(node: ast.expr | None) -> object:
 
 
 def _read(file: str) -> bytes:
-    """Return the content of a file; empty if it is missing, too long, or not a regular file."""
+    """Return the contents of a file, or an empty string if it is missing, too long, or not a regular file."""
     try:
         with open(os.open(file, READ), "rb") as opened:
             status = os.fstat(opened.fileno())

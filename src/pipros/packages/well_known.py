@@ -1,4 +1,4 @@
-"""Well-known packages that do not come with pipros, and the text that says how to have them.
+"""Well-known packages that do not come with pipros, and advice on how to obtain them.
 
 `rosrun`, `roslaunch`, `rosmsg` and imports of messages give the same advice.
 """
@@ -22,7 +22,7 @@ _NAMES = """
 """
 
 COMPILED = frozenset(_NAMES.split())
-"""Packages of Noetic whose programs are mostly C++."""
+"""Noetic packages whose programs are mostly C++."""
 
 _PYTHON_NAMES = """
     executive_smach ros_numpy rosserial_python smach smach_msgs smach_ros sound_play
@@ -31,7 +31,7 @@ _PYTHON_NAMES = """
 """
 
 _PYTHON = frozenset(_PYTHON_NAMES.split())
-"""Packages of Noetic and of courses without C++ programs."""
+"""Packages from Noetic and from courses that do not contain C++ programs."""
 
 _QT_NAMES = """
     rqt_action rqt_bag rqt_bag_plugins rqt_common_plugins rqt_controller_manager rqt_dep
@@ -41,28 +41,28 @@ _QT_NAMES = """
 """
 
 _QT = frozenset(_QT_NAMES.split())
-"""Plugins of rqt that no tab of the page stands for."""
+"""rqt plugins that have no corresponding tab on the page."""
 
 _OF_DEBIAN = {"rviz": "rviz"}
-"""Packages that Debian has under a name of its own, in releases without Noetic."""
+"""Packages that Debian provides under its own names, in releases without Noetic."""
 
 _PLUGIN = re.compile(r"(\w+)/(\S+)")
 
 
 def why_missing(package: str) -> str | None:
-    """Return what to do about a package that was not found; None for an unknown one."""
+    """Return advice on a package that was not found, or None if the package is unknown."""
     return why_not_here(package, "")
 
 
 def why_not_here(
     package: str, program: str, arguments: Sequence[str] = (), programs: Iterable[str] = ()
 ) -> str | None:
-    """Return why pipros lacks the program, and how to install it; None for an unknown package.
+    """Return why pipros lacks the program and how to install it, or None if the package is unknown.
 
     Args:
         arguments: the program's arguments, which name the plugin of a nodelet.
         programs: the package's programs on this machine, if the package was found. If there are any, C++ is
-            not the reason.
+            not the reason why the program is missing.
     """
     is_here = any(not name.endswith(".cfg") for name in programs)  # `.cfg` files are also executable
     if package in _PYTHON and not is_here:
@@ -95,7 +95,7 @@ def why_not_here(
 
 
 def _plugin(program: str, arguments: Sequence[str]) -> tuple[str, str] | None:
-    """Return the plugin of a nodelet and its package, from `load pkg/Plugin manager` or `standalone …`."""
+    """Return a nodelet's plugin and its package from `load pkg/Plugin manager` or `standalone …`."""
     words = [word for word in arguments if ":=" not in word]
     if program != "nodelet" or len(words) < 2 or words[0] not in ("load", "standalone"):
         return None

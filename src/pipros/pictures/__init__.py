@@ -1,1 +1,1 @@
-"""Encodings of image messages, and files of pictures. Only `codecs.py` needs numpy."""
+"""Image message encodings and picture files. Only `codecs.py` needs numpy."""

@@ -1,7 +1,7 @@
 """JPEG and PNG codecs: OpenCV if it is installed (`pipros[vision]`), otherwise Pillow (`pipros[pictures]`).
 
-Arrays have OpenCV's layout: shape (height, width) for grey images, or (height, width, channels) with channels
-in the order blue, green, red, alpha.
+Arrays have OpenCV's layout: the shape is (height, width) for grey images, or (height, width, channels) with
+channels in the order blue, green, red, alpha.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ class Codec(Protocol):
 
 
 def codec() -> Codec:
-    """Return the codec of OpenCV, or of Pillow if OpenCV is not installed.
+    """Return the OpenCV codec, or the Pillow codec if OpenCV is not installed.
 
     Raises:
-        ImportError: neither is installed; the message says how to install one.
+        ImportError: neither OpenCV nor Pillow is installed. The message explains how to install them.
     """
     try:
         import cv2
@@ -62,10 +62,10 @@ def codec() -> Codec:
 
 
 class OpenCVCodec:
-    """Codec of OpenCV.
+    """Codec that uses OpenCV.
 
     Args:
-        cv2: the module of OpenCV.
+        cv2: OpenCV's module.
     """
 
     def __init__(self, cv2: Any) -> None:
@@ -93,7 +93,7 @@ class OpenCVCodec:
 
 
 class PillowCodec:
-    """Codec of Pillow, which supports colour images of 8 bits only.
+    """Codec that uses Pillow, which supports only 8-bit colour images.
 
     Args:
         image_module: the module `PIL.Image`.

@@ -1,4 +1,4 @@
-"""The encodings of `sensor_msgs/Image`: channels, depth and colour by name."""
+"""The encodings of `sensor_msgs/Image`, with the channels, depth and colours of each."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from enum import Enum
 
 
 class UnknownEncoding(RuntimeError):
-    """An encoding is unknown. The message equals Noetic's, since scripts compare it."""
+    """An encoding is unknown. The message equals Noetic's, because scripts compare it."""
 
 
 class Color(Enum):
-    """Colour arrangement: channels of a pixel, bytes of 2 pixels (YUV), or colours of 4 pixels (Bayer)."""
+    """Colour arrangement of a pixel's channels, two pixels' bytes (YUV) or four pixels' colours (Bayer)."""
 
     GRAY = "gray"
     RGB = "rgb"
@@ -34,7 +34,7 @@ class Encoding:
     Attributes:
         depth: OpenCV's name of the value type: 8U, 8S, 16U, 16S, 32S, 32F or 64F.
         channels: values per pixel, 1 or more.
-        color: None for encodings that do not define colours, such as 8UC3.
+        color: colour arrangement; None for encodings that do not define colours, such as 8UC3.
     """
 
     name: str
@@ -112,14 +112,14 @@ def encoding(name: str) -> Encoding:
 
 
 _SHOWN = {1: Color.GRAY, 3: Color.BGR, 4: Color.BGRA}
-_ONLY_SHOWN = Encoding("yuv422_yuy2", "8U", 2, Color.YUV422_YUY2)  # unknown to cv_bridge
+_ONLY_SHOWN = Encoding("yuv422_yuy2", "8U", 2, Color.YUV422_YUY2)  # this encoding is unknown to cv_bridge
 
 
 def shown_encoding(name: str) -> Encoding:
-    """Return an encoding as pictures and the page show it.
+    """Return the encoding that pictures and the page use to show an image.
 
     Types that do not define colours, such as 8UC3, are shown in the order of OpenCV's arrays: grey, BGR or
-    BGRA. For conversions (`cv_bridge`) they stay without colours, as in Noetic.
+    BGRA. In conversions (`cv_bridge`), they do not define colours, as in Noetic.
 
     Raises:
         UnknownEncoding: the name is unknown.

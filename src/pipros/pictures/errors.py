@@ -1,4 +1,4 @@
-"""Errors of pictures."""
+"""Exceptions for pictures."""
 
 from __future__ import annotations
 

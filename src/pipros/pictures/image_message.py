@@ -1,4 +1,4 @@
-"""Messages of the type `sensor_msgs/Image`: their pixels without padding, and as PNG."""
+"""Conversion of `sensor_msgs/Image` messages to unpadded pixels and to PNG."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _YUV = (Color.YUV422, Color.YUV422_YUY2)
 
 
 def encoding_of(message: Any) -> Encoding:
-    """Return how the pixels of an image are shown.
+    """Return the encoding with which to show an image's pixels.
 
     Raises:
-        PictureError: the encoding is unknown or has no picture, or pixels are missing.
+        PictureError: the encoding is unknown or cannot be shown, or pixels are missing.
     """
     try:
         found = shown_encoding(message.encoding)
@@ -37,10 +37,10 @@ def encoding_of(message: Any) -> Encoding:
 
 
 def image_png(message: Any) -> bytes:
-    """Return an image as a PNG file. Bayer patterns are written in grey.
+    """Return the contents of a PNG file for an image. Bayer patterns are written in grey.
 
     Raises:
-        PictureError: see `encoding_of`; or PNG does not support the encoding.
+        PictureError: as for `encoding_of`, or PNG does not support the encoding.
     """
     found = encoding_of(message)
     if found.color in _YUV or found.depth not in ("8U", "16U"):

@@ -1,4 +1,7 @@
-"""Pictures as one string of bytes per channel: PGM requires no library; other formats require Pillow."""
+"""Pictures as one string of bytes per channel.
+
+PGM does not require a library; other formats require Pillow.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from pipros.pictures.pgm import MAX_PIXELS, is_pgm, read_pgm
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A picture; each channel has one byte per pixel, row by row from the top.
+    """A picture. Each channel has one byte per pixel, row by row from the top.
 
     Attributes:
         colors: the grey channel, or red, green and blue.
@@ -26,7 +29,7 @@ class Picture:
 
 
 def decode_picture(content: bytes, file: str) -> Picture:
-    """Decode the content of a picture file; `file` is its name, for error messages.
+    """Decode the contents of a picture file. `file` is its name, for error messages.
 
     Raises:
         PictureError: the content is not a picture, is too large, or needs Pillow, which is not installed.
@@ -52,7 +55,7 @@ def _read_with_pillow(content: bytes, file: str) -> Picture:
             if image.width * image.height > MAX_PIXELS:
                 raise PictureError(f"{file} must have at most {MAX_PIXELS} pixels, got {image.size}")
             has_alpha = image.mode in ("LA", "RGBA", "PA", "La", "RGBa") or "transparency" in image.info
-            if image.mode.startswith("I"):  # 16 bits per pixel
+            if image.mode.startswith("I"):  # Pillow's modes with 16 bits per pixel
                 image = image.point(lambda grey: grey / 256).convert("L")  # type: ignore[assignment]
             is_grey = image.mode in ("1", "L", "LA", "La")
             wanted = ("LA" if has_alpha else "L") if is_grey else ("RGBA" if has_alpha else "RGB")

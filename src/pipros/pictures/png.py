@@ -1,7 +1,7 @@
-"""Writes PNG files of whole images.
+"""Writer for PNG files of complete images.
 
-Written by hand: `rosbag export` needs no more than this, and Pillow, which would do it, is a wheel of 7 MB
-that takes 21 ms to import, and has no colours of 16 bits.
+This is written by hand, because `rosbag export` does not need more. Pillow could do it, but is a 7 MB wheel,
+takes 21 ms to import, and does not support 16-bit colours.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ import zlib
 from collections.abc import Iterable
 
 _COLOUR_TYPES = {1: 0, 3: 2, 4: 6}
-"""PNG's numbers of grey, RGB and RGBA, by channels."""
+"""PNG's colour type numbers for grey, RGB and RGBA, keyed by number of channels."""
 
 
 def png(width: int, height: int, channels: int, bits: int, rows: Iterable[bytes | bytearray]) -> bytes:
-    """Return a PNG file.
+    """Return the contents of a PNG file.
 
     Args:
         channels: 1 for grey, 3 for RGB, 4 for RGBA.

@@ -1,7 +1,7 @@
-"""Cache of the declarations of `.cfg` files, shared by processes.
+"""Cache of the declarations in `.cfg` files, shared by processes.
 
-The key of an entry is a digest of the path and content of the file, the interpreter that ran it, and the code
-that reads it. The entry is valid while the modules that the file imported, except Python and pipros modules,
+An entry's key is a digest of the file's path and contents, the interpreter that ran it, and the code that
+reads it. The entry is valid while the modules that the file imported, except Python and pipros modules,
 are unchanged. Other inputs of the file, such as the environment or other files, are not checked.
 """
 
@@ -21,13 +21,13 @@ from pipros.basics.input_file import read_file
 from pipros.packages import cache_folder
 
 SOURCES = "sources"
-"""Key of the imported modules, besides the keys of the declarations."""
+"""Key under which the imported modules are stored beside the declarations."""
 
 _CODE = ("cache.py", "cfg_file.py", "generator.py")
 
 
 def sources(modules: Iterable[ModuleType]) -> list[list[Any]]:
-    """Return path, size and modification time of the files of modules, except Python and pipros modules."""
+    """Return the path, size and modification time of modules' files, except Python and pipros modules."""
     own = str(Path(__file__).resolve().parents[2])
     fixed = tuple(
         os.path.join(os.path.realpath(folder), "")

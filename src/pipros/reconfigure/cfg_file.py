@@ -56,13 +56,13 @@ _PARAMETER: dict[str, _Kinds] = {
 
 
 class BadConfigFile(PiprosError):
-    """A `.cfg` file failed, declared no parameters, or exceeded its time limit."""
+    """A `.cfg` file failed, did not declare parameters, or exceeded its time limit."""
 
 
 def find(package_folder: Path, name: str) -> Path | None:
-    """Return the `.cfg` file of the configuration `name`, or None if the package has none.
+    """Return the `.cfg` file for the configuration `name`, or None if the package does not have one.
 
-    This is the file of that name, or else the first file that contains the name in quotes.
+    This is the file with that name, or else the first file that contains the name in quotes.
     """
     files = find_all(package_folder)
     for file in files:
@@ -70,7 +70,7 @@ def find(package_folder: Path, name: str) -> Path | None:
             return file
     mentioned = re.compile(rf"""["']{re.escape(name)}["']""")
     for file in files:
-        with contextlib.suppress(OSError):  # a pipe
+        with contextlib.suppress(OSError):  # the file may be a pipe
             if mentioned.search(read_text(file, errors="replace")):
                 return file
     return None
@@ -79,7 +79,7 @@ def find(package_folder: Path, name: str) -> Path | None:
 def find_all(package_folder: Path) -> list[Path]:
     """Return the `.cfg` files of a package: those in `cfg/`, then those that its `CMakeLists.txt` names.
 
-    Words in `CMakeLists.txt` that end in `.cfg` are paths or patterns relative to the package's folder; a
+    Words in `CMakeLists.txt` that end in `.cfg` are paths or patterns relative to the package's folder. A
     variable before the first slash stands for that folder. `CMakeLists.txt` is ignored unless it calls
     `generate_dynamic_reconfigure_options()`.
     """
@@ -97,13 +97,13 @@ def find_all(package_folder: Path) -> list[Path]:
 
 
 def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
-    """Return the declarations of the file: `name`, `description` and `constants`.
+    """Return the file's declarations: `name`, `description` and `constants`.
 
-    Blocks while the file runs. An unchanged file is not run again: its declarations are cached.
+    Blocks while the file runs. An unchanged file is not run again, because its declarations are cached.
 
     Raises:
-        BadConfigFile: the file failed, declared nothing, wrote malformed declarations, or exceeded the time
-            limit.
+        BadConfigFile: the file failed, did not declare parameters, wrote malformed declarations, or exceeded
+            the time limit.
     """
     try:
         if (kept := cache.recall(path)) is not None:
@@ -112,7 +112,7 @@ def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
         raise BadConfigFile(f"cannot read {path}: {error.strerror or error}") from None
     with tempfile.TemporaryDirectory(prefix="pipros_cfg_") as folder:
         output = Path(folder) / "declared.json"
-        # The four arguments of the genuine generator: old files check their number.
+        # These are the four arguments of the genuine generator. Old files check their number.
         arguments = [sys.executable, str(path), folder, folder, folder, folder]
         environment = {**DISTRIBUTION, **os.environ, OUTPUT_VARIABLE: str(output)}
         try:
@@ -136,7 +136,9 @@ def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
 
 
 def _run(arguments: list[str], environment: dict[str, str], limit_s: float) -> tuple[int | None, str]:
-    """Run the user's program. Return its exit code (None at the time limit) and the end of its stderr.
+    """Run the user's program.
+
+    Return its exit code (None if it exceeded the time limit) and the end of its stderr.
 
     Also ends the processes that it started.
     """
@@ -182,7 +184,7 @@ def _end_daemons(variable: str) -> None:
 
 
 def checked_declarations(content: bytes) -> dict[str, Any]:
-    """Parse and check declarations, which `generate` or an arbitrary program has written.
+    """Parse and check declarations, which were written by `generate` or an arbitrary program.
 
     Raises:
         ValueError: the declarations are malformed.
@@ -209,14 +211,14 @@ def checked_declarations(content: bytes) -> dict[str, Any]:
 
 
 def _has(value: Any, /, **fields: _Kinds) -> bool:
-    """Return whether a value is a dictionary with these keys and types of values."""
+    """Return whether a value is a dictionary with the given keys and value types."""
     return isinstance(value, dict) and all(
         key in value and isinstance(value[key], kind) for key, kind in fields.items()
     )
 
 
 def parameters(group: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return all parameters of a group and its subgroups, which may be a list or a dictionary."""
+    """Return all parameters in a group and its subgroups. The subgroups may be a list or a dictionary."""
     found = list(group["parameters"])
     inner = group["groups"]
     for each in inner.values() if isinstance(inner, dict) else inner:
@@ -225,7 +227,7 @@ def parameters(group: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def module_contents(declared: dict[str, Any]) -> dict[str, Any]:
-    """Return the contents of the module of a configuration, such as `my_pkg.cfg.FooConfig`."""
+    """Return the contents of a configuration's module, such as `my_pkg.cfg.FooConfig`."""
     description = declared["description"]
     every = parameters(description)
     contents: dict[str, Any] = {"config_description": description, "inf": float("inf"), "all_level": 0}

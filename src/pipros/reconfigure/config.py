@@ -1,4 +1,4 @@
-"""Decode configurations and their descriptions from the messages of a server. Pure.
+"""Decode configurations and their descriptions from a server's messages. Performs no I/O.
 
 Messages are any objects with the fields of `dynamic_reconfigure/Config` or `ConfigDescription`.
 """
@@ -43,7 +43,7 @@ class Config(dict[str, Any]):
 
 
 def group_dict(group: Any) -> Config:
-    """Return the fields of a group, or of a group's state, without its contents."""
+    """Return the fields of a group or of a group's state, without the group's contents."""
     return Config(
         id=group.id,
         parent=group.parent,
@@ -56,9 +56,9 @@ def group_dict(group: Any) -> Config:
 
 
 def get_tree(m: Any, group: Any = None) -> Config:
-    """Return the groups of a message as a tree: from the root, or the subgroups of `group`.
+    """Return the groups in a message as a tree that starts at the root, or at the subgroups of `group`.
 
-    Of groups with the same id, the first one is used."""
+    If several groups have the same ID, the first group is used."""
     placed = {0} if group is None else {0, group.id}
     by_parent: dict[int, list[Any]] = {}
     for each in m.groups:
@@ -85,7 +85,7 @@ def _below(by_parent: Mapping[int, Sequence[Any]], group: Any, placed: set[int])
 
 
 def values(message: Any) -> Config:
-    """Return the parameters of a configuration by name."""
+    """Return a configuration's parameters by name."""
     lists = (message.bools, message.ints, message.strs, message.doubles)
     return Config({each.name: each.value for each in (part for some in lists for part in some)})
 
@@ -114,7 +114,7 @@ def _fill_groups(config: Config, group: Any, described: Any) -> None:
 
 
 def decode_description(msg: Any) -> Config:
-    """Decode the tree of groups, with their parameters, that a message describes.
+    """Decode the tree of groups and parameters that a message describes.
 
     Raises:
         KeyError: a bound or a default is missing.
@@ -146,10 +146,10 @@ def decode_description(msg: Any) -> Config:
 
 
 def constants(edit_method: str) -> list[dict[str, Any]]:
-    """Return the constants of an enum, without malformed ones.
+    """Return the constants of an enum, ignoring malformed constants.
 
-    A peer sends them, so only literals are parsed, and no text longer than `Limits.edit_method_characters`:
-    Python's parser needs some 360 bytes per character.
+    The text comes from a peer, so only literals are parsed. Texts longer than `Limits.edit_method_characters`
+    are not parsed, because Python's parser needs about 360 bytes per character.
     """
     if not edit_method or len(edit_method) > process_limits().edit_method_characters:
         return []
@@ -184,7 +184,7 @@ def converted(described: Any, value: Any) -> Any:
         described: the parameter, as returned by `decode_description`.
 
     Raises:
-        BadValue: the parameter does not accept this value.
+        BadValue: the parameter does not accept the value.
     """
     wanted = TYPES.get(described["type"], str)
     if isinstance(value, str):

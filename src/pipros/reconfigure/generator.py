@@ -1,6 +1,6 @@
-"""Functions with which a `.cfg` file declares parameters, and the description built from the declarations.
+"""Functions with which a `.cfg` file declares parameters, and the description that is built from them.
 
-The description is nested dictionaries, as in the modules of genuine dynamic_reconfigure.
+The description consists of nested dictionaries, as in the modules of genuine dynamic_reconfigure.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _BOUNDS: dict[str, tuple[Any, Any, Any]] = {  # default, minimum, maximum
 
 
 class Group:
-    """Group of parameters and subgroups."""
+    """A group of parameters and subgroups."""
 
     def __init__(self, numbers: list[int], name: str, type: str, state: bool, parent: Group | None) -> None:  # noqa: A002
         self.name = name.replace(" ", "_")
@@ -88,7 +88,7 @@ class Group:
         self.parameters.append(parameter)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the group with its contents as a dictionary."""
+        """Return the group and its contents as a dictionary."""
         path = self._path()
         parent = self.parent or self
         return {
@@ -114,9 +114,11 @@ class Group:
 
 
 class ParameterGenerator:
-    """Parameters that a `.cfg` file declares. A call of `generate` at the end of the file writes them out.
+    """Parameters that a `.cfg` file declares.
 
-    `add` and `add_group` are those of the root group.
+    A call to `generate` at the end of the file writes the declarations.
+
+    `add` and `add_group` add to the root group.
     """
 
     def __init__(self) -> None:
@@ -133,13 +135,16 @@ class ParameterGenerator:
         return constant
 
     def enum(self, constants: list[dict[str, Any]], description: str) -> str:
-        """Return the edit method of a parameter that accepts one of the constants, all of one type."""
+        """Return the edit method for a parameter that accepts one of the constants.
+
+        All must have the same type.
+        """
         if len({constant["type"] for constant in constants}) != 1:
             raise ValueError("the constants of an enum must all have the same type")
         return repr({"enum": constants, "enum_description": _without_quotes(description)})
 
     def generate(self, pkgname: str, nodename: str, name: str) -> int:  # noqa: ARG002
-        """Write the declarations to the file named by the environment. Return the exit code."""
+        """Write the declarations to the file that the environment names. Return the exit code."""
         output = os.environ.get(OUTPUT_VARIABLE)
         if output is None:
             print(
@@ -152,7 +157,7 @@ class ParameterGenerator:
             "description": self.group.to_dict(),
             "constants": self.constants,
         }
-        with contextlib.suppress(OSError):  # a module without a file: the declarations are not cached
+        with contextlib.suppress(OSError):  # the module has no file, so the declarations are not cached
             declared[SOURCES] = sources(list(sys.modules.values()))
         Path(output).write_text(json.dumps(declared), encoding="utf-8")
         return 0

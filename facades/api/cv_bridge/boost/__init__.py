@@ -1,1 +1,1 @@
-"""The package of cv_bridge's compiled module in Noetic."""
+"""Package that contains cv_bridge's compiled module in Noetic."""

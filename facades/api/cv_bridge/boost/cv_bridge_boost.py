@@ -1,4 +1,4 @@
-"""Functions of the module that is written in C++ in Noetic; here they use numpy."""
+"""Functions that Noetic implements in a C++ module; here they use numpy."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The programs of `rosrun diagnostic_aggregator …`."""
+"""The programs that `rosrun diagnostic_aggregator …` runs."""

@@ -21,7 +21,7 @@ AddDiagnostics: Any = load_service_class("diagnostic_msgs/AddDiagnostics")
 
 
 class Aggregator:
-    """Subscriber to /diagnostics that publishes the results of the analyzers."""
+    """Subscriber to /diagnostics that publishes the analyzers' results."""
 
     def __init__(self) -> None:
         analyzers = rospy.get_param("~analyzers", {})
@@ -69,7 +69,7 @@ class Aggregator:
         self._level = whole_level(reported)
         self._whole.publish(DiagnosticStatus(name="toplevel_state", level=self._level))
 
-    # -- analyzers of other nodes ---------------------------------------------------
+    # -- analyzers added by other nodes ---------------------------------------------------
 
     def _on_add(self, request: Any) -> Any:
         """Add the analyzers in a node's parameters; they are removed when the node's bond breaks."""

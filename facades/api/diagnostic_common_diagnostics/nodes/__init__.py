@@ -1,1 +1,1 @@
-"""The programs of `rosrun diagnostic_common_diagnostics …`."""
+"""The programs that `rosrun diagnostic_common_diagnostics …` runs."""

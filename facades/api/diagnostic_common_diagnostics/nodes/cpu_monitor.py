@@ -1,4 +1,4 @@
-"""`rosrun diagnostic_common_diagnostics cpu_monitor.py`: report the load of the processors."""
+"""`rosrun diagnostic_common_diagnostics cpu_monitor.py`: report the processor load."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ def main() -> int:
     source = psutil()
     host = init("cpu_monitor")
     warning, averages = number("~warning_percentage", 90), Averages(int(number("~window", 1)))
-    source.cpu_percent(percpu=True)  # returns the load since the last call, so the first value is meaningless
+    # This returns the load since the last call, so the first value is meaningless.
+    source.cpu_percent(percpu=True)
 
     def read() -> Report:
         return cpu_report(averages.add(source.cpu_percent(percpu=True)), warning)

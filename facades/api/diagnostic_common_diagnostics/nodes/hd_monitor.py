@@ -1,4 +1,4 @@
-"""`rosrun diagnostic_common_diagnostics hd_monitor.py`: report temperatures and free space of disks."""
+"""`rosrun diagnostic_common_diagnostics hd_monitor.py`: report disk temperatures and free disk space."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ def ask_hddtemp(address: tuple[str, int] = HDDTEMP) -> list[DiskHeat]:
     """Return the disks known to the hddtemp daemon.
 
     Raises:
-        OSError: the daemon is not running or does not answer.
-        BadReading: the response does not come from hddtemp.
+        OSError: the daemon is not running or does not respond.
+        BadReading: the response was not sent by hddtemp.
     """
     answer = b""
     with socket.create_connection(address, HDDTEMP_DEADLINE_S) as connection:
         while part := connection.recv(4096):
             answer += part
             if len(answer) > HDDTEMP_LIMIT_BYTES:
-                raise BadReading("the answer of hddtemp is too long")
+                raise BadReading("the response from hddtemp is too long")
     return parsed_hddtemp(answer.decode("utf-8", "replace"))
 
 
@@ -82,7 +82,7 @@ def _is_below(folder: str, mount_point: str) -> bool:
 
 
 class Kept:
-    """Cached report that is refreshed after `period_s` seconds and contains its own age."""
+    """Cached report, which states its own age and is refreshed after `period_s` seconds."""
 
     def __init__(self, read: Callable[[], Report], period_s: float) -> None:
         self._read, self._period_s = read, period_s
@@ -101,7 +101,9 @@ def main() -> int:
     """Run until the node is shut down. Return the exit code."""
     parser = argparse.ArgumentParser("hd_monitor.py", description="Reports on the disks of this machine.")
     parser.add_argument("--diag-hostname", help="Computer name in diagnostics output (ex: 'c1')")
-    parser.add_argument("folder", nargs="?", help="report the room on the disk of this folder, too")
+    parser.add_argument(
+        "folder", nargs="?", help="also report the free space on the disk that contains this folder"
+    )
     options = parser.parse_args(rospy.myargv()[1:])
     source = psutil()
     host = init("hd_monitor")

@@ -44,7 +44,7 @@ def number(name: str, default: float) -> float:
     """Return a parameter that must be a number above 0.
 
     Raises:
-        SystemExit: the parameter has another value.
+        SystemExit: the parameter is not a number above 0.
     """
     value = rospy.get_param(name, default)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < math.inf:
@@ -53,7 +53,7 @@ def number(name: str, default: float) -> float:
 
 
 def report_of(read: Callable[[], Report]) -> Callable[[Any], Any]:
-    """Return a task for an updater that reports the result of `read`."""
+    """Return an updater task that reports the result of `read`."""
 
     def task(status: Any) -> Any:
         report = read()

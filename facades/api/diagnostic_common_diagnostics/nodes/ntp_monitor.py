@@ -21,8 +21,8 @@ def offset_from(server: str, port: int = sntp.PORT) -> float:
     """Return the server's clock minus this machine's, in seconds.
 
     Raises:
-        OSError: the server does not answer in time.
-        BadReading: the answer is invalid.
+        OSError: the server does not respond in time.
+        BadReading: the response is invalid.
     """
     family, kind, protocol, _, address = socket.getaddrinfo(server, port, type=socket.SOCK_DGRAM)[0]
     with socket.socket(family, kind, protocol) as connection:
@@ -50,16 +50,27 @@ def main() -> int:
         "ntp_monitor", description="Compares this machine's clock with a server's."
     )
     parser.add_argument("server", metavar="ntp-hostname")
-    parser.add_argument("--offset-tolerance", type=float, default=500, help="in us; above it is a warning")
     parser.add_argument(
-        "--error-offset-tolerance", type=float, default=5000000, help="in us; above it is an error"
+        "--offset-tolerance", type=float, default=500, help="offset in us above which to warn"
     )
     parser.add_argument(
-        "--self_offset-tolerance", type=float, default=500, help="in us, from this machine's own server"
+        "--error-offset-tolerance",
+        type=float,
+        default=5000000,
+        help="offset in us above which to report an error",
+    )
+    parser.add_argument(
+        "--self_offset-tolerance",
+        type=float,
+        default=500,
+        help="tolerated offset in us from this machine's own server",
     )
     parser.add_argument("--diag-hostname", help="Computer name in diagnostics output (ex: 'c1')")
     parser.add_argument(
-        "--no-self-test", dest="self_test", action="store_false", help="do not ask this machine's own server"
+        "--no-self-test",
+        dest="self_test",
+        action="store_false",
+        help="do not query this machine's own server",
     )
     options = parser.parse_args(rospy.myargv()[1:])
     host = hostname()

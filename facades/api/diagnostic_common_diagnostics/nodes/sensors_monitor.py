@@ -25,7 +25,9 @@ def readings(source: Any) -> Iterator[Sensor]:
 
 
 def voltages(folder: Path = HWMON) -> Iterator[Sensor]:
-    """Yield the voltages in V from the Linux kernel's hardware monitoring drivers; none on other systems.
+    """Yield the voltages in V from the Linux kernel's hardware monitoring drivers.
+
+    Yield nothing on other systems.
 
     The drivers' files contain millivolts (the kernel's `hwmon/sysfs-interface`).
     """
@@ -47,7 +49,10 @@ def _volts(path: Path) -> float | None:
 
 
 def _text(path: Path) -> str:
-    """Return the text of a kernel file; empty if it does not exist or the device does not answer."""
+    """Return the text of a kernel file.
+
+    Return an empty string if the file does not exist or the device does not respond.
+    """
     try:
         return path.read_text(encoding="utf-8").strip()
     except OSError:

@@ -33,7 +33,7 @@ TASKS: list[tuple[str, Check, int, str]] = [
     ("Cycle status", diagnose.loops, ERROR, "TF cycle detection"),
     ("Multiple authority status", diagnose.of_several_senders, ERROR, "TF multiple authority contention"),
 ]
-"""The statuses: name, check, and level and message if the check finds a problem."""
+"""The published statuses: name, check, and the level and message to report if the check finds a problem."""
 
 
 class Listener:
@@ -48,7 +48,7 @@ class Listener:
         self._received.extend(diagnose.received_in(message, rospy.get_rostime()))
 
     def end_period(self) -> None:
-        """Pass the transforms received since the last call to subsequent calls of `report`."""
+        """Make the transforms received since the last call available to subsequent calls to `report`."""
         self._reported, self._received = self._received, []
 
     def report(self, check: Check, level: int, message: str) -> Report:

@@ -1,4 +1,4 @@
-"""The internal modules of genuine rospy, with the names that other code imports from them."""
+"""Genuine rospy's internal modules, with the names that other code imports from them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ _MODULES = (
     *("init", "masterslave", "paramserver", "registration", "rosout", "simtime", "statistics", "tcpros"),
     *("tcpros_base", "tcpros_pubsub", "tcpros_service", "transport", "validators"),
 )
-"""The attributes that `import rospy` sets in Noetic; here they are imported at their first use."""
+"""The attributes that `import rospy` sets in Noetic. Here they are imported on first use."""
 
 __getattr__, __dir__ = _lazy_names(__name__, {}, submodules=_MODULES)
 

@@ -32,13 +32,13 @@ def start_node(
     port: int = 0,
     tcpros_port: int = 0,
 ) -> Node:
-    """Start the node of this process with a resolved name, without logging, parameters or signals.
+    """Start this process's node with a resolved name, but without logging, parameters or signal handlers.
 
     Returns:
         The node, which has `uri` and `name`.
 
     Raises:
-        ROSException: the process has a node already.
+        ROSException: the process already has a node.
     """
     if session.node is not None:
         raise ROSException(f"this process has a node already: [{session.node.name}]")

@@ -1,4 +1,4 @@
-"""`rospy.impl.masterslave`: genuine rospy's slave API, by name; here `pipros.node.slave` answers it."""
+"""`rospy.impl.masterslave`: names from genuine rospy's slave API, which `pipros.node.slave` implements."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ _star_names(
 )
 
 STATUS, MSG, VAL = 0, 1, 2
-"""Indices in an answer: its code, its message, its value."""
+"""Indices of the code, message and value in a response."""
 
 LOG_API = True
 
 
-def is_publishers_list(paramName: str) -> tuple[str, str]:  # rospy's name for it
+def is_publishers_list(paramName: str) -> tuple[str, str]:  # this is rospy's name for the check
     """Mark a parameter of `apivalidate` that must be a list of URIs."""
     return PUBLISHERS, paramName
 
 
 class ROSHandler(InternalOfRospy, XmlRpcHandler):
-    """Answers the slave API in genuine rospy."""
+    """Server of the slave API in genuine rospy."""

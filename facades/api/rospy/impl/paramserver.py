@@ -1,4 +1,4 @@
-"""`rospy.impl.paramserver`: a tree of parameters received from the master."""
+"""`rospy.impl.paramserver`: cache of the parameters received from the master."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class ParamServerCache:
     Attributes:
         d: the tree.
         lock: held during changes.
-        notifier: called with name and value of each update.
+        notifier: called with the name and value of each update.
     """
 
     def __init__(self) -> None:
@@ -29,10 +29,10 @@ class ParamServerCache:
         self.notifier: Callable[[str, Any], object] | None = None
 
     def get(self, key: str) -> Any:
-        """Return the value of a parameter, or the dictionary of a namespace.
+        """Return the value of a parameter; for a namespace, a dictionary.
 
         Raises:
-            KeyError: it is not set.
+            KeyError: the parameter is not set.
         """
         with self.lock:
             value: Any = self.d
@@ -85,7 +85,7 @@ class ParamServerCache:
         """Remove a parameter or a namespace.
 
         Raises:
-            KeyError: it is not set, or is the root.
+            KeyError: the parameter is not set, or is the root.
         """
         with self.lock:
             if key == GLOBALNS:
@@ -102,7 +102,7 @@ class ParamServerCache:
                 del tree[part]  # a namespace without parameters does not exist
 
     def set_notifier(self, notifier: Callable[[str, Any], object]) -> None:
-        """Call the function with name and value of each update."""
+        """Call the function with the name and value of each update."""
         self.notifier = notifier
 
 
@@ -110,7 +110,7 @@ _cache = ParamServerCache()
 
 
 def get_param_server_cache() -> ParamServerCache:
-    """Return the cache of the process. `rospy.get_param_cached` has its own, in `pipros.node.params`."""
+    """Return the process's cache. `rospy.get_param_cached` uses a separate cache, in `pipros.node.params`."""
     return _cache
 
 

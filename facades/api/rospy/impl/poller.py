@@ -1,7 +1,7 @@
-"""`rospy.topics.Poller`, of genuine rospy's transport."""
+"""`rospy.topics.Poller`, which belongs to genuine rospy's transport."""
 
 from rospy.impl.transport import InternalOfRospy
 
 
 class Poller(InternalOfRospy):
-    """Detects closed connections in genuine rospy; pipros links do so themselves."""
+    """Detector of closed connections in genuine rospy. In pipros, links detect this themselves."""

@@ -1,4 +1,4 @@
-"""`rospy.impl.registration`: the registrations of the node, and their listeners."""
+"""`rospy.impl.registration`: the node's registrations, and their listeners."""
 
 from __future__ import annotations
 
@@ -25,20 +25,23 @@ from rospy.names import get_namespace as get_namespace
 
 
 class RegManager(InternalOfRospy, RegistrationListener):
-    """Keeps genuine rospy's registrations at the master; here `pipros.node.registration` does."""
+    """Keeper of genuine rospy's registrations with the master.
+
+    In pipros, `pipros.node.registration` does this.
+    """
 
 
 _listeners = RegistrationListeners()
 
 
 def get_registration_listeners() -> RegistrationListeners:
-    """Return the listeners of this process, which are notified of further registrations."""
+    """Return this process's listeners, which are notified of further registrations."""
     managers.watch(_listeners.notify_added, _listeners.notify_removed)
     return _listeners
 
 
 def get_topic_manager() -> Any:
-    """Return the topics of the node; see `rospy.managers.TopicManager`."""
+    """Return the node's topics; see `rospy.managers.TopicManager`."""
     return managers.topics
 
 
@@ -48,7 +51,7 @@ def set_topic_manager(tm: Any) -> None:
 
 
 def get_service_manager() -> Any:
-    """Return the services of the node; see `rospy.managers.ServiceManager`."""
+    """Return the node's services; see `rospy.managers.ServiceManager`."""
     return managers.services
 
 

@@ -26,10 +26,11 @@ _logging_to_rospy_levels = {number: level for level, number in _rospy_to_logging
 
 
 class RosOutHandler(logging.Handler):
-    """Publishes log records on `/rosout`, as the node's own handler does. Before init_node it publishes
-    nothing.
+    """Handler that publishes log records on `/rosout`, like the node's own handler.
 
-    The logger `rosout` has one already; give this to another logger.
+    Before `init_node`, it publishes nothing.
+
+    The logger `rosout` already has such a handler, so add this one to a different logger.
     """
 
     def emit(self, record: logging.LogRecord) -> None:
@@ -39,7 +40,7 @@ class RosOutHandler(logging.Handler):
 
 
 def init_rosout() -> None:
-    """Open `/rosout` after `init_node(disable_rosout=True)`. Otherwise does nothing."""
+    """Advertise `/rosout` after `init_node(disable_rosout=True)`. Otherwise does nothing."""
     if session.node is not None:
         session.logs.open_rosout(session.node)
 

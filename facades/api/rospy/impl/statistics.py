@@ -7,8 +7,8 @@ _star_names(__name__, "logging rospy math:sqrt sys rosgraph_msgs.msg:TopicStatis
 
 
 class SubscriberStatisticsLogger(InternalOfRospy):
-    """Measures the connections of a subscription."""
+    """Statistics of a subscription's connections in genuine rospy."""
 
 
 class ConnectionStatisticsLogger(InternalOfRospy):
-    """Measures one connection."""
+    """Statistics of one connection in genuine rospy."""

@@ -1,4 +1,4 @@
-"""`rospy.impl.tcpros`: where genuine rospy starts its transport; pipros's node does so itself."""
+"""`rospy.impl.tcpros`: where genuine rospy starts its transport. In pipros, the node does this itself."""
 
 from __future__ import annotations
 

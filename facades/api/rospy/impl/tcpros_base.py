@@ -1,4 +1,4 @@
-"""`rospy.impl.tcpros_base`: genuine rospy's transport, by name; pipros has its own links, in `pipros.net`."""
+"""`rospy.impl.tcpros_base`: names from genuine rospy's transport, which `pipros.net` replaces."""
 
 from __future__ import annotations
 
@@ -44,23 +44,23 @@ logger = logging.getLogger("rospy.tcpros")
 
 
 class TCPServer(InternalOfRospy):
-    """Accepts genuine rospy's connections."""
+    """Server that accepts connections in genuine rospy."""
 
 
 class TCPROSServer(InternalOfRospy):
-    """Accepts genuine rospy's connections of topics and services."""
+    """Server that accepts topic and service connections in genuine rospy."""
 
 
 class TCPROSTransportProtocol(InternalOfRospy):
-    """The common part of genuine rospy's connections of one topic or service."""
+    """Common part of genuine rospy's connections for one topic or service."""
 
 
 class TCPROSTransport(InternalOfRospy, Transport):
-    """One connection of genuine rospy."""
+    """One connection in genuine rospy."""
 
 
 def recv_buff(sock: socket.socket, b: io.BytesIO, buff_size: int) -> int:
-    """Append a limited number of received bytes to a buffer, and return how many were received.
+    """Append at most `buff_size` received bytes to a buffer, and return the number of bytes received.
 
     Raises:
         TransportTerminated: the other side has closed the connection.
@@ -75,9 +75,10 @@ def read_ros_handshake_header(sock: socket.socket, b: io.BytesIO, buff_size: int
     """Read a connection header; see `rosgraph.network`.
 
     Raises:
-        ROSHandshakeException: it is malformed, or the connection ended before it was complete.
+        ROSHandshakeException: the header is malformed, or the connection was closed before it was complete.
     """
-    from rosgraph import network  # with the rest of rosgraph, which few programs need
+    # Imported here because it loads the rest of rosgraph, which few programs need.
+    from rosgraph import network
 
     return network.read_ros_handshake_header(sock, b, buff_size)
 
@@ -90,7 +91,7 @@ def write_ros_handshake_header(sock: socket.socket, header: Mapping[str, Any]) -
 
 
 def get_tcpros_server_address() -> tuple[str, int] | None:
-    """Return the host and port at which the node accepts connections; None before init_node."""
+    """Return the host and port at which the node accepts connections, or None before `init_node`."""
     if session.node is None:
         return None
     host, port, _ = split_uri(session.node.endpoints.service_uri, ["rosrpc"])
@@ -103,5 +104,5 @@ def init_tcpros_server(port: int = 0) -> None:
 
 
 def start_tcpros_server() -> tuple[str, int] | None:
-    """Return `get_tcpros_server_address()`: `init_node` has started to accept connections."""
+    """Return `get_tcpros_server_address()`. `init_node` has already started the server."""
     return get_tcpros_server_address()

@@ -1,4 +1,4 @@
-"""`rospy.impl.tcpros_pubsub`: genuine rospy's connections of topics, by name; pipros has its own links."""
+"""`rospy.impl.tcpros_pubsub`: names of genuine rospy's topic connections, which pipros's links replace."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class QueuedConnection(InternalOfRospy):
 
 
 class TCPROSHandler(InternalOfRospy, ProtocolHandler):
-    """Creates genuine rospy's connections of topics."""
+    """Factory of genuine rospy's topic connections."""
 
 
 def get_tcpros_handler() -> None:
@@ -49,7 +49,7 @@ def robust_connect_subscriber(
     receive_cb: object,
     resolved_topic_name: str,
 ) -> None:
-    """Refuse to connect to a publisher, which pipros's node does itself, unlike genuine rospy.
+    """Refuse to connect to a publisher. In pipros, unlike in genuine rospy, the node does this itself.
 
     Raises:
         NotImplementedError: always.
@@ -57,12 +57,15 @@ def robust_connect_subscriber(
     del conn, receive_cb
     publisher = f"{dest_addr}:{dest_port} ({pub_uri})"
     raise NotImplementedError(
-        f"use rospy.Subscriber to receive [{resolved_topic_name}], in place of a connection to {publisher}"
+        f"use rospy.Subscriber to receive [{resolved_topic_name}] instead of connecting to {publisher}"
     )
 
 
 def check_if_still_publisher(resolved_topic_name: str, pub_uri: str) -> bool:
-    """Return whether the master lists the URI's node as a publisher; False if it does not answer."""
+    """Return whether the master lists the node at `pub_uri` as a publisher.
+
+    Return False if the master does not respond.
+    """
     try:
         state = SystemState.from_state(session.master.get_system_state())
         nodes = state.publishers.get(resolved_topic_name, [])

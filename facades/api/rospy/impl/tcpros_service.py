@@ -1,4 +1,4 @@
-"""`rospy.impl.tcpros_service`: services, and genuine rospy's connections of them by name."""
+"""`rospy.impl.tcpros_service`: services, and names of genuine rospy's service connections."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ class TCPROSServiceClient(TCPROSTransportProtocol):
 
 
 def service_connection_handler(sock: object, client_addr: object, header: object) -> str:
-    """Refuse to accept a caller's connection, which pipros's node does itself, unlike genuine rospy.
+    """Refuse to accept a caller's connection. In pipros, unlike in genuine rospy, the node does this itself.
 
     Raises:
         NotImplementedError: always.
     """
     del sock, header
-    raise NotImplementedError(f"serve by rospy.Service in place of taking the connection of {client_addr}")
+    raise NotImplementedError(f"use rospy.Service instead of accepting the connection from {client_addr}")

@@ -1,6 +1,7 @@
 """`rospy.impl.transport`: genuine rospy's connection classes.
 
-pipros connections are `pipros.net` links. These classes describe them, and are base classes for other code.
+pipros's connections are links from `pipros.net`. The classes here describe links, and serve as base classes
+for other code.
 """
 
 from __future__ import annotations
@@ -21,17 +22,17 @@ _numbers = itertools.count(1)
 
 
 class Transport:
-    """The common part of all connections.
+    """Common part of all connections.
 
     Attributes:
-        transport_type: `TCPROS` for example.
+        transport_type: for example, `TCPROS`.
         direction: `i`, `o` or `b`.
         name: the topic or service.
         id: number of the connection in this process.
         endpoint_id: the peer.
         local_endpoint, remote_endpoint: addresses and ports.
         stat_bytes, stat_num_msg: the traffic so far.
-        done: true once it is closed.
+        done: True once the connection is closed.
     """
 
     transport_type = "UNKNOWN"
@@ -49,7 +50,7 @@ class Transport:
         self.remote_endpoint: tuple[Any, int] = (0, 0)
 
     def fileno(self) -> int | None:
-        """Return the number of its socket; None if it has none."""
+        """Return the file descriptor of the connection's socket, or None if there is no socket."""
         return None
 
     def close(self) -> None:
@@ -71,7 +72,7 @@ class Transport:
         Raises:
             Exception: always, in this class.
         """
-        raise Exception("not implemented")  # the type that callers of rospy catch
+        raise Exception("not implemented")  # users of rospy catch this class
 
     def get_transport_info(self) -> str:
         """Return a description of the connection. Overridden by derived classes."""
@@ -79,7 +80,7 @@ class Transport:
 
 
 class DeadTransport(Transport):
-    """The remaining data of a closed connection: its numbers."""
+    """Statistics that remain of a closed connection."""
 
     def __init__(self, transport: Transport) -> None:
         super().__init__(transport.direction, transport.name)
@@ -92,10 +93,10 @@ class DeadTransport(Transport):
 
 
 class ProtocolHandler:
-    """Base of classes that create connections of one protocol."""
+    """Base class for factories of connections with one protocol."""
 
     def shutdown(self) -> None:
-        """End it."""
+        """Stop the handler."""
 
     def create_transport(self, topic: str, pub_uri: str, protocol_params: list[Any]) -> Any:
         """Connect to a publisher. Overridden by derived classes."""
@@ -107,7 +108,7 @@ class ProtocolHandler:
         return False
 
     def get_supported(self) -> list[list[str]]:
-        """Return the protocols that it supports, with their parameters."""
+        """Return the supported protocols with their parameters."""
         return []
 
     def init_publisher(self, topic: str, protocol: list[Any]) -> Any:
@@ -116,7 +117,7 @@ class ProtocolHandler:
 
 
 class InternalOfRospy:
-    """A class of genuine rospy's transport: it can be named and subclassed, but not instantiated.
+    """A class of genuine rospy's transport, which can be imported and subclassed but not instantiated.
 
     Raises:
         NotImplementedError: the class cannot be instantiated.

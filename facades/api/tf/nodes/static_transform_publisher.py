@@ -42,7 +42,8 @@ def main() -> int:
         return 1
     broadcaster = TransformBroadcaster()
     while not rospy.is_shutdown():
-        transform.header.stamp = rospy.Time.now() + period  # valid until the next one
+        # the transform is valid until the next one is sent
+        transform.header.stamp = rospy.Time.now() + period
         broadcaster.sendTransform(transform)
         try:
             rospy.sleep(period)

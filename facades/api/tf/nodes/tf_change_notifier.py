@@ -1,4 +1,4 @@
-"""`rosrun tf tf_change_notifier`: publish transforms on `tf_changes` when a frame has moved far enough."""
+"""`rosrun tf tf_change_notifier`: publish transforms on `tf_changes` when frames move."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _DEFAULT = [{"source_frame": "/base_link", "target_frame": "/map"}]
 
 
 def pairs_of_parameters() -> list[FramePair]:
-    """Read the frame pairs from the parameters of the node.
+    """Read the frame pairs from the node's parameters.
 
     Raises:
         BadFramePair: a parameter is invalid.
@@ -41,7 +41,7 @@ def changes(pairs: list[FramePair], buffer: tf2_ros.Buffer) -> TFMessage:
             rospy.logdebug("%s", error)
             continue
         if pair.has_moved(pose_of_transform(found.transform)):
-            # Frame ids start with a slash, as in Noetic.
+            # Frame IDs start with a slash, as in Noetic.
             found.header.frame_id, found.child_frame_id = f"/{target}", f"/{source}"
             message.transforms.append(found)
     return message

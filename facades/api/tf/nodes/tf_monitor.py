@@ -18,10 +18,10 @@ PRINT_S = 0.25
 
 
 class Watch:
-    """Statistics of received transforms. Callbacks update them in the threads of the connections.
+    """Statistics on received transforms. Callbacks update them in the connections' threads.
 
     Attributes:
-        pair: source and target frame to report on; None for all frames.
+        pair: source and target frame to report on, or None for all frames.
     """
 
     def __init__(self, pair: tuple[str, str] | None) -> None:
@@ -52,7 +52,7 @@ class Watch:
                 self._net.add(now - latest.to_sec(), now)
 
     def wait_for_chain(self) -> None:
-        """Wait without limit until the pair is connected. Raises ROSInterruptException at shutdown."""
+        """Wait without a limit until the frames are connected. Raises ROSInterruptException on shutdown."""
         if self.pair is None:
             return
         source, target = self.pair

@@ -10,9 +10,9 @@ from pipros.msg import load_message_class
 
 
 def mappings_of(listed: Any) -> dict[str, str]:
-    """Return a mapping of old to new frame ids from the parameter `~mappings`.
+    """Return a mapping of old to new frame IDs from the parameter `~mappings`.
 
-    The parameter is a list of dictionaries with the keys `old` and `new`; incomplete entries are skipped.
+    The parameter is a list of dictionaries with the keys `old` and `new`. Incomplete entries are skipped.
 
     >>> mappings_of([{"old": "base", "new": "robot/base"}, {"old": "x"}, "y"])
     {'base': 'robot/base'}

@@ -33,7 +33,8 @@ def scene_of(edges: Sequence[tuple[str, str, str, float]]) -> Scene:
 def main() -> int:
     """Listen for five seconds, then write frames.gv, frames.svg and frames.pdf to the working directory.
 
-    Graphviz renders the PDF if it is installed. Return the exit code; 130 if the node was shut down early.
+    Graphviz renders the PDF if it is installed. Return the exit code, which is 130 if the node was shut down
+    early.
     """
     rospy.init_node("view_frames", anonymous=True)
     buffer = tf2_ros.Buffer(debug=False)

@@ -1,4 +1,4 @@
-"""`rosrun tf2_ros buffer_server`: offer lookups of transforms as an action."""
+"""`rosrun tf2_ros buffer_server`: offer transform lookups as an action."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rosrun tf2_tools echo.py`: print the transform between two frames, at the latest or a given time."""
+"""`rosrun tf2_tools echo.py`: print the transform between two frames."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
 
 
 def _echo(buffer: tf2_ros.Buffer, options: argparse.Namespace) -> None:
-    """Print the transform at the time that the options give."""
+    """Print the transform at the time that the options specify."""
     now = rospy.Time.now()
     time = rospy.Time()
     if options.time is not None:

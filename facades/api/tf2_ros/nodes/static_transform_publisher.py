@@ -25,10 +25,10 @@ Usage: static_transform_publisher /param_name
 
 
 def transform_of(arguments: Sequence[str]) -> TransformStamped:
-    """Parse a transform from six or seven numbers and two frame ids.
+    """Parse a transform from six or seven numbers and two frame IDs.
 
     Raises:
-        ValueError: the number of arguments is wrong, or one is not a number.
+        ValueError: the number of arguments is wrong, or a value is not a number.
     """
     if len(arguments) not in (8, 9):
         raise ValueError("static_transform_publisher exited due to not having the right number of arguments")
@@ -44,7 +44,7 @@ def transform_of(arguments: Sequence[str]) -> TransformStamped:
 
 
 def transform_of_param(value: Any) -> TransformStamped:
-    """Return the transform of a parameter, which is a mapping with the fields of a TransformStamped.
+    """Parse a transform from a parameter, which is a mapping with the fields of a TransformStamped.
 
     Raises:
         ValueError: a field is missing or not a number.

@@ -1,4 +1,4 @@
-"""`rosrun topic_tools transform` and `relay_field`: publish values computed from the messages of a topic."""
+"""`rosrun topic_tools transform` and `relay_field`: publish values computed from a topic's messages."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ def _parser(program: str, description: str, expression: str) -> argparse.Argumen
 
 
 def _output_class(options: argparse.Namespace) -> type[Any]:
-    """Check the topics of the command line; return the class of the output.
+    """Check the topics on the command line, and return the output's message class.
 
     Raises:
-        SystemExit: a name is invalid, or the type is unknown. Nothing was waited for.
+        SystemExit: a name is invalid, or the type is unknown. This is raised without waiting for a master.
     """
     field = options.input.partition("[")[0]
     check_names("topic", field, options.output_topic)
@@ -50,7 +50,7 @@ def _run(
     latch: bool,
     compute: Callable[[Any], list[Any]],
 ) -> int:
-    """Publish `compute` of each message or field until the node is shut down. Return the exit code."""
+    """Publish the result of `compute` for each message or field until shutdown. Return the exit code."""
     try:
         input_class, input_topic, part = rostopic.get_topic_class(topic, blocking=options.wait_for_start)
     except rostopic.ROSTopicException as error:
@@ -75,9 +75,9 @@ def transform() -> int:
     """Run `transform`. Return the exit code."""
     parser = _parser(
         "transform",
-        "Publish the value of an expression of each message 'm' of a topic, or of one of its fields: "
+        "For each message 'm' on a topic, or one of its fields, publish the value of an expression: "
         "transform /imu/orientation/x /degrees std_msgs/Float64 'numpy.rad2deg(m)'",
-        "Python expression of the input message 'm', limited to arithmetic and reading of messages.",
+        "Python expression in the input message 'm', limited to arithmetic and reading messages.",
     )
     parser.add_argument(
         "-i",
@@ -107,9 +107,9 @@ def relay_field() -> int:
     """Run `relay_field`. Return the exit code."""
     parser = _parser(
         "relay_field",
-        "Publish messages whose fields are computed from those of another topic: "
+        "Publish messages whose fields are computed from messages on another topic: "
         "relay_field /chatter /header std_msgs/Header '{seq: 0, stamp: now, frame_id: m.data}'",
-        "Fields as YAML; strings may be Python expressions of the input message 'm'.",
+        "Fields as YAML; strings may be Python expressions in the input message 'm'.",
     )
     options = parser.parse_args(rospy.myargv()[1:])
     try:

@@ -1,4 +1,4 @@
-"""`rosrun topic_tools demux`: republish the messages of a topic on the selected one of several topics."""
+"""`rosrun topic_tools demux`: republish a topic's messages on one selected topic."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FIRST_SUBSCRIBER_S = 0.5
 
 
 class Demux:
-    """Republisher to the selected topic. All topics have the type of the first message."""
+    """Republisher on the selected topic. All topics have the type of the first message."""
 
     def __init__(self, selection: Selection) -> None:
         self.selection = selection
@@ -37,7 +37,7 @@ class Demux:
             output.publish(message)
 
     def select(self, topic: str) -> str:
-        """Select a topic, or none. Return the previous one. Raises `Refused`."""
+        """Select a topic, or no topic. Return the previous selection. Raises `Refused`."""
         rospy.loginfo("trying to switch demux to %s", topic)
         before = self.selection.select(topic)
         if self.selection.selected:
@@ -47,7 +47,7 @@ class Demux:
         return before
 
     def add(self, topic: str) -> None:
-        """Add an output, which is advertised with the next message. Raises `Refused`."""
+        """Add an output, which is advertised when the next message arrives. Raises `Refused`."""
         with self._lock:
             self.selection.add(topic)
             self._outputs[topic] = Output(topic)

@@ -1,4 +1,4 @@
-"""`rosrun topic_tools mux`: republish the messages of the selected one of several topics."""
+"""`rosrun topic_tools mux`: republish the messages of one selected topic."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Mux:
                     rospy.loginfo("Unregistering from %s", topic)
 
     def select(self, topic: str) -> str:
-        """Select a topic, or none. Return the previous one. Raises `Refused`."""
+        """Select a topic, or no topic. Return the previous selection. Raises `Refused`."""
         rospy.loginfo("trying to switch mux to %s", topic)
         with self._lock:
             before = self.selection.select(topic)
@@ -96,7 +96,7 @@ def main() -> int:
     first = str(rospy.get_param("~initial_topic", "")) or sources[0]
     try:
         selection.select(first if first == NONE else rospy.resolve_name(first))
-    except Refused as error:  # the same rule as for the service
+    except Refused as error:  # the service applies the same rule
         rospy.logwarn("~initial_topic: %s", error)
     lazy, latch = (bool(rospy.get_param(name, False)) for name in ("~lazy", "~latch"))
     mux = Mux(target, selection, lazy=lazy, latch=latch)

@@ -1,4 +1,4 @@
-"""`mux_add`, `mux_delete`, `mux_list`, `mux_select` and `switch_mux` (deprecated): call services of a mux."""
+"""`mux_add`, `mux_delete`, `mux_list`, `mux_select` and `switch_mux` (deprecated): call a mux's services."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from topic_tools.nodes.output import base_name, check_names
 
 
 def _call(name: str, kind: str, doing: str, *topic: str) -> Any:
-    """Wait for a service of the mux without limit and call it. Print progress and errors.
+    """Wait without a limit for a mux service and call it. Print progress and errors.
 
     Return None if the call fails.
     """

@@ -1,4 +1,4 @@
-"""Topics of any type, which is determined by the first message."""
+"""Input and output topics of any type. The first message determines the type."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ QUEUE_SIZE = 10
 
 
 def base_name(topic: str, *others: str) -> str:
-    """Return the last component of a topic, which is part of the node's name.
+    """Return the last component of a topic, which becomes part of the node's name.
 
     Raises:
         SystemExit: the last component is empty, or the name of one of the topics is invalid.
@@ -31,10 +31,10 @@ def base_name(topic: str, *others: str) -> str:
 
 
 def check_names(kind: str, *given: str) -> None:
-    """Refuse names of the command line at once, not when there is a master.
+    """Reject invalid names on the command line immediately, without waiting for a master.
 
     Args:
-        kind: `topic` or `service`, for the error.
+        kind: `topic` or `service`, used in the error message.
 
     Raises:
         SystemExit: a name is invalid.
@@ -46,7 +46,7 @@ def check_names(kind: str, *given: str) -> None:
 
 
 class Output(rospy.SubscribeListener):
-    """A topic that is advertised when the first message has determined its type. Threads may share it."""
+    """A topic that is advertised once the first message has determined its type. Thread-safe."""
 
     def __init__(self, topic: str, on_subscriber: Callable[[], object] = lambda: None) -> None:
         """Set up the topic. `on_subscriber` is called for each new subscriber, in a thread of the node."""
@@ -84,7 +84,7 @@ class Output(rospy.SubscribeListener):
             return True
 
     def publish(self, message: AnyMsg) -> None:
-        """Publish the bytes of a message. A message of another type is dropped, and logged once."""
+        """Publish the bytes of a message. Messages of another type are dropped; this is logged once."""
         publisher = self._publisher
         if publisher is None:
             return
@@ -116,7 +116,7 @@ class Output(rospy.SubscribeListener):
 
 
 class Input:
-    """A topic with a subscription that can be switched on and off. Calls may be repeated."""
+    """A topic with a subscription that can be switched on and off. Redundant calls have no effect."""
 
     def __init__(self, topic: str, callback: Callable[[AnyMsg], object]) -> None:
         self.topic = rospy.resolve_name(topic)
@@ -141,7 +141,7 @@ class Input:
         return subscriber is not None
 
     def is_idle(self, output: Output) -> bool:
-        """Unsubscribe if `output` has no subscribers, and return whether it has none.
+        """Return whether `output` has no subscribers. If so, unsubscribe.
 
         Atomic with respect to `subscribe`.
         """
@@ -152,5 +152,5 @@ class Input:
 
 
 def is_latched(message: AnyMsg) -> bool:
-    """Return whether the publisher of a message latches."""
+    """Return whether the publisher of a message is latching."""
     return message.header.get("latching") == "1"

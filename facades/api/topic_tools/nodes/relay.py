@@ -1,4 +1,4 @@
-"""`rosrun topic_tools relay`: republish the messages of a topic on another one."""
+"""`rosrun topic_tools relay`: republish a topic's messages on another topic."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ USAGE = "\nusage: relay IN_TOPIC [OUT_TOPIC]\n"
 
 
 class Relay:
-    """Republisher of a topic; in lazy and stealth mode it subscribes only while another node does."""
+    """Republisher of a topic. In lazy and stealth mode, it subscribes only while another node does."""
 
     def __init__(self, source: str, target: str, *, lazy: bool, stealth: bool) -> None:
         self._lazy, self._stealth = lazy and not stealth, stealth
@@ -50,7 +50,7 @@ class Relay:
         self._is_watched = bool(nodes - {rospy.get_name()})
 
     def follow(self) -> None:
-        """Subscribe or unsubscribe as the last look requires."""
+        """Subscribe or unsubscribe according to the last call to `look_at`."""
         if self._is_watched:
             self.source.subscribe()
         else:

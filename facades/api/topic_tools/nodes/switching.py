@@ -16,7 +16,7 @@ def resolved(topic: str) -> str:
 
 
 def selection_of(tool: str, topics: Iterable[str]) -> Selection:
-    """Select the first topic of a command line. Raises SystemExit if a topic is refused."""
+    """Select the first topic on a command line. Raises SystemExit if a topic is refused."""
     selection = Selection([], tool)
     try:
         for topic in dict.fromkeys(map(rospy.resolve_name, topics)):
@@ -31,7 +31,10 @@ class Services:
     """The services of a mux or demux, and the latched topic `selected`."""
 
     def __init__(self, kind: str, selection: Selection) -> None:
-        """Advertise `selected`. `kind` is `Mux` or `Demux`; in lower case it is the remappable namespace."""
+        """Advertise `selected`.
+
+        `kind` is `Mux` or `Demux`, whose lower-case form is the remappable namespace.
+        """
         self._kind = kind
         self._selection = selection
         self._namespace = rospy.resolve_name(kind.lower())
@@ -39,7 +42,7 @@ class Services:
         self._selected = rospy.Publisher(f"{self._namespace}/selected", self._text, queue_size=1, latch=True)
 
     def serve(self, verb: str, act: Callable[[str], object], name: str | None = None) -> None:
-        """Serve `Add`, `Delete` or `Select`; `act` is called with the topic.
+        """Serve `Add`, `Delete` or `Select`, calling `act` with the topic.
 
         If `act` raises `Refused`, the call fails with its message. A selection is announced.
         """

@@ -27,11 +27,11 @@ OR
 
 
 _NUMBERS = {"messages": 1, "bytes": 2}
-"""How many numbers each kind of rule needs."""
+"""Number of numeric arguments for each kind of rule."""
 
 
 class Throttle:
-    """Republisher of the messages that pass a rule."""
+    """Republisher of the messages that a rule accepts."""
 
     def __init__(self, source: str, target: str, rule: Rule, *, lazy: bool, latch: bool | None) -> None:
         """Set up the topics. If `latch` is None, latch the output if the input's publisher latches."""

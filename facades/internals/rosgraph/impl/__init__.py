@@ -1,1 +1,1 @@
-"""`rosgraph.impl.graph`, which rqt_graph imports."""
+"""Package of `rosgraph.impl.graph`, which rqt_graph imports."""

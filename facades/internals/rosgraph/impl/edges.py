@@ -10,7 +10,7 @@ class Edge:
     """An edge from one node or topic to another.
 
     Attributes:
-        key, rkey: keys in an `EdgeList`: start or end, with the label.
+        key, rkey: keys in an `EdgeList`, made of the label and the start (`key`) or the end (`rkey`).
     """
 
     __slots__ = ("end", "key", "label", "rkey", "start")
@@ -78,7 +78,7 @@ class EdgeList:
                 edges.pop(key, None)
 
     def delete_all(self, node: str) -> None:
-        """Delete all edges that begin or end at a node."""
+        """Delete all edges that start or end at a node."""
         for edge in self:
             if node in (edge.start, edge.end):
                 self.delete(edge)

@@ -18,7 +18,7 @@ _star_names(__name__, "itertools logging random rosgraph xmlrpc.client:ServerPro
 
 
 def node_topic(node: str) -> str:
-    """Return the topic of a vertex name."""
+    """Return the topic that a vertex name stands for."""
     return node[1:]
 
 
@@ -26,7 +26,7 @@ class BadNode:
     """A node that did not report its connections.
 
     Attributes:
-        type: DEAD if it cannot be reached, WONKY if its answer is malformed.
+        type: DEAD if the node cannot be reached, WONKY if its response is malformed.
         reason: the error.
     """
 
@@ -47,18 +47,18 @@ def _of_live(attribute: str) -> property:
 
 
 class Graph:
-    """The graph of the environment's master as of the last `update`; see `pipros.graph.live.LiveGraph`.
+    """The graph of the master in the environment, as of the last `update`; see `pipros.graph.live.LiveGraph`.
 
     Attributes:
         nn_nodes, nt_nodes, srvs: the nodes, the vertices of the topics, and the names of the services.
-        bad_nodes_lock: taken while `bad_nodes` changes.
-        master_stale, node_stale: for how many seconds answers of the master and of nodes are used.
-        last_master_refresh, last_node_refresh: when the master and each node were asked last.
+        bad_nodes_lock: lock held while `bad_nodes` changes.
+        master_stale, node_stale: seconds for which responses from the master and from nodes are reused.
+        last_master_refresh, last_node_refresh: times of the last query to the master and to each node.
         node_uri_map, uri_node_map: the addresses of the nodes that were looked up.
     """
 
     def __init__(self, node_ns: str = "/", topic_ns: str = "/") -> None:
-        """Set up the graph of these namespaces, without querying the master."""
+        """Set up the graph for the given namespaces, without querying the master."""
         self.master = Master(CALLER_ID)
         self._live = LiveGraph(self.master.client, node_ns, topic_ns)
         self.node_ns = self._live.node_namespace
@@ -99,15 +99,18 @@ class Graph:
         }
 
     def set_master_stale(self, stale_secs: float) -> None:
-        """Set for how many seconds an answer of the master is used."""
+        """Set the number of seconds for which a response from the master is reused."""
         self.master_stale = stale_secs
 
     def set_node_stale(self, stale_secs: float) -> None:
-        """Set for how many seconds an answer of a node is used."""
+        """Set the number of seconds for which a response from a node is reused."""
         self.node_stale = stale_secs
 
     def update(self) -> bool:
-        """Query the master and the nodes whose answers are stale, bad ones too. Return True on any change."""
+        """Query the master and all nodes, including bad nodes, whose responses are stale.
+
+        Return True on any change.
+        """
         return self._live.update()
 
     def bad_update(self) -> bool:

@@ -1,6 +1,6 @@
-"""State machines of action goals at clients and servers, without sockets or a clock.
+"""Client-side and server-side state machines of action goals. They use neither sockets nor a clock.
 
-`client_goal` and `server_goal` contain one table of transitions each. The facade `actionlib` adds topics and
+`client_goal` and `server_goal` each contain one transition table. The facade `actionlib` adds topics and
 callbacks.
 Source: http://wiki.ros.org/actionlib/DetailedDescription.
 """

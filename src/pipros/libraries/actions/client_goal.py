@@ -1,7 +1,8 @@
-"""Client-side state of a goal: what the client knows about the goal's progress at the server.
+"""Client-side state of a goal: the progress of the goal, as far as the client knows it.
 
 The server publishes the status of its goals several times a second, and a result at the end. These are
-separate topics: messages may arrive in any order, and a status may be missed. A single status may therefore
+separate topics, so messages may arrive in any order, and a status may be missed. A single status may
+therefore
 cause several transitions, such as from WAITING_FOR_GOAL_ACK through ACTIVE to WAITING_FOR_RESULT.
 """
 
@@ -82,13 +83,16 @@ TRANSITIONS: dict[State, dict[Status, tuple[State, ...]]] = {
     },
     State.PREEMPTING: {Status.PREEMPTING: STAYS, **dict.fromkeys((Status.PREEMPTED, *_FINISHED), (_WAIT,))},
 }
-"""The states entered on a status, in order. A status that is not listed is invalid in that state."""
+"""The states to enter when a status arrives, in order.
+
+A status that is not listed is invalid in that state.
+"""
 
 MAY_BE_CANCELLED = frozenset(
     {State.WAITING_FOR_GOAL_ACK, State.PENDING, State.ACTIVE, State.WAITING_FOR_CANCEL_ACK}
 )
 MAY_BE_MISSING = frozenset({State.WAITING_FOR_GOAL_ACK, State.WAITING_FOR_RESULT, State.DONE})
-"""States in which the server may omit the goal: it has not received it yet, or has already removed it."""
+"""States in which the server may omit the goal, because it has not yet received or already removed it."""
 
 
 class ClientGoal:
@@ -99,7 +103,9 @@ class ClientGoal:
         self.status = Status.PENDING
 
     def on_status(self, status: int | None) -> list[State]:
-        """Handle a list of goals from the server that contains this goal with `status`, or not (None).
+        """Handle a status list from the server.
+
+        `status` is this goal's status, or None if the list omits the goal.
 
         Raises:
             ValueError: the status is unknown, or invalid in the current state. The state is unchanged.
@@ -122,17 +128,17 @@ class ClientGoal:
         return self._enter(states)
 
     def on_result(self, status: int) -> list[State]:
-        """Handle a result and the final status in it. Ignored if the goal is already done."""
+        """Handle a result and the final status in it. Does nothing if the goal is already done."""
         if self.state is State.DONE:
             return []
         try:
             states = self.on_status(status)
-        except ValueError:  # missed statuses no longer matter
+        except ValueError:  # statuses that were missed no longer matter
             states = []
         return states + self._enter((State.DONE,))
 
     def on_cancel(self) -> list[State]:
-        """Handle a cancellation by the client. Ignored if the goal is already ending."""
+        """Handle a cancellation by the client. Does nothing if the goal is already ending."""
         return self._enter((State.WAITING_FOR_CANCEL_ACK,)) if self.state in MAY_BE_CANCELLED else []
 
     def _enter(self, states: tuple[State, ...]) -> list[State]:

@@ -1,4 +1,4 @@
-"""The goals of an action server, by id."""
+"""The goals of an action server, by ID."""
 
 from __future__ import annotations
 
@@ -9,18 +9,19 @@ _Goal = TypeVar("_Goal")
 
 
 class GoalTable(Generic[_Goal]):
-    """Goals in the order in which they arrived, up to a limit. Not thread-safe.
+    """Goals in order of arrival, up to a limit. Not thread-safe.
 
-    When the table is full, a new goal replaces the oldest one that has ended; if none has, it is refused.
+    When the table is full, a new goal replaces the oldest goal that has ended. If no goal has ended, the new
+    goal is refused.
     """
 
     def __init__(self, limit: int, id_characters: int, has_ended: Callable[[_Goal], bool]) -> None:
-        """Starts empty.
+        """Create an empty table.
 
         Args:
-            limit: goals.
-            id_characters: the longest id.
-            has_ended: whether a goal is only kept for its status.
+            limit: maximum number of goals.
+            id_characters: maximum length of an ID.
+            has_ended: function that returns whether a goal is kept only for its status.
         """
         self._limit = limit
         self._id_characters = id_characters
@@ -31,14 +32,14 @@ class GoalTable(Generic[_Goal]):
         return iter(list(self._goals.values()))
 
     def find(self, goal_id: str) -> _Goal | None:
-        """Return the goal with this id."""
+        """Return the goal with the given ID."""
         return self._goals.get(goal_id)
 
     def meant_by(self, goal_id: str, stamp: int, stamp_of: Callable[[_Goal], int]) -> list[_Goal]:
-        """Return the goals that a cancellation request means, as defined by actionlib_msgs/GoalID.
+        """Return the goals that a cancellation request selects, as defined by actionlib_msgs/GoalID.
 
-        An id means one goal, a stamp (ns) all goals up to it, both mean the goal and those up to the stamp;
-        an empty id and the stamp 0 mean all goals.
+        An ID selects one goal, and a timestamp (ns) selects all goals up to that time. If both are given,
+        both selections apply. An empty ID with the timestamp 0 selects all goals.
         """
         named = self.find(goal_id)
         if goal_id and not stamp:
@@ -46,7 +47,7 @@ class GoalTable(Generic[_Goal]):
         return [goal for goal in self if not stamp or goal is named or stamp_of(goal) <= stamp]
 
     def add(self, goal_id: str, goal: _Goal) -> bool:
-        """Add a goal; return False if the table is full or the id is too long."""
+        """Add a goal. Return False if the table is full or the ID is too long."""
         if len(goal_id) > self._id_characters:
             return False
         if len(self._goals) >= self._limit:

@@ -1,4 +1,4 @@
-"""The status of a goal at its server: the constants of actionlib_msgs/GoalStatus."""
+"""The server-side status of a goal: the constants of actionlib_msgs/GoalStatus."""
 
 from __future__ import annotations
 

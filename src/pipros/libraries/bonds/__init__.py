@@ -1,1 +1,1 @@
-"""One side of a bond: its state machine, and its timeouts and heartbeats."""
+"""One side of a bond: its state machine, timeouts and heartbeats."""

@@ -1,8 +1,9 @@
-"""The state machine of one side of a bond, without topics or a clock.
+"""The state machine of one side of a bond. It uses neither topics nor a clock.
 
-Both sides periodically publish that they are alive. WAITING ends with the first message of the other side
-(the sister). ALIVE ends immediately on a heartbeat timeout, or by agreement when one side breaks the bond: it
-then publishes the end (ENDING) until the sister has confirmed it or the disconnect timeout has expired.
+Both sides periodically publish that they are alive. WAITING ends with the first message from the other side
+(the sister). ALIVE ends immediately on a heartbeat timeout, or by agreement when one side breaks the bond.
+That side then publishes the end (ENDING) until the sister has confirmed it or the disconnect timeout has
+expired.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""One side of a bond in real time: timeouts, heartbeats and notifications around its `Life`."""
+"""One side of a bond in real time: the timeouts, heartbeats and notifications that drive its `Life`."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ TIMEOUTS: Mapping[State, Event] = {
     State.ALIVE: Event.HEARTBEAT_TIMEOUT,
     State.ENDING: Event.DISCONNECT_TIMEOUT,
 }
-"""The timeout that runs in a state."""
+"""The timeout that runs in each state."""
 
 
 class RestartableTimer:
-    """Timer that calls a function once after its last restart, in a thread of its own."""
+    """Timer that calls a function once, in its own thread, after the last restart."""
 
     def __init__(self) -> None:
         self._timer: Timer | None = None
@@ -43,16 +43,16 @@ class BondSide:
     """One side of a bond. All methods may be called from any thread.
 
     Args:
-        durations_s: length of each timeout. Changes apply when the timeout is started.
-        send: publish a status message, with whether this side is alive.
+        durations_s: length of each timeout. A change takes effect when the timeout is next started.
+        send: publishes a status message; called with whether this side is alive.
         notify: called with ALIVE once the bond is formed and DEAD once it is broken, without a lock held.
-        enter: called with each new state, with the lock held.
-        ignores_silence: whether a heartbeat timeout is to be ignored. It may block.
-        is_over: whether heartbeats and waits are to end; `wake` ends them at once.
+        enter: called with each new state while the lock is held.
+        ignores_silence: returns whether to ignore a heartbeat timeout. It may block.
+        is_over: returns whether heartbeats and waits should end. `wake` applies this at once.
 
     Attributes:
-        sister_id: ID of the other side; None before its first message.
-        sister_ended_first: whether the other side has ended before this one.
+        sister_id: ID of the other side; None until its first message arrives.
+        sister_ended_first: whether the other side ended before this side.
     """
 
     durations_s: dict[Event, float]
@@ -65,7 +65,8 @@ class BondSide:
     sister_ended_first: bool = field(default=False, init=False)
     _life: Life = field(default_factory=Life, init=False)
     _timer: RestartableTimer = field(default_factory=RestartableTimer, init=False)
-    _changed: Condition = field(default_factory=Condition, init=False)  # its lock may be taken again
+    # reentrant, because callbacks may call other methods
+    _changed: Condition = field(default_factory=Condition, init=False)
     _pending: list[State] = field(default_factory=list, init=False)
 
     @property
@@ -88,14 +89,14 @@ class BondSide:
             self.handle(event)
 
     def receive(self, instance_id: str, is_alive: bool) -> bool:
-        """Handle a message of another instance; return False if it is neither this side nor its sister."""
+        """Handle a message from an instance. Return False if it is neither this side nor its sister."""
         with self._changed:
             self.sister_id = instance_id if self.sister_id is None else self.sister_id
         if instance_id != self.sister_id:
             return False
         self.handle(Event.SISTER_ALIVE if is_alive else Event.SISTER_ENDS)
         if is_alive and self.state is State.DEAD:
-            self.publish()  # the sister has missed the end
+            self.publish()  # the sister has missed the announcement of the end
         return True
 
     def handle(self, event: Event) -> None:
@@ -136,7 +137,7 @@ class BondSide:
         self.publish()
 
     def wait(self, is_reached: Callable[[State], bool], timeout_s: float | None) -> bool:
-        """Wait for a state, without limit if `timeout_s` is None. Return whether it was reached."""
+        """Wait for a state, without a limit if `timeout_s` is None. Return whether it was reached."""
 
         def is_ended() -> bool:
             return is_reached(self.state) or self.is_over()

@@ -9,7 +9,7 @@ from pipros.libraries.diagnostics.analyzers import AnalyzerGroup, BadAnalyzer, O
 from pipros.libraries.diagnostics.items import ERROR, OK, STALE, Status
 
 OWNER_LIMIT = 100
-"""Nodes that may have added analyzers at a time; each costs a bond."""
+"""Maximum number of nodes that have added analyzers at the same time. Each such node costs a bond."""
 
 
 class Aggregation:
@@ -29,11 +29,11 @@ class Aggregation:
         self._other = OtherAnalyzer(self.base, other_as_errors)
 
     def problems(self) -> dict[str, str]:
-        """Return the errors of analyzers in the parameters, by path."""
+        """Return the errors in the parameters' analyzers, by path."""
         return _problems(self._own)
 
     def add(self, owner: str, analyzers: Mapping[str, Any]) -> None:
-        """Add analyzers of another node.
+        """Add another node's analyzers.
 
         Raises:
             BadAnalyzer: an analyzer is invalid, or the node has already added analyzers. Nothing is added.
@@ -70,7 +70,7 @@ class Aggregation:
 
 
 def whole_level(reported: list[Status]) -> int:
-    """Return the overall level: the highest; stale counts as an error unless everything is stale.
+    """Return the highest level. Stale statuses count as errors unless all statuses are stale.
 
     >>> whole_level([Status("/a", 0), Status("/b", 3)]), whole_level([Status("/b", 3)]), whole_level([])
     (2, 3, 0)

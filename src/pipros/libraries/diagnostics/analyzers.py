@@ -1,7 +1,7 @@
 """Analyzers of the aggregator: each accepts certain statuses and reports on them.
 
-They are configured by the parameter `analyzers`, see http://wiki.ros.org/diagnostic_aggregator.
-Times are seconds of any clock, the same for all calls.
+They are configured by the parameter `analyzers`; see http://wiki.ros.org/diagnostic_aggregator. Times are in
+seconds on any clock, which must be the same for all calls.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ TIMEOUT_S = 5.0
 """Time without an update after which an item is stale, unless `timeout` is set."""
 
 ITEM_LIMIT = 10_000
-"""Maximum number of items of one analyzer, because any peer can choose their names."""
+"""Maximum number of items in one analyzer. It is limited because any peer can choose their names."""
 
 DEPTH_LIMIT = 20
 """Maximum nesting depth of groups."""
@@ -43,8 +43,8 @@ class Analyzer(Protocol):
     """Interface of analyzers, which accept certain statuses and report them below their path.
 
     Attributes:
-        name: the last part of its path.
-        path: the whole path.
+        name: the last component of the path.
+        path: the full path.
     """
 
     name: str
@@ -54,15 +54,18 @@ class Analyzer(Protocol):
         """Return whether the analyzer accepts statuses with the given name."""
 
     def analyze(self, status: Status, now_s: float) -> bool:
-        """Process a status that it matches. Return whether the status was accepted."""
+        """Process a status whose name matches. Return whether the status was accepted."""
 
     def report(self, now_s: float) -> list[Status]:
-        """Return the statuses of the analyzer itself, named `path`, and of its items; may be empty."""
+        """Return the statuses of the analyzer itself, named `path`, and of its items.
+
+        The list may be empty.
+        """
 
 
 @dataclass(frozen=True, slots=True)
 class Criteria:
-    """The names that an analyzer accepts: those that match any of the criteria."""
+    """Criteria for the names that an analyzer accepts. A name must match at least one of them."""
 
     names: frozenset[str] = frozenset()
     starts: tuple[str, ...] = ()
@@ -82,7 +85,7 @@ class Criteria:
 
 
 class Items:
-    """The items of one analyzer by name, and the status that summarizes them."""
+    """The items of one analyzer, by name, and the status that summarizes them."""
 
     def __init__(
         self,
@@ -95,7 +98,7 @@ class Items:
         count: int = -1,
         discards_stale: bool = False,
     ) -> None:
-        """Create the list of items, with only the expected ones.
+        """Create the list of items, which initially contains only the expected items.
 
         Args:
             count: the required number of items; -1 for any.
@@ -113,7 +116,10 @@ class Items:
         return True
 
     def report(self, now_s: float) -> list[Status]:
-        """Return the summary and the items; the summary is stale if all are, an error if only some are."""
+        """Return the summary and the items.
+
+        The summary is stale if all items are stale, and an error if only some of them are.
+        """
         reported, values, levels = [], [], []
         for name, item in list(self._items.items()):
             is_stale = self._is_stale(item, now_s)
@@ -140,7 +146,8 @@ class Items:
 def summed_up(levels: Sequence[int]) -> int:
     """Combine several levels.
 
-    Return STALE if all are stale, otherwise the highest level, capped at ERROR; OK if there are none.
+    Return STALE if all levels are STALE, otherwise the highest level, capped at ERROR. Return OK if there are
+    none.
 
     >>> summed_up([0, 1]), summed_up([3, 0]), summed_up([3, 3]), summed_up([])
     (1, 2, 3, 0)
@@ -150,7 +157,7 @@ def summed_up(levels: Sequence[int]) -> int:
 
 
 class GenericAnalyzer(Items):
-    """Analyzer that accepts the statuses selected by its parameters, and reports them all."""
+    """Analyzer that accepts the statuses selected by its parameters, and reports all of them."""
 
     def __init__(self, name: str, path: str, criteria: Criteria, **more: Any) -> None:
         super().__init__(name, path, **more)
@@ -196,14 +203,16 @@ class IgnoreAnalyzer:
 
 
 class AnalyzerGroup:
-    """Analyzers below one path, in the order of their keys. A status is passed to each that accepts it.
+    """Analyzers below one path, in the order of their keys.
+
+    A status is passed to each analyzer that accepts it.
 
     Attributes:
         problems: the errors of analyzers that could not be created, by key.
     """
 
     def __init__(self, name: str, path: str, parameters: Mapping[str, Any], depth: int = 0) -> None:
-        """Create the analyzers of the group; invalid ones are added to `problems`.
+        """Create the group's analyzers. Invalid analyzers are added to `problems`.
 
         Raises:
             BadAnalyzer: groups are nested too deeply.
@@ -258,7 +267,7 @@ class AnalyzerGroup:
 
 
 class OtherAnalyzer(Items):
-    """Analyzer for statuses that no other analyzer accepted; optionally reports them as errors."""
+    """Analyzer for statuses that no other analyzer accepted. Optionally, it reports them as errors."""
 
     def __init__(self, path: str, as_errors: bool) -> None:
         super().__init__("Other", f"{path}/Other", discards_stale=True)

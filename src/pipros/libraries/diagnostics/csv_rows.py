@@ -1,4 +1,4 @@
-"""Recorded statuses as rows of CSV files, one file per name, in the format of `diagnostic_analysis`."""
+"""Conversion of recorded statuses to CSV rows, one file per name, in `diagnostic_analysis` format."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pipros.libraries.diagnostics.items import Status
 
 NAME_LIMIT = 200
-"""Maximum number of characters in a file name, because any peer can choose the names of statuses."""
+"""Maximum number of characters in a file name. It is limited because any peer can choose status names."""
 
 _HEAD = ("Timestamp", "Level", "Message", "Hardware ID")
 _IN_NAMES = str.maketrans({" ": "_", "/": "__", **dict.fromkeys("()#.\0\n")})
@@ -16,7 +16,7 @@ _IN_CELLS = str.maketrans({",": " ", "\n": "  ", "\r": " "})
 
 
 def file_names(names: Iterable[str]) -> dict[str, str]:
-    """Return the unique name of the CSV file of each status.
+    """Return a unique CSV file name for each status name.
 
     >>> file_names(["Motor (left): a/b", "Motor left: a/b"])
     {'Motor (left): a/b': 'Motor_left:_a__b.csv', 'Motor left: a/b': 'Motor_left:_a__b_2.csv'}
@@ -35,7 +35,7 @@ def file_names(names: Iterable[str]) -> dict[str, str]:
 
 
 class Columns:
-    """The keys of a status's values, in the order of their first occurrence."""
+    """The keys of a status's values, in order of first occurrence."""
 
     def __init__(self) -> None:
         self._places: dict[str, int] = {}
@@ -50,7 +50,7 @@ class Columns:
         return ",".join([*_HEAD, *keys]) + "\n"
 
     def row(self, status: Status, stamp_s: float) -> str:
-        """Return a row of the file: the time in the local time zone, and a cell for each known key."""
+        """Return a row of the file, with the time in the local time zone and a cell for each known key."""
         self.add(status)
         cells = [""] * len(self._places)
         for key, value in status.values:

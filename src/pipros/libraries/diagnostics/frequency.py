@@ -1,4 +1,4 @@
-"""Frequency of events over the last few reports."""
+"""Event frequency over the last few reports."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class EventWindow:
 
 
 def judged(events: int, hz: float, low: float, high: float | None) -> tuple[int, str]:
-    """Return the level and message for a frequency in Hz with its bounds."""
+    """Return the level and message for a frequency in Hz and its bounds."""
     if events == 0:
         return 2, "No events recorded."
     if hz < low:

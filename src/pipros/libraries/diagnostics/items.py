@@ -1,4 +1,4 @@
-"""Statuses, as the aggregator stores and publishes them."""
+"""Statuses in the form in which the aggregator stores and publishes them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,10 @@ class Status:
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A status and its time of arrival in seconds; None if it is expected but has not arrived."""
+    """A status and its time of arrival in seconds.
+
+    Both are None if the status is expected but has not arrived.
+    """
 
     status: Status
     updated_s: float | None = None

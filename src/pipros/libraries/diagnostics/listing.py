@@ -1,4 +1,4 @@
-"""Statuses as lines for a terminal, for `rosdiagnostic`."""
+"""Formatting of statuses as terminal output for `rosdiagnostic`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def listed(
         statuses: the statuses of one array.
         least: the minimum level to include.
         part: the substring that names must contain.
-        details: whether to add a line for each value, and one for the hardware.
+        details: whether to add a line for each value, and a line for the hardware.
 
     >>> listed([Status("/b", 0, "fine"), Status("/a", 2, "broken")], least=1)
     ['Error    /a: broken']

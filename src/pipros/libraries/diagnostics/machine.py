@@ -1,6 +1,7 @@
-"""Reports on a machine: level, message, and values with Noetic's names.
+"""Reports on a machine, with a level, a message, and values under Noetic's names.
 
-Pure: the programs in `facades/api/diagnostic_common_diagnostics/nodes` provide the readings.
+This module performs no I/O. The programs in `facades/api/diagnostic_common_diagnostics/nodes` provide the
+readings.
 """
 
 from __future__ import annotations
@@ -14,20 +15,20 @@ from pipros.libraries.diagnostics.items import ERROR, OK, WARN, level_name
 from pipros.libraries.diagnostics.summaries import merged
 
 HOT, CRITICALLY_HOT = 55.0, 70.0
-"""Temperatures in degrees Celsius above which a disk is hot."""
+"""Temperatures in degrees Celsius above which a disk counts as hot."""
 
 LITTLE, VERY_LITTLE = 5, 1
-"""Free space of a disk in gigabytes, at or below which it is a warning or an error."""
+"""Free disk space in gigabytes, at or below which to report a warning or an error."""
 
 SMALL_DISK = 10
-"""Minimum size of a disk in gigabytes; smaller disks are ignored."""
+"""Minimum disk size in gigabytes. Smaller disks are ignored."""
 
 _HEAT = ("OK", "Hot", "Critical Hot")
 _SPACE = ("OK", "Low Disk Space", "Very Low Disk Space")
 
 
 class BadReading(PiprosError, ValueError):
-    """The answer of a device or a server is invalid."""
+    """A response from a device or a server is invalid."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +68,7 @@ def cpu_report(loads: Sequence[float], warning: float) -> Report:
 
 
 def ram_report(used: float, warning: float) -> Report:
-    """Return the report on the used memory in percent."""
+    """Return the report on memory usage in percent."""
     values = [("RAM Load Average", f"{used:.2f}")]
     if used > warning:
         return Report(WARN, f"RAM Average exceeds {warning:g} percent", values)
@@ -84,7 +85,7 @@ class DiskHeat:
 
 
 def heat_report(disks: Sequence[DiskHeat], *, warns: bool = True) -> Report:
-    """Return the report on disk temperatures; an error if there are none."""
+    """Return the report on disk temperatures. If there are none, the report is an error."""
     level, values = OK, list[tuple[str, str]]()
     for number, disk in enumerate(disks):
         heat = disk.degrees if disk.degrees is not None else 0.0
@@ -102,10 +103,10 @@ def heat_report(disks: Sequence[DiskHeat], *, warns: bool = True) -> Report:
 
 
 def parsed_hddtemp(answer: str) -> list[DiskHeat]:
-    """Return the disks in an answer of the hddtemp daemon, such as `|/dev/sda|WDC 10|41|C|`.
+    """Parse the disks in a response from the hddtemp daemon, such as `|/dev/sda|WDC 10|41|C|`.
 
     Raises:
-        BadReading: the answer has another format.
+        BadReading: the response has a different format.
     """
     if not answer:
         return []
@@ -134,7 +135,7 @@ class DiskSpace:
 
 
 def space_report(disks: Iterable[DiskSpace]) -> Report:
-    """Return the report on the free space of disks, without small ones."""
+    """Return the report on free disk space, which omits small disks."""
     level, values = OK, [("Disk Space Reading", "OK")]
     large = [disk for disk in disks if disk.size >= SMALL_DISK]
     for number, disk in enumerate(large, 1):
@@ -163,7 +164,7 @@ class Sensor:
 
 
 def sensors_report(sensors: Iterable[Sensor], *, ignore_fans: bool = False) -> Report:
-    """Return the report on the sensors of the mainboard."""
+    """Return the report on the mainboard's sensors."""
     level, message, values = OK, "OK", list[tuple[str, str]]()
     for sensor in sensors:
         values.append((f"{sensor.name} {sensor.kind}", f"{sensor.value:g}"))
@@ -188,7 +189,7 @@ def _is_above(value: float, limit: float | None) -> bool:
 
 
 def ntp_report(offset_us: float, tolerance_us: float, error_us: float) -> Report:
-    """Return the report on the offset of a server's clock from the local one, in microseconds."""
+    """Return the report on the offset of a server's clock from the local clock, in microseconds."""
     values = [
         ("Offset (us)", f"{offset_us:.0f}"),
         ("Offset tolerance (us)", f"{tolerance_us:g}"),
@@ -200,7 +201,7 @@ def ntp_report(offset_us: float, tolerance_us: float, error_us: float) -> Report
 
 
 def ntp_failure(reason: str, tolerance_us: float, error_us: float) -> Report:
-    """Return the report if a server did not answer correctly."""
+    """Return the report for a server that did not respond correctly."""
     values = [
         ("Offset (us)", "N/A"),
         ("Offset tolerance (us)", f"{tolerance_us:g}"),

@@ -1,7 +1,7 @@
 """A program that matches names with regular expressions; `NamePatterns` runs it as a child process.
 
 Each input line is a JSON list `[pattern, name]`; each output line is true, false, null (timed out), or the
-reason the pattern is invalid. Imports the standard library only.
+reason the pattern is invalid. This program imports only the standard library.
 """
 
 from __future__ import annotations
@@ -12,11 +12,14 @@ import signal
 import sys
 
 TIME_LIMIT_S = 0.1
-"""Processor time for one pattern and one name; usually some microseconds are enough."""
+"""Maximum processor time for one pattern and one name. Usually, a few microseconds are enough."""
 
 
 class _TimeIsUp(Exception):
-    """Raised by the signal handler. `re` runs the main thread's handlers while it matches."""
+    """Exception that the signal handler raises.
+
+    `re` runs the main thread's signal handlers while it matches.
+    """
 
 
 def _end_match(*_: object) -> None:
@@ -24,7 +27,7 @@ def _end_match(*_: object) -> None:
 
 
 def _answer(pattern: str, name: str) -> bool | str | None:
-    # Processor time, because a busy machine may stop the process for longer.
+    # Limit the processor time, because a busy machine may suspend the process for longer.
     if sys.platform != "win32":
         signal.signal(signal.SIGPROF, _end_match)
         signal.setitimer(signal.ITIMER_PROF, TIME_LIMIT_S)
@@ -38,7 +41,7 @@ def _answer(pattern: str, name: str) -> bool | str | None:
 
 
 def main() -> None:
-    """Answers until the input ends."""
+    """Respond to requests until the input ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for line in sys.stdin:
         try:

@@ -1,11 +1,12 @@
 """Regular expressions of unknown origin, matched with a time limit.
 
-Python's `re` may need exponential time (`(a+)+$` and 40 characters: days). Meanwhile it keeps all threads of
-the process from running, signal handlers included. So a child process matches, and gives up after a tenth of
-a second of processor time. Results are cached, so the name of a running component costs one question.
+Python's `re` may need exponential time: `(a+)+$` and 40 characters take days. While matching, it prevents all
+threads and signal handlers of the process from running. Therefore a child process does the matching, and
+gives up after a tenth of a second of processor time. Results are cached, so each component name costs one
+request.
 
-Compared with it: refusing nested quantifiers misses `a?a?a?…aaa` and refuses `(left|right)*`; a matcher that
-needs linear time (RE2) is a compiled dependency without look-ahead and back references.
+The alternatives are worse. A check for nested quantifiers misses `a?a?a?…aaa` and refuses `(left|right)*`. A
+matcher that needs linear time (RE2) is a compiled dependency without look-ahead and back references.
 """
 
 from __future__ import annotations
@@ -22,19 +23,19 @@ from pathlib import Path
 from typing import IO, Any
 
 PATTERN_CHARACTERS = 1_000
-"""The longest pattern."""
+"""Maximum length of a pattern."""
 
 NAME_CHARACTERS = 300
-"""The longest name that a pattern may match."""
+"""Maximum length of a name that can match a pattern."""
 
 SLOW_LIMIT = 20
-"""So many patterns of a process may take too long; then no pattern is used any more."""
+"""Maximum number of patterns per process that may take too long. After that, patterns are no longer used."""
 
 CACHED = 10_000
-"""How many results are cached."""
+"""Maximum number of cached results."""
 
 _DEADLINE_S = 5.0
-"""The time for an answer on a machine that is too busy to run the child."""
+"""Maximum time to wait for a response, in case the machine is too busy to run the child."""
 
 _PROGRAM = Path(__file__).with_name("match_names.py")
 
@@ -43,11 +44,11 @@ class NamePatterns:
     """The patterns of one analyzer. Thread-safe.
 
     Attributes:
-        slow: those that took too long, and are not used any more.
+        slow: the patterns that took too long and are no longer used.
     """
 
     def __init__(self, patterns: Sequence[str]) -> None:
-        """Checks the patterns.
+        """Check the patterns.
 
         Raises:
             ValueError: a pattern is not a regular expression, or is too long.
@@ -65,7 +66,10 @@ class NamePatterns:
         return bool(self._patterns)
 
     def match(self, name: str) -> bool:
-        """Whether any pattern matches the whole name. Names beyond `NAME_CHARACTERS` are never matched."""
+        """Return whether any pattern matches the whole name.
+
+        Names longer than `NAME_CHARACTERS` never match.
+        """
         if len(name) > NAME_CHARACTERS:
             return False
         for pattern in self._patterns:
@@ -78,7 +82,7 @@ class NamePatterns:
 
 
 class _Child:
-    """The child process, which starts with the first question and ends with this process."""
+    """The child process, which starts with the first request and ends with this process."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
@@ -88,7 +92,7 @@ class _Child:
         atexit.register(self.close)
 
     def ask(self, pattern: str, name: str) -> bool | str | None:
-        """Whether the pattern matches the whole name; its error; or None if it takes too long."""
+        """Return whether the pattern matches the whole name, its error text, or None if it takes too long."""
         with self._lock:
             if pattern in self._slow or len(self._slow) >= SLOW_LIMIT:
                 return None
@@ -103,13 +107,13 @@ class _Child:
             return answer
 
     def close(self) -> None:
-        """Ends the process."""
+        """Terminate the process."""
         process, self._process = self._process, None
         if process is not None:
             process.kill()
             process.wait()
             for pipe in _pipes(process):
-                with contextlib.suppress(OSError):  # what was not written
+                with contextlib.suppress(OSError):  # closing may fail on data that was not written
                     pipe.close()
 
     def _answer(self, pattern: str, name: str) -> Any:
@@ -122,7 +126,7 @@ class _Child:
             writing.write(json.dumps([pattern, name]).encode() + b"\n")
             writing.flush()
             return json.loads(reading.readline())
-        except (OSError, ValueError, RuntimeError):  # killed, or this process ends
+        except (OSError, ValueError, RuntimeError):  # the child was killed, or this process is ending
             self.close()
             return None
         finally:
@@ -135,7 +139,7 @@ def _start() -> subprocess.Popen[bytes]:
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
-        start_new_session=True,  # Ctrl-C is not for it: it ends with its input
+        start_new_session=True,  # Ctrl-C should not reach the child, which ends with its input
     )
 
 

@@ -1,4 +1,4 @@
-"""Requests and answers of SNTP (RFC 4330), which measure the offset of a clock. Sans-IO."""
+"""SNTP requests and responses (RFC 4330), which measure the offset of a clock. Sans-IO."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def offset_s(answer: bytes, asked: bytes, sent_s: float, received_s: float) -> f
         asked: the request sent at `sent_s`.
 
     Raises:
-        BadReading: the packet does not answer the request, or the server's clock is not synchronized.
+        BadReading: the packet is not a response to the request, or the server's clock is not synchronized.
     """
     if len(answer) < _ANSWER.size:
-        raise BadReading(f"an answer must have at least {_ANSWER.size} bytes, got {len(answer)}")
+        raise BadReading(f"a response must have at least {_ANSWER.size} bytes, got {len(answer)}")
     first, stratum, _, _, *words = _ANSWER.unpack_from(answer)
     if first & 7 != _SERVER or answer[24:32] != asked[40:48]:
-        raise BadReading("the packet does not answer this request")
+        raise BadReading("the packet is not a response to this request")
     if not 1 <= stratum <= 15 or first >> 6 == 3:
         raise BadReading("the server's clock is not synchronized")
     arrived, left = _seconds(words[7], words[8], sent_s), _seconds(words[9], words[10], sent_s)

@@ -17,7 +17,7 @@ class StampDelays:
         self.has_any = False
 
     def add(self, stamp: float, now: float) -> None:
-        """Count a timestamp. Zero means that it was not set."""
+        """Count a timestamp. Zero means that the timestamp was not set."""
         if stamp == 0:
             self.has_zero = True
             return
@@ -27,7 +27,7 @@ class StampDelays:
         self.has_any = True
 
     def judged(self, least: float, greatest: float) -> tuple[int, str]:
-        """Return the level and message for the given bounds of the delay. Counts bad reports."""
+        """Return the level and message for the given bounds on the delay, and count reports with problems."""
         if not self.has_any:
             return 1, "No data since last update."
         found = (0, "Timestamps are reasonable.")

@@ -1,4 +1,4 @@
-"""A history of messages, and a sequencer that delays messages to order them by stamp."""
+"""A message history, and a sequencer that delays messages to order them by timestamp."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 class History:
-    """The last `size` messages and their stamps, in the order of arrival."""
+    """The last `size` messages and their timestamps, in order of arrival."""
 
     def __init__(self, size: int) -> None:
         self.size = size
@@ -23,7 +23,7 @@ class History:
             del self.stamps[0]
 
     def between(self, first: Any, last: Any) -> list[Any]:
-        """Return the messages with stamps from `first` to `last`, both included."""
+        """Return the messages with timestamps from `first` to `last`, inclusive."""
         return [
             message
             for message, stamp in zip(self.messages, self.stamps, strict=True)
@@ -31,14 +31,14 @@ class History:
         ]
 
     def first_from(self, stamp: Any) -> Any:
-        """Return the first message in order of arrival with a stamp at or after `stamp`, or None."""
+        """Return the first message in order of arrival whose timestamp is >= `stamp`, or None."""
         for message, known in zip(self.messages, self.stamps, strict=True):
             if known >= stamp:
                 return message
         return None
 
     def last_until(self, stamp: Any) -> Any:
-        """Return the last message in order of arrival with a stamp at or before `stamp`, or None."""
+        """Return the last message in order of arrival whose timestamp is <= `stamp`, or None."""
         for message, known in zip(reversed(self.messages), reversed(self.stamps), strict=True):
             if known <= stamp:
                 return message
@@ -46,10 +46,11 @@ class History:
 
 
 class Sequencer:
-    """Queue that delays messages in order to return them by stamp.
+    """Queue that delays messages in order to return them by timestamp.
 
-    Stamps, the delay and the time are in nanoseconds. A message with an earlier stamp than one already
-    returned is dropped, and so is the oldest if there are more than `queue_size` (0 for no limit).
+    Timestamps, the delay and the time are in nanoseconds. A message is dropped if a message with a later
+    timestamp was already returned. If there are more than `queue_size` messages (0 for no limit), the oldest
+    is dropped.
     """
 
     def __init__(self, delay: int, queue_size: int) -> None:
@@ -60,7 +61,7 @@ class Sequencer:
         self._last_returned: int | None = None
 
     def add(self, stamp: int, message: Any) -> None:
-        """Add a message, unless it is too late."""
+        """Add a message unless it arrives too late."""
         if self._last_returned is not None and stamp < self._last_returned:
             return
         self._arrived += 1
@@ -69,7 +70,7 @@ class Sequencer:
             del self._waiting[0]
 
     def due(self, now: int) -> list[Any]:
-        """Remove and return the messages whose delay is over at the time `now`, by stamp."""
+        """Remove and return the messages whose delay has expired at the time `now`, ordered by timestamp."""
         count = 0
         while count < len(self._waiting) and self._waiting[count][0] + self.delay <= now:
             count += 1

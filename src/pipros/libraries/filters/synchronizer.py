@@ -1,10 +1,11 @@
-"""Matching of messages of several inputs by timestamp, in the same order as in Noetic.
+"""Matching of messages from several inputs by timestamp, in the same order as in Noetic.
 
-Each input has a queue by stamp. A new message may complete a set (one message of each input), which `add`
-removes from the queues and returns. A queue longer than `queue_size` loses its oldest stamps.
+Each input has a queue keyed by timestamp. A new message may complete a set (one message from each input),
+which `add` removes from the queues and returns. From a queue longer than `queue_size`, the oldest messages
+are dropped.
 
-If time is simulated and `reset` is true, a clock that jumps back clears the queues: each one at the next
-message of its input. Only inputs that have received a message at the current time can complete a set.
+If time is simulated and `reset` is true, a backward jump of the clock clears each queue when its input's next
+message arrives. Only inputs that have received a message at the current time can complete a set.
 """
 
 from __future__ import annotations
@@ -13,26 +14,26 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 Queue = dict[int, Any]
-"""Messages by stamp in nanoseconds, in the order of arrival."""
+"""Messages by timestamp in nanoseconds, in order of arrival."""
 
 
 class ExactSynchronizer:
-    """Matcher of messages with equal stamps."""
+    """Matcher of messages with equal timestamps."""
 
     def __init__(self, inputs: int, queue_size: int, reset: bool = False) -> None:
         self.queues: list[Queue] = [{} for _ in range(inputs)]
         self.queue_size = queue_size
         self.reset = reset
-        self._times = [0] * inputs  # clock at the last message of each input
+        self._times = [0] * inputs  # these are clock times at the last message from each input
 
     def add(
         self, message: Any, stamp: int, queue: Queue, index: int | None, simulated_now: int | None
     ) -> Iterable[Sequence[Any]]:
-        """Add a message of the input with this queue. Return the sets that are now complete.
+        """Add a message from the input with this queue. Return the sets that are now complete.
 
         Args:
             index: the index of the input, if known.
-            simulated_now: simulated time; None for a real clock.
+            simulated_now: simulated time, or None if the clock is not simulated.
         """
         is_behind = self._is_behind(queue, simulated_now, index)
         queue[stamp] = message
@@ -50,7 +51,7 @@ class ExactSynchronizer:
         return [[other.pop(complete) for other in self.queues] for complete in stamps]
 
     def _is_behind(self, queue: Queue, simulated_now: int | None, index: int | None) -> bool:
-        """Return whether another input has received a message at another simulated time.
+        """Return whether another input last received a message at a different simulated time.
 
         If simulated time has jumped back since the last message of this input, its queue is cleared.
         """
@@ -64,10 +65,10 @@ class ExactSynchronizer:
 
 
 class ApproximateSynchronizer(ExactSynchronizer):
-    """Matcher of messages whose stamps differ by less than `slop` nanoseconds.
+    """Matcher of messages whose timestamps differ by less than `slop` nanoseconds.
 
-    If several messages of an input match, the message nearest to the new one is preferred; earlier inputs
-    take precedence.
+    If several messages from an input match, the message nearest to the new message is preferred. Earlier
+    inputs take precedence.
     """
 
     def __init__(self, inputs: int, queue_size: int, slop: int, reset: bool = False) -> None:
@@ -91,9 +92,9 @@ class ApproximateSynchronizer(ExactSynchronizer):
     def add(
         self, message: Any, stamp: int, queue: Queue, index: int | None, simulated_now: int | None
     ) -> Iterable[Sequence[Any]]:
-        """Like the base class.
+        """Like the base class's method.
 
-        If `index` is not given, the message's own queue is searched like all others.
+        If `index` is not given, the message's own queue is searched like all other queues.
         """
         is_behind = self._is_behind(queue, simulated_now, index)
         queue[stamp] = message
@@ -121,7 +122,7 @@ class ApproximateSynchronizer(ExactSynchronizer):
 
 
 def _first_within(candidates: Sequence[Sequence[int]], slop: int) -> list[int] | None:
-    """Return the first combination, one stamp of each input, that spans less than `slop`, or None.
+    """Return the first combination of one timestamp per input that spans less than `slop`, or None.
 
     Combinations are tried in lexicographic order of the candidates.
     """
@@ -144,7 +145,7 @@ def _first_within(candidates: Sequence[Sequence[int]], slop: int) -> list[int] |
 
     first, *rest = candidates
     if not rest:
-        return None  # a slop of 0 matches nothing
+        return None  # a slop of 0 never matches
     for stamp in first:
         chosen.append(stamp)
         if extend(stamp, stamp):

@@ -1,4 +1,4 @@
-"""Files of occupancy grids: an image, and a YAML file with the meaning of its grey values.
+"""Occupancy grid files: an image, and a YAML file that defines the meaning of its grey values.
 
 Start with `map_file.py`.
 """

@@ -6,11 +6,11 @@ from pipros.basics.errors import PiprosError
 
 
 class MapError(PiprosError, ValueError):
-    """A map cannot be read or written. The message contains the file and the reason."""
+    """A map cannot be read or written. The message names the file and the reason."""
 
 
 class NoMapFile(MapError):
-    """A file of a map cannot be opened."""
+    """One of a map's files cannot be opened."""
 
 
 class BadMapImage(MapError):

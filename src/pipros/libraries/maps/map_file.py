@@ -1,7 +1,7 @@
-"""The YAML file of a map and the cells of its image: http://wiki.ros.org/map_server#Map_format.
+"""The YAML file of a map, and the cells in its image. See http://wiki.ros.org/map_server#Map_format.
 
-Cells are numbers, row by row from the lowest y: 0 is free, 100 occupied, -1 unknown; other values lie between
-free and occupied.
+Cells are numbers, stored row by row from the lowest y. 0 is free, 100 is occupied, and -1 is unknown. Values
+between 0 and 100 are degrees of occupancy.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class MapDescription:
         resolution: metres per pixel.
         origin: pose of the lower left corner: x and y in metres, yaw in radians.
         negate: whether white means occupied.
-        occupied, free: a cell is occupied above, or free below, this darkness (0 to 1).
+        occupied, free: darkness (0 to 1) above which a cell is occupied, or below which it is free.
         mode: one of MODES.
     """
 
@@ -46,7 +46,7 @@ class MapDescription:
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """A map: description, size in cells, and cells."""
+    """A map, which consists of a description, the size in cells, and the cells."""
 
     description: MapDescription
     width: int
@@ -65,7 +65,7 @@ def read_map(file: str) -> Grid:
 
 
 def read_description(file: str) -> MapDescription:
-    """Read a YAML file. A relative path of the image is resolved against the folder of the file.
+    """Read a YAML file. A relative image path is resolved against the file's folder.
 
     Raises:
         NoMapFile: the file cannot be opened.
@@ -121,8 +121,8 @@ def _number(file: str, key: str, value: Any) -> float:
 def make_grid(description: MapDescription, picture: Picture) -> Grid:
     """Convert an image to the cells of a map.
 
-    The grey value of a coloured pixel is the mean of its channels, in mode `trinary` including alpha, as in
-    Noetic. In mode `scale`, transparent cells that are neither free nor occupied are unknown.
+    As in Noetic, the grey value of a coloured pixel is the mean of its channels, which include alpha in mode
+    `trinary`. In mode `scale`, transparent cells that are neither free nor occupied are unknown.
     """
     channels = picture.colors
     if picture.alpha is not None and description.mode == "trinary":
@@ -134,7 +134,7 @@ def make_grid(description: MapDescription, picture: Picture) -> Grid:
     else:
         cells = bytes(map(table.__getitem__, map(sum, zip(*channels, strict=True))))
     if picture.alpha is not None and description.mode == "scale":
-        partial = range(1, 100)  # neither free nor occupied
+        partial = range(1, 100)  # the cell is neither free nor occupied
         cells = bytes(
             255 if not alpha and cell in partial else cell
             for cell, alpha in zip(cells, picture.alpha, strict=True)
@@ -145,7 +145,7 @@ def make_grid(description: MapDescription, picture: Picture) -> Grid:
 
 
 def _cell(description: MapDescription, grey: float) -> int:
-    """Return the cell of a grey value (0 to 255) as a byte; 255 stands for -1."""
+    """Return the cell for a grey value (0 to 255) as a byte. 255 stands for -1."""
     if description.negate:
         grey = 255.0 - grey
     if description.mode == "raw":
@@ -162,11 +162,14 @@ def _cell(description: MapDescription, grey: float) -> int:
 
 
 FREE, OCCUPIED, UNKNOWN = 254, 0, 205
-"""The grey values of a saved map."""
+"""The grey values used in a saved map."""
 
 
 def grid_pixels(width: int, cells: Any, free: int, occupied: int) -> bytes:
-    """Return one byte per cell, row by row from the top: white up to `free`, black from `occupied` on."""
+    """Return one byte per cell, row by row from the top.
+
+    Cells <= `free` are white, cells >= `occupied` black.
+    """
     greys = bytes(
         UNKNOWN if value > 127 else FREE if value <= free else OCCUPIED if value >= occupied else UNKNOWN
         for value in range(256)
@@ -177,7 +180,7 @@ def grid_pixels(width: int, cells: Any, free: int, occupied: int) -> bytes:
 
 
 def description_text(image: str, resolution: float, origin: tuple[float, float, float]) -> str:
-    """Return the text of the YAML file of a saved map, equal to the output of Noetic's map_saver."""
+    """Return the YAML text for a saved map, which equals the output of Noetic's map_saver."""
     x, y, yaw = origin
     return (
         f"image: {image}\nresolution: {resolution:f}\norigin: [{x:f}, {y:f}, {yaw:f}]\nnegate: 0\n"

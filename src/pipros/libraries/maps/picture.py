@@ -1,4 +1,4 @@
-"""Reader of the pictures of maps."""
+"""Reading of map images."""
 
 from __future__ import annotations
 

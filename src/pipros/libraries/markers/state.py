@@ -1,8 +1,8 @@
-"""The markers of a server, and the changes that are pending until they are applied.
+"""A server's markers, and the changes that are pending until they are applied.
 
 A marker is an object with `name`, `header` and `pose`, such as a visualization_msgs/InteractiveMarker.
 
-A change of a marker replaces the pending one of the same name:
+A change to a marker replaces the pending change to the marker with the same name:
 
 ===========  =====================================  ============================  ===========
 pending      insert                                 pose (by a call)              erase
@@ -25,11 +25,11 @@ from typing import Any
 Callback = Callable[[Any], Any]
 
 CONFLICT_S = 1.0
-"""Time after the feedback of one viewer during which that of other viewers is ignored."""
+"""Time after feedback from one viewer during which feedback from other viewers is ignored."""
 
 
 class _Callbacks:
-    """The feedback callbacks of a marker: by event type, and a default."""
+    """The feedback callbacks of a marker, by event type, and a default callback."""
 
     def __init__(self) -> None:
         self.default_feedback_cb: Callback | None = None
@@ -58,7 +58,10 @@ class MarkerContext(_Callbacks):
 
 
 class UpdateContext(_Callbacks):
-    """A pending change. For POSE_UPDATE, only pose and header of `int_marker` are set; for ERASE nothing."""
+    """A pending change.
+
+    For POSE_UPDATE, only the pose and header of `int_marker` are set; for ERASE, no field is set.
+    """
 
     FULL_UPDATE = 0
     POSE_UPDATE = 1
@@ -72,7 +75,7 @@ class UpdateContext(_Callbacks):
 
 @dataclass(slots=True)
 class Changes:
-    """Applied changes: new or replaced markers, moved markers, and names of erased ones."""
+    """Applied changes: new or replaced markers, moved markers, and the names of erased markers."""
 
     inserted: list[Any] = field(default_factory=list)
     moved: list[Any] = field(default_factory=list)
@@ -99,7 +102,7 @@ class Markers:
     def set_pose(self, name: str, pose: Any, header: Any) -> bool:
         """Move a marker. Return False if it does not exist, or its insertion is pending.
 
-        An empty frame id in `header` leaves the marker's header unchanged.
+        If the frame ID in `header` is empty, the marker's header stays unchanged.
         """
         update, context = self.pending.get(name), self.contexts.get(name)
         if context is None or (update is not None and update.update_type == UpdateContext.FULL_UPDATE):
@@ -147,7 +150,7 @@ class Markers:
     def apply(self) -> Changes | None:
         """Apply the pending changes in the order in which their markers were first changed.
 
-        Return None without pending changes.
+        Return None if there are no pending changes.
         """
         if not self.pending:
             return None
@@ -173,10 +176,11 @@ class Markers:
         return changes
 
     def take_feedback(self, feedback: Any, is_move: bool, now_s: float) -> Callback | None:
-        """Handle the feedback of a viewer. A move of the marker becomes a pending change.
+        """Handle feedback from a viewer. A move of the marker becomes a pending change.
 
         Returns:
-            The callback to call; None if there is none, or if another viewer was active within `CONFLICT_S`.
+            The callback to call. None if the marker does not have one, or if another viewer was active within
+            `CONFLICT_S`.
         """
         context = self.contexts.get(feedback.marker_name)
         if context is None:

@@ -1,4 +1,4 @@
-"""Robots described by URDF: links, joints, and the poses of links for given joint positions.
+"""Robots described by URDF: links, joints, and link poses for given joint positions.
 
 Start with `urdf.py`.
 """

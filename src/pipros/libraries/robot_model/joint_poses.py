@@ -1,4 +1,4 @@
-"""Poses of links in their parents from joint positions, and the rate limit of robot_state_publisher."""
+"""Link poses computed from joint positions, and the rate limit of robot_state_publisher."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MOVING = ("revolute", "continuous", "prismatic")
 
 
 def pose_of(joint: Joint, position: float) -> Pose:
-    """Return the pose of a joint's child link in its parent link.
+    """Return the pose of a joint's child link relative to its parent link.
 
     Args:
         position: radians, or metres for a prismatic joint; ignored for joints that do not move.
@@ -27,15 +27,15 @@ def pose_of(joint: Joint, position: float) -> Pose:
 
 
 class JointFrames:
-    """The joints of a robot, and the stamp of each when it was last published. Times are in nanoseconds.
+    """A robot's joints, and the timestamp with which each was last published. Times are in nanoseconds.
 
     Args:
-        interval: minimum difference between the stamps of two published positions of a joint.
-        every_message: whether to publish every message regardless of its stamp (`ignore_timestamp`).
+        interval: minimum difference between the timestamps of two published positions of a joint.
+        every_message: whether to publish every message regardless of its timestamp (`ignore_timestamp`).
 
     Attributes:
         moving: joints that can be published, by name.
-        fixed: fixed joints; planar ones are treated as fixed, as in Noetic.
+        fixed: fixed joints. Planar joints are treated as fixed, as in Noetic.
         floating: floating joints, which cannot be published.
     """
 
@@ -48,13 +48,16 @@ class JointFrames:
         self._sent: dict[str, int] = {}
 
     def forget_times(self) -> None:
-        """Forget the published stamps, so that each joint is due again (after a jump of the clock)."""
+        """Discard the published timestamps, so that all joints are due again.
+
+        Called after the clock has jumped.
+        """
         self._sent.clear()
 
     def due(self, names: Iterable[str], positions: Iterable[float], stamp: int) -> list[tuple[Joint, Pose]]:
-        """Return the poses to publish for a message: its joints and those that mimic them, sorted by name.
+        """Return the poses to publish for a message's joints and the joints that mimic them, sorted by name.
 
-        All joints of a message are published if the joint with the oldest stamp is due, otherwise none.
+        If the joint with the oldest timestamp is due, all joints in a message are published, otherwise none.
         """
         known = dict(zip(names, positions, strict=True))
         if not known:
@@ -73,7 +76,8 @@ class JointFrames:
 
     def _with_mimics(self, known: Mapping[str, float]) -> dict[str, float]:
         values = dict(known)
-        # Positions in the message take precedence. Chains of mimic joints resolve in this order in Noetic.
+        # Positions in the message take precedence. Chains of mimic joints are resolved in the same order as
+        # in Noetic.
         for _, joint in sorted(self.moving.items()):
             mimic = joint.mimic
             if mimic is not None and mimic.joint in values:

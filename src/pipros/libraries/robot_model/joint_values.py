@@ -1,6 +1,6 @@
-"""The values that joint_state_publisher publishes: defaults, values from sources, mimic joints.
+"""The values that joint_state_publisher publishes: defaults, values from sources, and values of mimic joints.
 
-Rules: http://wiki.ros.org/joint_state_publisher.
+The rules are described at http://wiki.ros.org/joint_state_publisher.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ class MimicCircle(PiprosError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class JointChoices:
-    """The parameters of the node that determine joints and their initial values.
+    """The node's parameters that determine the joints and their initial values.
 
     Attributes:
-        zeros: initial positions by joint; the default is 0, or the middle of the range if it excludes 0.
-        dependent: joints that follow others: `parent`, and optionally `factor` and `offset`.
-        mimic_tags: whether to use the `<mimic>` tags of the URDF as well.
+        zeros: initial positions, by joint. The default is 0, or the middle of the range if 0 is outside it.
+        dependent: joints that follow other joints, given by `parent` and optionally `factor` and `offset`.
+        mimic_tags: whether to also use the `<mimic>` tags in the URDF.
         smallest_limits: whether to narrow the range by the soft limits of safety controllers.
-        positions, velocities, efforts: whether to publish default values before a source has sent any.
+        positions, velocities, efforts: whether to publish default values before a source has sent values.
     """
 
     zeros: Mapping[str, float]
@@ -40,14 +40,15 @@ class JointChoices:
 
 
 class JointValues:
-    """The moving joints of a robot and their current values.
+    """A robot's moving joints and their current values.
 
     Attributes:
-        names: all published joints, in the order of the URDF.
-        free: values of joints that do not follow another one: `min`, `max`, `zero`, and if known `position`,
-            `velocity`, `effort`. Programs that use joint_state_publisher read and write them.
-        dependent: rules of joints that follow another one.
-        without_limits: joints without the required limits; they are not published.
+        names: all published joints, in the order in which the URDF lists them.
+        free: values of joints that do not follow another joint: `min`, `max`, `zero`, and if known,
+            `position`, `velocity`, `effort`. Programs that use joint_state_publisher read and write these
+            values.
+        dependent: rules for joints that follow another joint.
+        without_limits: joints that lack the required limits and are not published.
     """
 
     def __init__(self, robot: Robot, choices: JointChoices) -> None:
@@ -91,7 +92,10 @@ class JointValues:
         self.free[name] = values
 
     def update(self, names: Sequence[str], **columns: Sequence[float]) -> None:
-        """Update values from a source: `position`, `velocity`, `effort`, each empty or as long as `names`."""
+        """Update values from a source.
+
+        `position`, `velocity` and `effort` are each empty or as long as `names`.
+        """
         for number, name in enumerate(names):
             joint = self.free.get(name)
             if joint is None:
@@ -101,7 +105,7 @@ class JointValues:
                     joint[what] = values[number]
 
     def sweep(self, delta: float) -> None:
-        """Move each joint by `delta` within its range: back and forth, or around if it is continuous."""
+        """Move each joint by `delta` within its range: back and forth, or around if continuous."""
         for joint in self.free.values():
             if "position" not in joint:
                 continue
@@ -116,7 +120,10 @@ class JointValues:
                 joint["position"], joint["forward"] = joint["min"], True
 
     def columns(self) -> tuple[list[float], list[float], list[float]]:
-        """Return positions, velocities and efforts of all `names`; each is empty if no value is known."""
+        """Return the positions, velocities and efforts of all `names`.
+
+        Each list is empty if no value is known.
+        """
         known = {what for joint in self.free.values() for what in joint}
         wants = ("position" in known or bool(self.dependent), "velocity" in known, "effort" in known)
         rows = [self._row(name) for name in self.names]
@@ -135,7 +142,7 @@ class JointValues:
         return (position, joint.get("velocity", 0.0) * factor, joint.get("effort", 0.0))
 
     def _root_of(self, name: str) -> tuple[str, float, float]:
-        """Return the free joint that a dependent joint follows, directly or not, with factor and offset."""
+        """Return the free joint that a dependent joint ultimately follows, with factor and offset."""
         factor, offset = 1.0, 0.0
         seen: list[str] = []
         while name in self.dependent:

@@ -1,4 +1,4 @@
-"""The rules of topic_tools: which messages pass, which topic is selected, how expressions are evaluated.
+"""Logic of topic_tools: message filtering, topic selection, and evaluation of expressions.
 
-No module of this package uses topics or a clock. The executables are in `facades/api/topic_tools/nodes`.
+No module in this package uses topics or a clock. The executables are in `facades/api/topic_tools/nodes`.
 """

@@ -1,4 +1,4 @@
-"""The expressions of `transform` and `relay_field`, evaluated without running Python code."""
+"""Expressions for `transform` and `relay_field`. They are evaluated without running Python code."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class NotAMapping(PiprosError, ValueError):
 
 
 def part_of(value: Any, name: str) -> Any:
-    """Return a field of a message, a permitted attribute of an array, or a name in a module.
+    """Return a message's field, a permitted attribute of an array, or a name in a module.
 
     Raises:
         AttributeError: the name does not exist or is not permitted.
@@ -34,7 +34,7 @@ def part_of(value: Any, name: str) -> Any:
 
 
 class Transformation:
-    """The expression of `transform`, from a message `m` to the fields of another message.
+    """Expression for `transform`, which computes the fields of a message from a message `m`.
 
     >>> Transformation("(m * 2, 'x')", [], Time).arguments(4)
     (8, 'x')
@@ -47,14 +47,14 @@ class Transformation:
 
         Args:
             text: the expression.
-            modules: modules to import; those that cannot be imported are listed in `missing`.
+            modules: modules to import. Modules that cannot be imported are listed in `missing`.
             now: function that returns the current time.
 
         Raises:
             ExpressionError: the expression is malformed, or uses a module that cannot be imported.
         """
         self.missing: dict[str, str] = {}
-        """Modules that cannot be imported and are not used, with the reason."""
+        """Unused modules that cannot be imported, with the reasons."""
         self._names: dict[str, Any] = {}
         for module in modules:
             try:
@@ -74,10 +74,11 @@ class Transformation:
 
 
 class Template:
-    """The fields of `relay_field`: YAML whose strings may be expressions of the message `m`.
+    """Field values for `relay_field`, given as YAML whose strings may be expressions in the message `m`.
 
-    A string is an expression if Python could evaluate it with `m` and functions as the only names; other
-    strings are literals: `m.data`, `m.x * 2` and `len(m.data)` are evaluated, `base_link` and `map` are not.
+    A string is an expression if Python could evaluate it with `m` and functions as the only names. Other
+    strings are literals. For example, `m.data`, `m.x * 2` and `len(m.data)` are evaluated, but `base_link`
+    and `map` are not.
 
     >>> Template("{frame_id: map, seq: m + 1, stamp: {secs: 3}}").fields(4)
     {'frame_id': 'map', 'seq': 5, 'stamp': {'secs': 3}}

@@ -1,6 +1,6 @@
-"""The modules that expressions of `transform` may import, restricted to harmless names.
+"""The modules that `transform` expressions may import, restricted to harmless names.
 
-Expressions have no access to the modules themselves, only to the names listed here. numpy functions that read
+Expressions cannot access the modules themselves, but only the names listed here. numpy functions that read
 files or create arrays of any size are excluded.
 """
 
@@ -45,7 +45,7 @@ _MESSAGES = ("_msgs", "_tutorials")
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """The names of a module that expressions may use.
+    """A module's names that expressions may use.
 
     Attributes:
         title: the module name to use in error messages.
@@ -64,7 +64,7 @@ class Names:
 
 
 class MessagePackage(Names):
-    """A message package, for expressions such as `geometry_msgs.msg.Point(1, 2, 3)`."""
+    """A message package, used in expressions such as `geometry_msgs.msg.Point(1, 2, 3)`."""
 
     __slots__ = ()
 
@@ -88,7 +88,7 @@ class MessageModule(Names):
 
 
 def module_for(module: str, now: Callable[[], Time]) -> Names:
-    """Return the names of a module that expressions may use.
+    """Return a module's names that expressions may use.
 
     Args:
         module: `numpy`, `math`, `rospy`, `tf`, or a message package.

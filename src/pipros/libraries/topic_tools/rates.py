@@ -1,6 +1,6 @@
-"""Rules for which messages of a topic pass: by rate, by bandwidth, or by count.
+"""Rules that decide which messages on a topic pass, by rate, by bandwidth or by count.
 
-Call a rule once for every message, in order, from one thread at a time. Times are in nanoseconds, of any
+Call a rule once for every message, in order, from one thread at a time. Times are in nanoseconds on any
 clock.
 """
 
@@ -14,20 +14,20 @@ _SECOND = 1_000_000_000
 
 
 class Rule(Protocol):
-    """Decision whether the next message passes."""
+    """Rule that decides whether the next message passes."""
 
     @property
     def has_gone_back(self) -> bool:
-        """Whether the clock had jumped back at the last call of `passes`, if it is to be reported."""
+        """Whether the clock had jumped back at the last call to `passes`, if the rule reports such jumps."""
 
     def passes(self, now_ns: int, size_bytes: int) -> bool: ...
 
 
 @dataclass(slots=True)
 class MessageRate:
-    """A message passes if more than 1/`per_second` seconds have elapsed since the last one that passed.
+    """Rule that lets a message pass more than 1/`per_second` seconds after the last passed message.
 
-    If the clock jumps back (a restarted bag), the interval starts again at the new time.
+    If the clock jumps back because a bag was restarted, the interval starts again at the new time.
 
     >>> rule = MessageRate(1.0)
     >>> [rule.passes(int(s * 1e9), 0) for s in (5, 5.5, 6.1, 6.2)]
@@ -36,7 +36,7 @@ class MessageRate:
 
     per_second: float
     has_gone_back: bool = False
-    """Whether the clock had jumped back at the last call of `passes`."""
+    """Whether the clock had jumped back at the last call to `passes`."""
     _last_ns: int = 0
 
     def passes(self, now_ns: int, size_bytes: int) -> bool:
@@ -52,9 +52,10 @@ class MessageRate:
 
 @dataclass(slots=True)
 class ByteRate:
-    """A message passes if those that passed in the last `window_s` seconds have less than `size` bytes.
+    """Rule that lets a message pass if less than `size` bytes have passed in the last `window_s` seconds.
 
-    As in Noetic's `throttle`, `size` (BYTES_PER_SEC) is the total of the window, not divided by its length.
+    As in Noetic's `throttle`, `size` (BYTES_PER_SEC) is the total for the window, not divided by the window's
+    length.
 
     >>> rule = ByteRate(10.0, window_s=1.0)
     >>> [rule.passes(int(s * 1e9), 8) for s in (5, 5.1, 5.2, 6.15)]
@@ -64,7 +65,7 @@ class ByteRate:
     size: float
     window_s: float
     has_gone_back: ClassVar[bool] = False
-    """Noetic reports jumps of the clock for `MessageRate` only."""
+    """Noetic reports clock jumps only for `MessageRate`."""
     _passed: deque[tuple[int, int]] = field(default_factory=deque)
     _bytes: int = 0
 
@@ -83,7 +84,7 @@ class ByteRate:
 
 @dataclass(slots=True)
 class Dropping:
-    """Of every `of` messages, the first `dropped` ones do not pass.
+    """Rule that drops the first `dropped` messages out of every `of` messages.
 
     >>> rule = Dropping(1, of=3)
     >>> [rule.passes(0, 0) for _ in range(6)]

@@ -1,4 +1,4 @@
-"""Message classes for republishing bytes of a type that is known only from a connection header."""
+"""Message classes for republishing raw messages whose type is known only from a connection header."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from pipros.node.any_msg import AnyMsg
 
 
 class UnknownType(PiprosError):
-    """The connection header of a publisher does not contain the message type."""
+    """A publisher's connection header does not contain the message type."""
 
 
 def class_like(header: Mapping[str, str]) -> type[AnyMsg]:
-    """Return a message class with the type, MD5 sum and definition of a publisher's connection header.
+    """Return a message class with the type, MD5 sum and definition in a publisher's connection header.
 
     Its messages consist of the bytes in `body` and are not decoded, so that the type's package is not needed.
 

@@ -1,4 +1,4 @@
-"""The topics of a mux or demux, and the selected one."""
+"""The topics of a mux or demux, and the selection."""
 
 from __future__ import annotations
 
@@ -38,7 +38,9 @@ class Selection:
         return list(self._topics)
 
     def select(self, topic: str) -> str:
-        """Select a topic, or none for `__none`. Return the previous selection, `""` for none.
+        """Select a topic, or no topic if it is `__none`.
+
+        Return the previous selection, or `""` if there was none.
 
         Raises:
             Refused: `topic` is not one of the topics.
@@ -69,7 +71,7 @@ class Selection:
         """Remove a topic.
 
         Raises:
-            Refused: `topic` is not one of the topics, or it is selected.
+            Refused: `topic` is not one of the topics, or is currently selected.
         """
         if topic not in self._topics:
             raise Refused(f"{topic} is not a topic of the {self._owner}")

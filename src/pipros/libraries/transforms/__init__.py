@@ -1,5 +1,5 @@
 """Coordinate frames and the transforms between them: the frame tree over time, and pose arithmetic.
 
-The facades `tf`, `tf2_py`, `tf2_ros`, … are built on it. No module of this package uses sockets; `waiter`
+The facades `tf`, `tf2_py`, `tf2_ros`, … are built on this package. None of its modules use sockets. `waiter`
 uses the clock that its caller passes.
 """

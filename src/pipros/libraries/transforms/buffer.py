@@ -1,7 +1,7 @@
-"""A buffer of transforms over time, with the lookups and error texts of tf2's buffer.
+"""A buffer for transforms over time, with the same lookups and error texts as tf2's buffer.
 
-Times are nanoseconds; 0 means the latest common time. All methods may be called from any thread; none waits
-for transforms, but `TransformBuffer.waiter` does.
+Times are in nanoseconds; 0 means the latest common time. All methods may be called from any thread, and do
+not wait for transforms. To wait, use `TransformBuffer.waiter`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from pipros.msg.time import NS_PER_S
 
 DEFAULT_LENGTH = 10 * NS_PER_S
 _FRAME_BYTES = 1_000
-"""Memory of a frame without its name and its transforms."""
+"""Estimated memory per frame, excluding its name and its transforms."""
 
 _SHOWN = 200
 NORM_TOLERANCE = 10e-3
@@ -33,13 +33,13 @@ NORM_TOLERANCE = 10e-3
 
 
 class TransformBuffer:
-    """Buffer of the transforms of the last `length` nanoseconds, and of static transforms.
+    """Buffer for static transforms and for the transforms of the last `length` nanoseconds.
 
-    They may take `transform_bytes` of the limits. A frame that gets a transform beyond that loses the older
-    half of its own; a new frame is refused.
+    All transforms together may use `transform_bytes`, which is set in the limits. If a transform would exceed
+    this, the older half of its frame's transforms is dropped. A new frame is refused.
 
     Attributes:
-        waiter: the threads that wait for transforms of this buffer.
+        waiter: the threads that are waiting for transforms in this buffer.
     """
 
     def __init__(self, length: int = DEFAULT_LENGTH, limits: Limits | None = None) -> None:
@@ -53,7 +53,9 @@ class TransformBuffer:
     def insert(
         self, parent: str, child: str, stamp: int, pose: Pose, authority: str, is_static: bool = False
     ) -> list[str]:
-        """Add the pose of a frame in its parent. Return the reasons for a rejection, or an empty list.
+        """Add the pose of a frame relative to its parent.
+
+        Return the reasons for rejecting it, or an empty list.
 
         As in tf2, the first transform of a frame decides whether the frame is static.
         """
@@ -63,7 +65,7 @@ class TransformBuffer:
             child = child[1:]
         px, py, pz, qx, qy, qz, qw = pose
         norm = qx * qx + qy * qy + qz * qz + qw * qw
-        # NaN fails every comparison, so this covers NaN and a norm that is wrong or infinite. An infinite
+        # NaN fails every comparison, so this covers NaN and wrong or infinite norms. An infinite
         # translation is accepted, as in tf2.
         if not (-NORM_TOLERANCE < norm - 1.0 < NORM_TOLERANCE and px == px and py == py and pz == pz):
             return _rejections(parent, child, pose, authority, stamp)
@@ -108,7 +110,7 @@ class TransformBuffer:
                     self._size_bytes += frame.size_bytes - before
 
     def lookup(self, target: str, source: str, time: int) -> tuple[int, Pose]:
-        """Return the time of the result, and the pose of `source` in `target` at that time.
+        """Return the result's time, and the pose of `source` relative to `target` at that time.
 
         Raises:
             InvalidArgumentException, LookupException, ConnectivityException, ExtrapolationException.
@@ -141,10 +143,10 @@ class TransformBuffer:
         return time, compose_via_matrices(in_target, in_fixed)
 
     def can_transform(self, target: str, source: str, time: int) -> str | None:
-        """Return None if `lookup` would succeed, otherwise the reason why not, with tf2's text.
+        """Return None if `lookup` would succeed, otherwise the reason in tf2's words.
 
         Raises:
-            InvalidArgumentException: a frame id is empty or starts with a slash.
+            InvalidArgumentException: a frame ID is empty or starts with a slash.
         """
         if target == source:
             return None
@@ -167,10 +169,10 @@ class TransformBuffer:
     def can_transform_full(
         self, target: str, target_time: int, source: str, source_time: int, fixed: str
     ) -> str | None:
-        """Return None if `lookup_full` would succeed, otherwise the reason why not, with tf2's text.
+        """Return None if `lookup_full` would succeed, otherwise the reason in tf2's words.
 
         Raises:
-            InvalidArgumentException: a frame id is empty or starts with a slash.
+            InvalidArgumentException: a frame ID is empty or starts with a slash.
         """
         _check(target, "canTransform argument target_frame")
         _check(source, "canTransform argument source_frame")
@@ -209,7 +211,7 @@ class TransformBuffer:
                 raise TransformException(str(error)) from None
 
     def chain(self, target: str, target_time: int, source: str, source_time: int, fixed: str) -> list[str]:
-        """Return the frames on the path from source via fixed to target.
+        """Return the frames on the path from `source` via `fixed` to `target`.
 
         Raises:
             LookupException, ConnectivityException, ExtrapolationException.
@@ -232,7 +234,7 @@ class TransformBuffer:
             return list(self._frames)
 
     def as_string(self) -> str:
-        """Return one line per frame, with its parent."""
+        """Return a string with one line per frame that names its parent."""
         with self._lock:
             return frames_as_string(self._frames)
 
@@ -242,12 +244,12 @@ class TransformBuffer:
             return frames_as_yaml(self._frames)
 
     def as_dot(self, now: float | None = None) -> str:
-        """Return the frame tree in Graphviz's DOT language; if `now` (in seconds) is given, include ages."""
+        """Return the frame tree in Graphviz's DOT language. If `now` (in seconds) is given, include ages."""
         with self._lock:
             return frames_as_dot(self._frames, now)
 
     def edges(self) -> list[tuple[str, str, str, float]]:
-        """Return parent, child, publishing node and rate in Hz of each frame with known transforms."""
+        """Return the parent, child, publishing node and rate in Hz for each frame with known transforms."""
         with self._lock:
             return edges(self._frames)
 
@@ -259,7 +261,7 @@ class TransformBuffer:
 
 
 def _check(name: str, what: str) -> None:
-    """Raise InvalidArgumentException for an empty frame id, or one that starts with a slash."""
+    """Raise InvalidArgumentException for a frame ID that is empty or starts with a slash."""
     if not name:
         raise InvalidArgumentException(f"Invalid argument passed to {what} in tf2 frame_ids cannot be empty")
     if name[0] == "/":

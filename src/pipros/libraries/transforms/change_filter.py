@@ -17,12 +17,13 @@ class BadFramePair(PiprosError, ValueError):
 
 @dataclass
 class FramePair:
-    """A frame, a reference frame, and the thresholds for reporting a movement.
+    """A frame, a reference frame, and the thresholds for reporting movement.
 
     Attributes:
-        source, target: the moving frame, and the frame in which it moves.
-        distance: threshold of the translation in metres.
-        angle: threshold of the angle between the quaternions, in radians, as in tf: half the rotation angle.
+        source, target: the moving frame, and the frame relative to which it moves.
+        distance: threshold for the translation, in metres.
+        angle: threshold for the angle between the quaternions in radians. As in tf, this is half the rotation
+            angle.
     """
 
     source: str
@@ -32,7 +33,7 @@ class FramePair:
     _reported: Pose | None = field(default=None, init=False)
 
     def has_moved(self, pose: Pose) -> bool:
-        """Return whether to report a pose: the first one, and each that is far from the last reported one."""
+        """Return whether to report a pose, because it is the first or far from the last reported pose."""
         if self._reported is not None and not self._is_far(self._reported, pose):
             return False
         self._reported = pose
@@ -44,7 +45,7 @@ class FramePair:
 
 
 def _angle(one: tuple[float, ...], other: tuple[float, ...]) -> float:
-    """Return the angle in radians between two quaternions as vectors in four dimensions."""
+    """Return the angle in radians between two quaternions, regarded as four-dimensional vectors."""
     lengths = sqrt(sum(a * a for a in one) * sum(b * b for b in other))
     cosine = sum(a * b for a, b in zip(one, other, strict=True)) / lengths if lengths else 1.0
     return acos(max(-1.0, min(1.0, cosine)))
@@ -72,7 +73,7 @@ def _pair(value: Any, distance: float, angle: float) -> FramePair:
 
 def _name(key: str, value: Any) -> str:
     if not isinstance(value, str) or not value:
-        raise BadFramePair(f"{key} of a frame pair must be a frame id, got {value!r}")
+        raise BadFramePair(f"{key} of a frame pair must be a frame ID, got {value!r}")
     return value
 
 

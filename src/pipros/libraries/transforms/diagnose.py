@@ -1,4 +1,4 @@
-"""Diagnosis of recorded transforms: stamps, rotations, parents, publishers and loops. Performs no I/O."""
+"""Checks for recorded transforms: timestamps, rotations, parents, publishers and loops. Performs no I/O."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ UNKNOWN_SENDER = "unknown_publisher"
 
 @dataclass(frozen=True, slots=True)
 class ReceivedTransform:
-    """One received transform.
+    """A received transform.
 
     Attributes:
-        parent, child: frame ids.
+        parent, child: frame IDs.
         sender: publishing node.
-        ahead_s: stamp minus time of arrival, in seconds.
+        ahead_s: timestamp minus time of arrival, in seconds.
         rotation_length: norm of the quaternion; 1 for a valid rotation.
     """
 
@@ -50,7 +50,7 @@ def received_in(message: Any, now: Any) -> list[ReceivedTransform]:
 
 
 def of_other_times(received: Iterable[ReceivedTransform]) -> list[str]:
-    """Report, for each node with stamps more than `TIME_TOLERANCE_S` off, the largest difference."""
+    """Report each node whose timestamps are off by more than `TIME_TOLERANCE_S`, with the maximum."""
     furthest: dict[str, float] = {}
     for each in received:
         if abs(each.ahead_s) > max(TIME_TOLERANCE_S, abs(furthest.get(each.sender, 0.0))):
@@ -67,7 +67,7 @@ def not_normalized(received: Iterable[ReceivedTransform]) -> list[str]:
         f"rotation from [{listed(each.parent)}] to [{listed(each.child)}] is not unit length, "
         f"{each.rotation_length}"
         for each in received
-        if not abs(each.rotation_length - 1) <= LENGTH_TOLERANCE  # includes NaN
+        if not abs(each.rotation_length - 1) <= LENGTH_TOLERANCE  # this is also true for NaN
     )
 
 
@@ -100,7 +100,7 @@ def of_several_senders(received: Iterable[ReceivedTransform]) -> list[str]:
 
 
 def loops(received: Iterable[ReceivedTransform]) -> list[str]:
-    """Report frames that are their own ancestors, by the latest parent of each."""
+    """Report frames that are their own ancestors, according to each frame's latest parent."""
     parents = {each.child: each.parent for each in received}
     found = []
     for frame in parents:
@@ -112,7 +112,7 @@ def loops(received: Iterable[ReceivedTransform]) -> list[str]:
 
 
 def _path_up(frame: str, parents: dict[str, str]) -> Sequence[str]:
-    """Return the frame and its ancestors, each once."""
+    """Return the frame and its ancestors, without repetitions."""
     path = {frame: None}
     while (above := parents.get(frame)) is not None and above not in path:
         path[above] = None

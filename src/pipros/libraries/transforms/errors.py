@@ -22,7 +22,7 @@ class ExtrapolationException(TransformException):
 
 
 class InvalidArgumentException(TransformException):
-    """A frame id is invalid."""
+    """A frame ID is invalid."""
 
 
 class TimeoutException(TransformException):

@@ -1,4 +1,7 @@
-"""The frame tree as text, YAML and Graphviz DOT, and poses as text, in tf2's formats, which tools parse."""
+"""Formatting of the frame tree as text, YAML and Graphviz DOT, and of poses as text.
+
+The formats are tf2's, which tools parse.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ Frames = Mapping[str, FrameHistory | None]
 
 
 def frames_as_string(frames: Frames, limit_characters: int | None = None) -> str:
-    """Return one line per frame, with its parent; an ellipsis replaces the frames beyond the limit."""
+    """Return one line per frame that names its parent. An ellipsis replaces the frames beyond the limit."""
     lines = []
     characters = 0
     for name, frame in frames.items():
@@ -27,7 +30,7 @@ def frames_as_string(frames: Frames, limit_characters: int | None = None) -> str
 
 
 def frames_as_yaml(frames: Frames) -> str:
-    """Return a YAML mapping of frames to parent, publishing node, rate in Hz, and times in seconds."""
+    """Return a YAML mapping of frames to their parent, publishing node, rate in Hz, and times in seconds."""
     return (
         "{}"
         if not frames
@@ -43,7 +46,7 @@ def frames_as_yaml(frames: Frames) -> str:
 def frames_as_dot(frames: Frames, now: float | None = None) -> str:
     """Return the frame tree in the DOT language.
 
-    If `now` (in seconds) is given, include the ages of transforms.
+    If `now` (in seconds) is given, include the transforms' ages.
     """
     if not frames:
         return 'digraph G {\n"no tf data recieved"}'
@@ -67,12 +70,12 @@ def frames_as_dot(frames: Frames, now: float | None = None) -> str:
 
 
 def edges(frames: Frames) -> list[tuple[str, str, str, float]]:
-    """Return parent, child, publishing node and rate in Hz of each frame with known transforms."""
+    """Return the parent, child, publishing node and rate in Hz for each frame with known transforms."""
     return [(parent, name, sender, rate) for name, parent, sender, rate, *_ in _rows(frames)]
 
 
 def _rows(frames: Frames) -> Iterator[tuple[str, str, str, float, float, float]]:
-    """Yield name, parent, publishing node, rate (Hz), latest and oldest time (s) of known frames."""
+    """Yield the name, parent, publishing node, rate (Hz), and latest and oldest time (s) for known frames."""
     for name, frame in frames.items():
         if frame is None:
             continue
@@ -85,7 +88,7 @@ def _rows(frames: Frames) -> Iterator[tuple[str, str, str, float, float, float]]
 
 
 def pose_as_text(pose: Pose, digits: int = 3) -> str:
-    """Return the four lines of `tf_echo` for a pose."""
+    """Return the four lines that `tf_echo` prints for a pose."""
 
     def joined(numbers: Sequence[float]) -> str:
         return ", ".join(f"{number:.{digits}f}" for number in numbers)

@@ -1,4 +1,7 @@
-"""The poses of one frame in its parent over time. Stamps are nanoseconds; 0 means the latest."""
+"""The poses of one frame relative to its parent over time.
+
+Timestamps are in nanoseconds; 0 means the latest.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +12,16 @@ from pipros.libraries.transforms.pose import Pose, interpolate
 from pipros.msg.time import NS_PER_S
 
 _POSE_BYTES = 350
-"""Memory of a pose without the name of its parent."""
+"""Estimated memory per pose, excluding the parent's name."""
 
 
 class FrameHistory(Protocol):
-    """The buffered poses of a frame. `locate` returns the index of a pose for `parents` and `pose`.
+    """The buffered poses of a frame. `locate` returns a pose's index, for use with `parents` and `pose`.
 
     Implementations are not thread-safe; the caller holds a lock.
 
     Attributes:
-        size_bytes: estimated memory of its poses.
+        size_bytes: estimated memory that the poses use.
     """
 
     parents: list[str]
@@ -32,26 +35,26 @@ class FrameHistory(Protocol):
         """Return the index of the last pose at or before `time`, or -1 if `time` is out of range."""
 
     def pose(self, number: int, time: int) -> Pose:
-        """Return the pose at `time`, for which `locate` returned `number`."""
+        """Return the pose at `time`. `number` is the result of `locate(time)`."""
 
     def why_not(self, time: int) -> str:
         """Return the reason why no pose is available for `time`."""
 
     def latest(self) -> tuple[int, str | None]:
-        """Return the latest stamp and the parent at that time, or (0, None) if empty."""
+        """Return the latest timestamp and the parent at that time, or (0, None) if empty."""
 
     def oldest_stamp(self) -> int:
-        """Return the oldest stamp, or 0 if empty."""
+        """Return the oldest timestamp, or 0 if empty."""
 
     def clear(self) -> None:
         """Remove all poses."""
 
     def drop_oldest(self) -> None:
-        """Remove the older half of the poses; the latest stays."""
+        """Remove the older half of the poses. The latest pose is kept."""
 
 
 class MovingFrame:
-    """The poses of a frame that moves, from `length` nanoseconds before the latest one on, by stamp."""
+    """The poses of a moving frame in the last `length` nanoseconds, ordered by timestamp."""
 
     __slots__ = ("authority", "length", "parents", "poses", "size_bytes", "stamps")
 
@@ -98,7 +101,7 @@ class MovingFrame:
         del self.stamps[:count], self.parents[:count], self.poses[:count]
 
     def drop_oldest(self) -> None:
-        """Remove the older half of the poses; the latest stays."""
+        """Remove the older half of the poses. The latest pose is kept."""
         self._drop(len(self.stamps) // 2)
 
     def locate(self, time: int) -> int:
@@ -113,13 +116,13 @@ class MovingFrame:
         return -1
 
     def pose(self, number: int, time: int) -> Pose:
-        """Return the pose at `time`, for which `locate` returned `number`."""
+        """Return the pose at `time`. `number` is the result of `locate(time)`."""
         older = self.stamps[number]
         if older == time or number + 1 == len(self.stamps):
             return self.poses[number]
         after = number + 1
         if self.parents[number] != self.parents[after]:
-            return self.poses[number]  # hold the pose until the parent changes
+            return self.poses[number]  # keep the pose constant until the parent changes
         ratio = (time - older) / (self.stamps[after] - older)
         return interpolate(self.poses[number], self.poses[after], ratio)
 
@@ -142,11 +145,11 @@ class MovingFrame:
         )
 
     def latest(self) -> tuple[int, str | None]:
-        """Return the latest stamp and the parent at that time, or (0, None) if empty."""
+        """Return the latest timestamp and the parent at that time, or (0, None) if empty."""
         return (self.stamps[-1], self.parents[-1]) if self.stamps else (0, None)
 
     def oldest_stamp(self) -> int:
-        """Return the oldest stamp, or 0 if empty."""
+        """Return the oldest timestamp, or 0 if empty."""
         return self.stamps[0] if self.stamps else 0
 
     def clear(self) -> None:
@@ -183,7 +186,7 @@ class StaticFrame:
         return self._pose
 
     def why_not(self, time: int) -> str:  # noqa: ARG002
-        """Return an empty string: the pose is available for every time."""
+        """Return an empty string, because the pose is available at every time."""
         return ""
 
     def latest(self) -> tuple[int, str | None]:
@@ -195,12 +198,12 @@ class StaticFrame:
         return 0
 
     def drop_oldest(self) -> None:
-        """Do nothing: there is one pose."""
+        """Do nothing, because there is only one pose."""
 
     def clear(self) -> None:
-        """Do nothing: static transforms are kept."""
+        """Do nothing, because static transforms are kept."""
 
 
 def seconds(time: int) -> str:
-    """Format nanoseconds as tf2 prints times: in seconds with nine decimals."""
+    """Format nanoseconds like tf2: in seconds, with nine decimals."""
     return f"{time // NS_PER_S}.{time % NS_PER_S:09d}"

@@ -1,4 +1,4 @@
-"""Poses and times of messages: of any objects with the fields of those of geometry_msgs."""
+"""Conversion of poses and times from any objects with the fields of geometry_msgs messages."""
 
 from __future__ import annotations
 
@@ -14,14 +14,17 @@ def vector_of(message: Any) -> Vector:
 
 
 def pose_of(position: Any, rotation: Any) -> Pose:
-    """Return the pose of a position and a Quaternion; one of zeros is unset, which means no rotation."""
+    """Return the pose for a position and a Quaternion.
+
+    An all-zero quaternion is unset and means no rotation.
+    """
     if rotation.x == rotation.y == rotation.z == rotation.w == 0:
         return (position.x, position.y, position.z, *IDENTITY[3:])
     return (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
 
 
 def pose_of_transform(transform: Any) -> Pose:
-    """Return the pose of a Transform as floats, with its quaternion as it is."""
+    """Return the pose in a Transform as floats. The quaternion is not changed."""
     position, rotation = transform.translation, transform.rotation
     return (
         float(position.x),
@@ -38,7 +41,7 @@ def in_ns(time: Any) -> int:
     """Convert a time or a duration to nanoseconds.
 
     Raises:
-        TypeError: the value is neither.
+        TypeError: the value is neither a time nor a duration.
     """
     try:
         return int(time.secs * NS_PER_S + time.nsecs)

@@ -1,4 +1,4 @@
-"""Delay and rate statistics of received transforms, as `tf_monitor` prints them. Times are in seconds."""
+"""Delay and rate statistics of received transforms, for `tf_monitor`. Times are in seconds."""
 
 from __future__ import annotations
 
@@ -6,12 +6,15 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 FRAME_LIMIT = 10_000
-"""Maximum number of frames, and of nodes, with statistics; any peer can choose their names."""
+"""Maximum number of frames, and of nodes, with statistics.
+
+It is limited because any peer can choose their names.
+"""
 
 
 @dataclass(slots=True)
 class Delays:
-    """Statistics of the age of stamps on arrival.
+    """Statistics on the age of timestamps on arrival.
 
     >>> delays = Delays()
     >>> delays.add(3.0, at=10.0); delays.add(1.0, at=11.0); delays.add(-1.0, at=12.0)
@@ -39,7 +42,7 @@ class Delays:
 
     @property
     def rate(self) -> float:
-        """Mean rate in Hz between the first and the last sample; 0 for fewer than two."""
+        """Mean rate in Hz between the first and the last sample; 0 if there are fewer than two samples."""
         return (self.count - 1) / (self.last - self.first) if self.last > self.first else 0.0
 
 
@@ -52,7 +55,7 @@ class Monitor:
     sender_of: dict[str, str] = field(default_factory=dict)
 
     def add(self, sender: str, stamps: Mapping[str, float], now: float) -> None:
-        """Add one message, given by the stamps of its transforms by child frame."""
+        """Add a message, given as a mapping of its child frames to timestamps."""
         delays = {frame: now - stamp for frame, stamp in stamps.items()}
         for frame, delay in delays.items():
             if _count(self.frames, frame, delay, now):
@@ -61,7 +64,7 @@ class Monitor:
             _count(self.senders, sender, sum(delays.values()) / len(delays), now)
 
     def text(self, chain: Iterable[str] | None = None) -> str:
-        """Return a report on the frames (all, or those of `chain` in its order) and on all nodes."""
+        """Return a report on all nodes and on all frames, or only the frames in `chain`, in that order."""
         shown = sorted(self.frames) if chain is None else [name for name in chain if name in self.frames]
         lines = ["Frames:"]
         lines += [

@@ -1,10 +1,11 @@
-"""Poses as seven numbers: a position (px, py, pz) and an orientation (a quaternion qx, qy, qz, qw).
+"""Poses, given as seven numbers: a position (px, py, pz) and a quaternion (qx, qy, qz, qw).
 
-As in tf, the norm of a quaternion may differ slightly from 1. Uses the formulas of tf2, so that results are
-equal even then. Compositions compose right to left: `composed(outer, inner)` applies `inner` first.
+As in tf, the norm of a quaternion may differ slightly from 1. The formulas are those of tf2, so that results
+are equal even in that case. Composition is from right to left: `composed(outer, inner)` applies `inner`
+first.
 
-`matrices` computes matrices, norms and angles a second time, with the formulas and arrays of
-`tf.transformations`. Look-ups need no numpy (an extra that is slow to import), and tf2's bits;
+`matrices` also computes matrices, norms and angles, with the formulas and arrays of `tf.transformations`.
+Lookups must not require numpy (an extra that is slow to import), and must equal tf2's results bit for bit.
 `tests/unit/libraries/transforms/test_pose_and_matrices.py` compares the two.
 """
 
@@ -20,10 +21,11 @@ IDENTITY: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 def composed(outer: Pose, inner: Pose) -> Pose:
-    """Return `outer * inner`: the pose `inner`, given in the frame `outer`, in the parent of `outer`."""
+    """Return `outer * inner`, which converts `inner` from the frame `outer` to its parent."""
     opx, opy, opz, oqx, oqy, oqz, oqw = outer
     px, py, pz, qx, qy, qz, qw = inner
-    if oqw == 1.0 and oqx == oqy == oqz == 0.0:  # fast path: most frames of a robot are not rotated
+    # This is a fast path, because most frames of a robot are not rotated.
+    if oqw == 1.0 and oqx == oqy == oqz == 0.0:
         return (opx + px, opy + py, opz + pz, qx, qy, qz, qw)
     # (ix, iy, iz, -iw) is the product of the outer quaternion and the position.
     ix = oqw * px + oqy * pz - oqz * py
@@ -49,17 +51,17 @@ def inverted(pose: Pose) -> Pose:
 
 
 def transform_point(frame: Pose, point: Vector) -> Vector:
-    """Return a point that is given in the frame with the pose `frame`, in the parent of that frame."""
+    """Convert a point from the frame with the pose `frame` to the parent of that frame."""
     return composed(frame, (*point, *IDENTITY[3:]))[:3]
 
 
 def rotate(frame: Pose, vector: Vector) -> Vector:
-    """Return a vector that is given in the frame with the pose `frame`, in the parent of that frame."""
+    """Convert a vector from the frame with the pose `frame` to the parent of that frame."""
     return transform_point((*IDENTITY[:3], *frame[3:]), vector)
 
 
 def interpolate(older: Pose, newer: Pose, ratio: float) -> Pose:
-    """Interpolate between two poses; `ratio` is 0 for the older and 1 for the newer one.
+    """Interpolate between two poses. `ratio` is 0 for the older pose and 1 for the newer pose.
 
     The position is interpolated linearly, the orientation by slerp along the shorter arc.
     """
@@ -97,7 +99,7 @@ Matrix = tuple[float, float, float, float, float, float, float, float, float]
 
 
 def rotation_matrix(pose: Pose) -> Matrix:
-    """Return the orientation of a pose as a matrix. The quaternion may have any norm except 0."""
+    """Return a pose's orientation as a matrix. The quaternion may have any norm except 0."""
     _, _, _, qx, qy, qz, qw = pose
     s = 2.0 / (qx * qx + qy * qy + qz * qz + qw * qw)
     return (
@@ -137,13 +139,13 @@ def normalized(pose: Pose) -> Pose:
 def compose_via_matrices(outer: Pose, inner: Pose) -> Pose:
     """Like `composed`, but uses rotation matrices, which normalises all quaternions.
 
-    tf2 composes transforms with two times this way.
+    tf2 composes transforms for two different times this way.
     """
     return normalized(composed(normalized(outer), normalized(inner)))
 
 
 def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
-    """Return the quaternion (x, y, z, w) of rotations about the fixed axes x, y and z, in this order.
+    """Return the quaternion (x, y, z, w) for rotations about the fixed axes x, y and z, in that order.
 
     Angles are in radians.
     """
@@ -159,9 +161,9 @@ def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> tuple[float, f
 
 
 def roll_pitch_yaw(pose: Pose) -> Vector:
-    """Return the orientation of a pose as angles in radians about the fixed axes x, y and z."""
+    """Return a pose's orientation as angles in radians about the fixed axes x, y and z."""
     m = rotation_matrix(pose)
-    if abs(m[6]) >= 1.0:  # gimbal lock: roll and yaw have the same axis
+    if abs(m[6]) >= 1.0:  # In gimbal lock, roll and yaw have the same axis.
         upward = m[6] < 0.0
         return (atan2(m[1], m[2]) if upward else atan2(-m[1], -m[2])), (pi / 2 if upward else -pi / 2), 0.0
     return atan2(m[7], m[8]), -asin(m[6]), atan2(m[3], m[0])

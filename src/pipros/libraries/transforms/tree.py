@@ -1,4 +1,4 @@
-"""The frame tree, and the path through it from one frame to another at a given time.
+"""The frame tree, and the path from one frame to another at a given time.
 
 Frames without a history are roots. Steps and errors occur in the same order as in tf2.
 """
@@ -11,16 +11,22 @@ from pipros.libraries.transforms.history import FrameHistory
 from pipros.libraries.transforms.pose import IDENTITY, Pose, composed, inverted
 
 MAX_DEPTH = 1000
-"""Maximum number of frames on a path; a longer one is reported as a loop, as in tf2."""
+"""Maximum number of frames on a path. As in tf2, a longer path is reported as a loop."""
 
 LISTING_CHARACTERS = 10_000
-"""The list of frames in an error: tf2's has all frames, whatever it takes to make it for each look-up."""
+"""Maximum length of the frame list in an error.
+
+tf2 lists all frames, regardless of the cost for each lookup.
+"""
 
 Step = tuple[FrameHistory, int]
 """A frame on a path, and the index of its pose (`FrameHistory.locate`)."""
 
 Frames = dict[str, FrameHistory | None]
-"""All frames in the order in which they were first seen; None for a root."""
+"""All frames with their histories, in the order in which they were first seen.
+
+The history of a root is None.
+"""
 
 
 class Path:
@@ -43,7 +49,7 @@ class Path:
         self.names = names
 
     def pose(self) -> Pose:
-        """Return the pose of the source in the target."""
+        """Return the pose of the source relative to the target."""
         time = self.time
         found: Pose | None = None
         for frame, number in self.up:
@@ -59,20 +65,20 @@ class Path:
         return back if found is None else composed(back, found)
 
     def frame_names(self) -> list[str]:
-        """Return the frames from source to target, both included; an empty list if they are the same."""
+        """Return the frames from source to target, inclusive, or an empty list if they are the same."""
         up, down = self.names
         if not down:
             return up
         if not up:
             return down[::-1]
-        # Both parts may extend above the first common ancestor.
+        # Both parts may extend beyond the first common ancestor.
         while len(up) > 1 and len(down) > 1 and up[-2] == down[-2]:
             up, down = up[:-1], down[:-1]
         return up + down[-2::-1]
 
 
 def find_path(frames: Frames, target: str, source: str, time: int) -> Path:
-    """Return the path from source to target at a time in nanoseconds; 0 for the latest common time.
+    """Return the path from source to target at a time in nanoseconds, where 0 means the latest common time.
 
     Raises:
         LookupException: the frames form a loop.

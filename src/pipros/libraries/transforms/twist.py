@@ -1,4 +1,4 @@
-"""Velocities of frames, from their poses at the ends of an interval. Times are nanoseconds."""
+"""Velocities of frames, computed from their poses at the ends of an interval. Times are in nanoseconds."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from pipros.libraries.transforms.pose import Pose, Vector, composed, inverted, n
 from pipros.msg.time import NS_PER_S
 
 _EARLIEST = 100_000
-"""Begin of the earliest interval, because 0 would mean the latest common time."""
+"""Start of the earliest interval. It is not 0, because 0 would mean the latest common time."""
 
 
 def interval_around(time: int, latest: int, length: int) -> tuple[int, int]:
-    """Return begin and end of an interval around `time` that ends at `latest` at the latest."""
+    """Return the start and end of an interval around `time` that does not end after `latest`."""
     end = min(time + length // 2, latest)
     return max(_EARLIEST, end - length), end
 
@@ -20,12 +20,14 @@ def interval_around(time: int, latest: int, length: int) -> tuple[int, int]:
 def twist(
     start: Pose, end: Pose, duration: int, tracked: Pose, reference_point: Pose
 ) -> tuple[Vector, Vector]:
-    """Return the linear (m/s) and the angular (rad/s) velocity of a frame, as tf's lookupTwistFull does.
+    """Return the linear (m/s) and angular (rad/s) velocity of a frame, like tf's lookupTwistFull.
 
     Args:
-        start, end: poses of the frame in the observation frame at the ends of an interval of `duration`.
-        tracked: pose of the frame in the reference frame, in which the velocities are expressed.
-        reference_point: pose in the reference frame of the frame whose origin is the reference point.
+        start, end: poses of the frame relative to the observation frame at the ends of an interval of
+            `duration`.
+        tracked: pose of the frame relative to the reference frame, in which the velocities are expressed.
+        reference_point: pose of the frame whose origin is the reference point, relative to the reference
+            frame.
 
     The change of the reference point repeats a defect of Noetic (`vel += numpy.dot(rot, delta[:3])` in
     tf/listener.py; compared in tests/interop): it adds the scalar product of the angular velocity and the
@@ -45,7 +47,7 @@ def twist(
 
 
 def _rotation_vector(pose: Pose) -> Vector:
-    """Return the rotation vector of a pose: the axis, scaled by the angle in radians (0 to pi)."""
+    """Return a pose's rotation vector, which is the axis scaled by the angle in radians (0 to pi)."""
     qx, qy, qz, qw = pose[3:] if pose[6] >= 0.0 else (-number for number in pose[3:])
     length = sqrt(qx * qx + qy * qy + qz * qz)
     factor = 2.0 * atan2(length, qw) / length if length else 2.0

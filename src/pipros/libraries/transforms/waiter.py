@@ -1,4 +1,4 @@
-"""Waiting for transforms, by a clock that the caller passes."""
+"""Waiting for transforms, on a clock that the caller passes."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ Answer = tuple[int, str]
 """Whether a transform is available (1 or 0), and the reason if it is not."""
 
 _SLICE_S = 0.1
-"""Maximum time between checks for Ctrl-C, shutdown and simulated time while waiting."""
+"""Maximum interval between checks for Ctrl-C, shutdown and simulated time while waiting."""
 
 _JUMP_NS = 3 * NS_PER_S
-"""If the clock jumps back further than this, a wait ends: a bag was restarted."""
+"""Backward jump of the clock that ends a wait, because a bag was restarted."""
 
 
 class Clock(Protocol):
-    """The time of a node."""
+    """A node's clock."""
 
     @property
     def is_simulated(self) -> bool: ...
@@ -28,7 +28,7 @@ class Clock(Protocol):
 
 
 class TransformWaiter:
-    """Threads that wait for transforms. They are woken by new transforms; they do not poll."""
+    """Threads that are waiting for transforms. New transforms wake them, so they do not poll."""
 
     def __init__(self) -> None:
         self._changed = Condition()
@@ -43,9 +43,9 @@ class TransformWaiter:
     def wait(
         self, ask: Callable[[], Answer], timeout: int, clock: Callable[[], Clock], check: Callable[[], object]
     ) -> Answer:
-        """Re-evaluate `ask` on each new transform until it succeeds or `timeout` (ns) expires.
+        """Call `ask` after each new transform until it succeeds or `timeout` (ns) expires.
 
-        Return the last answer. `check` is called before each pause; if it raises, the wait ends.
+        Return its last result. `check` is called before each pause. If it raises, the wait ends.
         """
         end = clock().now_ns() + timeout
         with self._changed:

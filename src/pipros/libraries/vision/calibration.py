@@ -18,11 +18,11 @@ from pipros.safe import yaml
 
 PLUMB_BOB = "plumb_bob"
 RATIONAL_POLYNOMIAL = "rational_polynomial"
-_MODEL_BY_COUNT = {5: PLUMB_BOB, 8: RATIONAL_POLYNOMIAL}  # INI files do not contain the model
+_MODEL_BY_COUNT = {5: PLUMB_BOB, 8: RATIONAL_POLYNOMIAL}  # INI files do not specify the distortion model
 
 
 class CalibrationError(PiprosError, ValueError):
-    """A text is not a valid calibration, or a format cannot represent a calibration."""
+    """The text is not a valid calibration, or the format cannot represent the calibration."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +98,7 @@ def parse_yaml(text: str, file: str = "<string>") -> Calibration:
 
 
 class _Reading:
-    """Reader of the values of a mapping; errors name the key."""
+    """Reader for the values in a mapping. Errors name the key."""
 
     def __init__(self, file: str, values: dict[Any, Any]) -> None:
         self._file = file
@@ -183,7 +183,7 @@ def _yaml_number(value: float) -> str:
 
 _COMMENT = re.compile(r"#[^\n]*")
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?(?![\w.])"
-# White space is collapsed before matching, so that the time is linear in the length of the text.
+# White space is collapsed before matching, so that matching takes linear time.
 _INI = re.compile(
     r" ?\[ ?image ?\] ?width ?(?P<width>\d+) height ?(?P<height>\d+) ?"
     rf"(?:\[externals\] ?translation(?: {_NUMBER}){{3}} rotation(?: {_NUMBER}){{3}} ?)?"

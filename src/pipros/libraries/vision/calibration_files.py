@@ -28,11 +28,11 @@ def load(path: str) -> Calibration:
 
 
 def save(path: str, calibration: Calibration) -> None:
-    """Write a calibration to a file atomically, and create missing folders.
+    """Write a calibration to a file atomically, creating missing folders.
 
     Raises:
         OSError: the file cannot be written.
-        CalibrationError: the format of the suffix does not support the calibration.
+        CalibrationError: the format that the suffix selects does not support the calibration.
     """
     text = formatted(calibration, path)
     os.makedirs(os.path.dirname(path) or ".", exist_ok=True)

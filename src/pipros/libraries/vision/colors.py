@@ -10,20 +10,20 @@ from pipros.pictures.encodings import Color
 _PLACES = {Color.RGB: (0, 1, 2), Color.BGR: (2, 1, 0), Color.RGBA: (0, 1, 2, 3), Color.BGRA: (2, 1, 0, 3)}
 """Index in (red, green, blue, alpha) of each channel of an image."""
 
-# Weights of red, green and blue in a grey value, in units of 2**-15 (ITU-R BT.601).
+# These are the weights of red, green and blue in a grey value, in units of 2**-15 (ITU-R BT.601).
 _GRAY = (9798, 19235, 3735)
 _GRAY_SHIFT = 15
 
-# The same in units of 2**-14, as OpenCV uses them for Bayer patterns.
+# These are the same weights in units of 2**-14, which OpenCV uses for Bayer patterns.
 _BAYER_GRAY = (4899, 9617, 1868)
 _BAYER_GRAY_SHIFT = 14
 
-# Coefficients of YUV, in units of 2**-20 (ITU-R BT.601, luma from 16 to 235).
+# These are the coefficients for YUV, in units of 2**-20 (ITU-R BT.601, luma from 16 to 235).
 _YUV_SHIFT = 20
 _LUMA, _U_TO_BLUE, _U_TO_GREEN, _V_TO_GREEN, _V_TO_RED = 1220542, 2116026, -409993, -852492, 1673527
 
 _BAYER = {
-    # Column and row of a red pixel, modulo 2.
+    # The values are the column and row of a red pixel, modulo 2.
     Color.BAYER_RGGB: (0, 0),
     Color.BAYER_BGGR: (1, 1),
     Color.BAYER_GBRG: (0, 1),
@@ -44,7 +44,7 @@ def converted(image: Any, color: Color, target: Color) -> Any:
     """Convert an image of shape (height, width[, channels]), uint8 or uint16, to another colour arrangement.
 
     Raises:
-        ValueError: `is_supported` is False.
+        ValueError: the conversion is not supported (see `is_supported`).
     """
     if color is target:
         return image
@@ -83,7 +83,7 @@ def _arranged(parts: tuple[Any, Any, Any, Any], target: Color) -> Any:
 
 
 def _from_yuv(image: Any, target: Color) -> Any:
-    """Convert from YUV 4:2:2, with the bytes U, Y, V, Y for each two pixels."""
+    """Convert from YUV 4:2:2, with the bytes U, Y, V, Y for every two pixels."""
     luma = np.maximum(image[:, :, 1].astype(np.int32) - 16, 0) * _LUMA
     half = 1 << (_YUV_SHIFT - 1)
     u, v = (np.repeat(image[:, start::2, 0].astype(np.int32) - 128, 2, axis=1) for start in (0, 1))
@@ -114,7 +114,7 @@ def _from_bayer(image: Any, color: Color, target: Color) -> Any:
 def _demosaiced(image: Any, red_at: tuple[int, int], gray: bool) -> Any:
     """Return the red, green and blue values (or only grey) of all pixels that have eight neighbours."""
     height, width = image.shape
-    # Sums of four values each; the division follows at the end.
+    # Each sum has four values; the division follows at the end.
     colors = np.empty((3, height - 2, width - 2), np.int64 if gray else np.int32)
     for row, column in ((0, 0), (0, 1), (1, 0), (1, 1)):
 
@@ -137,6 +137,6 @@ def _demosaiced(image: Any, red_at: tuple[int, int], gray: bool) -> Any:
             colors[place, row::2, column::2] = part
     if not gray:
         return _descaled(colors, 2)
-    # OpenCV's vectorised code truncates, so its values may be less by 1.
+    # OpenCV's vectorised code truncates, so its values may be smaller by 1.
     total = sum(weight * part for weight, part in zip(_BAYER_GRAY, colors, strict=True))
     return _descaled(total, _BAYER_GRAY_SHIFT + 2)[np.newaxis]

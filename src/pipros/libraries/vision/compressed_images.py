@@ -1,7 +1,7 @@
-"""The contents of `sensor_msgs/CompressedImage`, compatible with compressed_image_transport.
+"""Compression and decompression of `sensor_msgs/CompressedImage`, compatible with compressed_image_transport.
 
-The format contains the encoding of the image and the order of channels in the picture: `rgb8; jpeg compressed
-bgr8`. Depth images of compressed_depth_image_transport begin with a header of 12 bytes: an int32, and two
+The format contains the image's encoding and the channel order of the compressed data: `rgb8; jpeg compressed
+bgr8`. Depth images from compressed_depth_image_transport start with a 12-byte header: an int32, and two
 float32 that define the quantisation of depths to 16 bits.
 """
 
@@ -56,8 +56,8 @@ def compressed(image: Any, encoding_name: str, settings: Settings, codec: Codec)
     """Compress an image array. Return the format and the data of a CompressedImage.
 
     Raises:
-        CompressionError: the encoding is unknown or does not have 8 or 16 bits, or the codec does not
-            support the image.
+        CompressionError: the encoding is unknown, does not have 8 or 16 bits, or is not supported by the
+            codec.
     """
     try:
         bits = encoding(encoding_name).bits
@@ -88,7 +88,7 @@ def decompressed(format_text: str, data: bytes, codec: Codec) -> tuple[Any, str]
             return _depth(name, data, codec), name
         image = codec.decode(data)
         if not semicolon:
-            # The format does not contain an encoding: use the image's own.
+            # The format does not contain an encoding, so use the encoding of the decoded image.
             return image, _encoding_of_picture(image)
         if "jpeg" in how and encoding(name).bits == 16 and image.dtype == np.uint8:
             image = image.astype(np.uint16) * _JPEG_TO_16_BITS
@@ -107,7 +107,10 @@ def _encoding_of_picture(image: Any) -> str:
 
 
 def _depth(name: str, data: bytes, codec: Codec) -> Any:
-    """Decode a depth image: 16UC1 unchanged, 32FC1 from quantised inverse depths; 0 becomes NaN."""
+    """Decode a depth image.
+
+    16UC1 is unchanged; 32FC1 is computed from quantised inverse depths, and 0 becomes NaN.
+    """
     if len(data) < _DEPTH_HEADER.size:
         raise CompressionError(f"a compressed depth image must have more than 12 bytes, got {len(data)}")
     _, quotient, offset = _DEPTH_HEADER.unpack_from(data)

@@ -53,7 +53,7 @@ def _named(name: str) -> Encoding:
 
 
 def _colors(source: Encoding, target: Encoding) -> tuple[Color, Color] | None:
-    """Return the colour arrangements of source and target; None if only the value type changes."""
+    """Return the colour arrangements of the source and target, or None if only the value type changes."""
     names = f"[{source.name}]", f"[{target.name}]"
     if source.color is None and target.color is not None:
         raise ConversionError(
@@ -76,7 +76,7 @@ def _colors(source: Encoding, target: Encoding) -> tuple[Color, Color] | None:
 
 
 _WITH_DEPTHS = (Color.GRAY, Color.RGB, Color.BGR, Color.RGBA, Color.BGRA)
-"""Colour arrangements that exist with 8 and with 16 bits."""
+"""Colour arrangements that exist with both 8 and 16 bits."""
 
 
 def _is_image(image: Any) -> bool:
@@ -114,17 +114,17 @@ def convert_for_display(
     min_image_value: float = 0.0,
     max_image_value: float = 0.0,
 ) -> Any:
-    """Convert an image for display: to 8 bits, grey or coloured.
+    """Convert an image to 8 bits for display, either in grey or in colour.
 
     Args:
-        encoding_out: empty for bgr8.
-        do_dynamic_scaling: map the minimum of the image to black and the maximum to white.
-        min_image_value, max_image_value: map these values to black and white, if they differ.
+        encoding_out: output encoding; empty for bgr8.
+        do_dynamic_scaling: whether to map the image's minimum to black and its maximum to white.
+        min_image_value, max_image_value: values to map to black and white, if they differ.
 
-    A 32SC1 image is displayed in bgr8 as labels with a colour each; negative ones are black.
+    In bgr8, a 32SC1 image is displayed as labels, each with its own colour. Negative labels are black.
 
     Raises:
-        ConversionError: as for `convert`, or an image with more than one channel is scaled.
+        ConversionError: as for `convert`, or scaling was requested for an image with more than one channel.
     """
     target = _display_encoding(encoding_in, encoding_out)
     kind = _named(encoding_in)
@@ -150,7 +150,7 @@ def convert_for_display(
     if encoding_in == target.name:
         return image
     try:
-        # Depth images are displayed in grey. This is the only type that genuine cv_bridge treats so.
+        # Depth images are displayed in grey. Genuine cv_bridge treats only this type in this way.
         return convert(image, "mono16" if encoding_in == "16UC1" else encoding_in, target.name)
     except RuntimeError as error:
         raise ConversionError(

@@ -38,8 +38,8 @@ def scaled(values: Any, dtype: str, factor: float) -> Any:
 
 
 def with_depth(image: Any, bits: int, target_bits: int, dtype: str) -> Any:
-    """Convert an image from `bits` to `target_bits` per value; between 8 and 16, white stays white."""
-    # Integer arithmetic for the common types is faster and exact.
+    """Convert an image from `bits` to `target_bits` per value. Between 8 and 16 bits, white stays white."""
+    # For the common types, integer arithmetic is faster and exact.
     if image.dtype == np.uint8 and dtype == "uint16":
         return image.astype(np.uint16) * np.uint16(_WHITE_RATIO)
     if image.dtype == np.uint16 and dtype == "uint8":

@@ -8,20 +8,22 @@ from typing import Any
 from pipros.libraries.vision.extras import numpy as np
 
 COUNTS = (4, 5, 8, 12, 14)
-"""Valid numbers of coefficients: 4 or 5 for plumb bob, 8 for rational polynomial, 12 with thin prisms,
-14 with a tilted sensor, too."""
+"""Valid numbers of coefficients.
 
-_ITERATIONS = 5  # the number of iterations of OpenCV's undistortPoints
+4 or 5 are for plumb bob, 8 for rational polynomial, 12 with thin prisms, and 14 with a tilted sensor as well.
+"""
+
+_ITERATIONS = 5  # OpenCV's undistortPoints uses the same number of iterations
 
 
 def undistorted(
     point: Sequence[float], camera: Any, coefficients: Sequence[float] | None, rotation: Any, projection: Any
 ) -> Any:
-    """Return the rectified pixel of a pixel (u, v) of the raw image, like OpenCV's `undistortPoints`.
+    """Convert the pixel (u, v) of the raw image to a rectified pixel, like OpenCV's `undistortPoints`.
 
     Args:
         camera: 3x3 camera matrix (K).
-        coefficients: distortion coefficients, one of `COUNTS` many; None without distortion.
+        coefficients: distortion coefficients, whose number is in `COUNTS`; None if there is no distortion.
         rotation: 3x3 rectification matrix (R).
         projection: 3x4 projection matrix of the rectified camera (P).
 
@@ -38,7 +40,7 @@ def undistorted(
 
 
 def _without_distortion(x: float, y: float, coefficients: Sequence[float]) -> tuple[float, float]:
-    """Undistort a point of the normalised image plane (depth 1) by fixed-point iteration."""
+    """Undistort a point on the normalised image plane (depth 1) by fixed-point iteration."""
     if len(coefficients) not in COUNTS:
         raise ValueError(
             f"number of distortion coefficients must be {_listed(COUNTS)}, got {len(coefficients)}"
@@ -53,7 +55,7 @@ def _without_distortion(x: float, y: float, coefficients: Sequence[float]) -> tu
         radial = (1 + ((k[7] * square + k[6]) * square + k[5]) * square) / (
             1 + ((k[4] * square + k[1]) * square + k[0]) * square
         )
-        if radial < 0:  # outside the range of the model
+        if radial < 0:  # the point is outside the range of the model
             return start
         offset_x = 2 * k[2] * x * y + k[3] * (square + 2 * x * x) + k[8] * square + k[9] * square * square
         offset_y = k[2] * (square + 2 * y * y) + 2 * k[3] * x * y + k[10] * square + k[11] * square * square
@@ -62,7 +64,7 @@ def _without_distortion(x: float, y: float, coefficients: Sequence[float]) -> tu
 
 
 def _without_tilt(x: float, y: float, about_x: float, about_y: float) -> tuple[float, float]:
-    """Undo the tilt of the sensor about its axes by angles in radians."""
+    """Undo the sensor's tilt about its axes. The angles are in radians."""
     sin_x, cos_x, sin_y, cos_y = np.sin(about_x), np.cos(about_x), np.sin(about_y), np.cos(about_y)
     turn = np.array([[cos_y, 0, -sin_y], [0, 1, 0], [sin_y, 0, cos_y]]) @ np.array(
         [[1, 0, 0], [0, cos_x, sin_x], [0, -sin_x, cos_x]]

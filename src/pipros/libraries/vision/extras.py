@@ -1,4 +1,4 @@
-"""Imports of numpy and OpenCV, with errors that name the extra to install."""
+"""Imports of numpy and OpenCV, with error messages that name the extra to install."""
 
 from __future__ import annotations
 

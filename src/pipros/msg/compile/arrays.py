@@ -1,8 +1,8 @@
-"""Conversion of whole arrays of numbers to and from the wire.
+"""Conversion of entire arrays of numbers to and from wire format.
 
 The memory of objects with a buffer (`bytes`, `bytearray`, `memoryview`, `array.array`, numpy arrays) is used
-directly if its elements have the wire format, and is converted as a whole if not. Only lists, tuples
-and other sequences are converted number by number.
+directly if its elements are in wire format, and is otherwise converted as a whole. Only lists, tuples and
+other sequences are converted number by number.
 """
 
 from __future__ import annotations
@@ -11,14 +11,16 @@ import struct
 import sys
 from itertools import islice
 
-TYPE_CHECKING = False  # true for type checkers; importing `typing` would double the time of a first import
+# This is true for type checkers. Importing `typing` would double the time of a first import.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
 SIZES = {code: struct.calcsize(f"<{code}") for code in "bBhHiIqQfd?"}
 CHUNK = 64 * 1024
-"""Number of elements of a list that are converted at once. No other thread runs meanwhile: for a whole map of
-100 MB this would take seconds.
+"""Number of list elements that are converted at once.
+
+No other thread runs during a conversion, which would take seconds for an entire map of 100 MB.
 """
 _KINDS = (
     dict.fromkeys("bhilqn", "signed") | dict.fromkeys("BHILQNc", "unsigned") | dict.fromkeys("fde", "float")
@@ -28,10 +30,10 @@ _NUMPY_TYPES |= {"f": "<f4", "d": "<f8"}
 
 
 def octets(value: Any) -> bytes | memoryview:
-    """The value of a `uint8[]` or `char[]` field as it is written to the wire.
+    """Convert the value of a `uint8[]` or `char[]` field to wire format.
 
     Raises:
-        TypeError, ValueError, struct.error: when its elements are not numbers from 0 to 255.
+        TypeError, ValueError, struct.error: an element is not a number from 0 to 255.
     """
     kind = value.__class__
     if kind is bytes:
@@ -45,13 +47,13 @@ def octets(value: Any) -> bytes | memoryview:
 
 
 def numbers(code: str, value: Any) -> bytes | memoryview:
-    """The value of an array field of numbers as it is written to the wire.
+    """Convert the value of a numeric array field to wire format.
 
     Args:
-        code: the type of the elements, as in the `struct` module. Booleans have the code `B`.
+        code: the element type, as in the `struct` module. Booleans have the code `B`.
 
     Raises:
-        TypeError, ValueError, OverflowError, struct.error: when an element does not fit.
+        TypeError, ValueError, OverflowError, struct.error: an element does not fit the type.
     """
     kind = value.__class__
     if kind is not list and kind is not tuple:
@@ -67,10 +69,10 @@ def numbers(code: str, value: Any) -> bytes | memoryview:
 
 
 def numpy_numbers(numpy: Any, code: str, data: bytes | memoryview, offset: int, count: int) -> Any:
-    """`count` numbers of serialized data, as a numpy array that shares its memory.
+    """Return `count` numbers from serialized data as a numpy array that shares the data's memory.
 
     Raises:
-        struct.error: when there are too few bytes.
+        struct.error: there are too few bytes.
     """
     if count * SIZES[code] > len(data) - offset:
         raise struct.error(f"an array of {count} elements is longer than the data")
@@ -78,7 +80,7 @@ def numpy_numbers(numpy: Any, code: str, data: bytes | memoryview, offset: int, 
 
 
 def _memory(code: str, value: Any) -> memoryview | None:
-    """The memory of `value` as octets, if its elements have the wire format; else None."""
+    """Return the memory of `value` as octets if its elements are in wire format, or else None."""
     try:
         view = memoryview(value)
     except TypeError:
@@ -91,7 +93,7 @@ def _memory(code: str, value: Any) -> memoryview | None:
 
 
 def _converted(code: str, value: Any) -> memoryview | None:
-    """A numpy array with other elements, converted as a whole if every value fits."""
+    """Convert a numpy array with a different element type as a whole, if every value fits."""
     numpy = sys.modules.get("numpy")
     if numpy is None or not isinstance(value, numpy.ndarray):
         return None

@@ -1,9 +1,10 @@
-"""Compiled types on disk, so that the next process need not compile them again.
+"""Cache of compiled types on disk, so that other processes do not need to compile them again.
 
-An entry is a file named after the type, the place of its definition and the Python that runs it. It is valid
-as long as all definition files that went into it are found in the same places with the same size and time,
-and the compiler and the functions that compiled types call have not changed either. Entries are code:
-`CacheFolder` explains which ones are trusted, and how they are written.
+An entry is a file named after the type, the location of its definition, and the Python version that runs it.
+An entry is valid as long as all definition files that it was made from have the same locations, sizes and
+modification times, and the compiler and the functions that compiled types call are unchanged. Entries are
+code:
+`CacheFolder` explains which entries are trusted, and how they are written.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from binascii import crc32
 from pipros.basics.cache_files import CacheFolder
 from pipros.basics.errors import NotFound
 
-TYPE_CHECKING = False  # true for type checkers; every first import of a message imports this module
+TYPE_CHECKING = False  # This is true for type checkers. Every first import of a message imports this module.
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from types import CodeType
@@ -43,13 +44,13 @@ _COMPILER = (
     "language/type_names.py",
     "time.py",
 )
-"""The files that generate the code, and those with the functions that it calls."""
+"""The files that generate the code, and the files with functions that the code calls."""
 
 _MAGIC = b"pipros message 1\n"
 
 
 class CompiledTypes:
-    """Keeps the code of types in a folder."""
+    """Cache of the compiled code of types in a folder."""
 
     def __init__(self, folder: str, files: DefinitionFiles) -> None:
         self._folder = CacheFolder(folder)
@@ -58,10 +59,10 @@ class CompiledTypes:
         self._compiler = tuple(_file_stamp(os.path.join(folder_of_msg, name)) for name in _COMPILER)
 
     def get(self, kind: str, type_name: str) -> tuple[CodeType, Mapping[str, str]] | None:
-        """The code of a type and its names for embedded types, as `put` took them; None if not valid."""
+        """Return a type's code and its names for embedded types, as passed to `put`, or else None."""
         try:
             data = self._folder.read(self._entry(kind, type_name))
-        except OSError:  # a relative path, and the working folder no longer exists
+        except OSError:  # the path is relative, and the working folder no longer exists
             return None
         if data is None:
             return None
@@ -77,7 +78,7 @@ class CompiledTypes:
         return code, embedded
 
     def put(self, kind: str, type_name: str, code: CodeType, embedded: Mapping[str, str]) -> None:
-        """Keeps the code of a type, if possible."""
+        """Store a type's code, if possible."""
         try:
             entry = self._entry(kind, type_name)
             stamps = [self._stamp(kind, type_name), *(self._stamp("msg", inner) for inner in embedded)]

@@ -1,4 +1,4 @@
-"""`CompiledMessage`, base of the classes that `compiler.py` generates, and rarely needed readers."""
+"""`CompiledMessage`, the base class of classes that `compiler.py` generates, and rarely needed readers."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import struct
 from pipros.msg.base import Buffer, Message
 from pipros.msg.errors import DeserializationError
 
-TYPE_CHECKING = False  # true for type checkers; importing `typing` would double the time of a first import
+# This is true for type checkers. Importing `typing` would double the time of a first import.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any
@@ -25,9 +26,9 @@ class CompiledMessage(Message):
     __slots__ = ()
 
     def deserialize_numpy(self: AnyMessage, str: Buffer, numpy: Any) -> AnyMessage:  # noqa: A002
-        """Like `deserialize`, but return numpy arrays that share the memory of `str` for arrays of numbers.
+        """Like `deserialize`, but create numpy arrays for arrays of numbers. They share the memory of `str`.
 
-        Octets are `bytes` and booleans a list, as in genpy.
+        As in genpy, octets become `bytes` and booleans become a list.
 
         Args:
             numpy: the module numpy.
@@ -43,7 +44,7 @@ class CompiledMessage(Message):
 
 
 def special_reader(cls: type[Message], *, is_numpy: bool) -> Reader:
-    """Compiles a reader that makes numpy arrays, or accepts strings that are not UTF-8."""
+    """Compile a reader that creates numpy arrays, or that accepts strings that are not UTF-8."""
     from pipros.msg.compile.compiler import reader_source
     from pipros.msg.compile.run import run
     from pipros.msg.language.full_text import specs_from_text
@@ -51,13 +52,13 @@ def special_reader(cls: type[Message], *, is_numpy: bool) -> Reader:
     specs = specs_from_text(cls._type, cls._full_text)
     source = reader_source(specs[cls._type], specs.__getitem__, is_numpy=is_numpy)
     compiled: Any = next(base for base in cls.__mro__ if CompiledMessage in base.__bases__)
-    names = dict(compiled.deserialize.__globals__)  # has the embedded classes
+    names = dict(compiled.deserialize.__globals__)  # this module contains the embedded classes
     reader: Reader = run(source, names, f"<reader of {cls._type}>")["read"]
     return reader
 
 
 def read_specially(reader: Reader, message: AnyMessage, data: Buffer, numpy: Any) -> AnyMessage:
-    """Reads `message` with a reader from `special_reader`.
+    """Read `message` with a reader from `special_reader`.
 
     Raises:
         DeserializationError: there are too few bytes.

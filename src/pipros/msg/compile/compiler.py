@@ -1,8 +1,8 @@
-"""Turns definitions into the source of Python classes.
+"""Compile definitions to the source code of Python classes.
 
-`message_source` returns the source of a module with one message class, `service_source` that of a module with
-a service and its two halves. Text from a definition enters the source only as a name that was checked
-against the grammar of definitions, or through `repr`.
+`message_source` returns the source of a module with one message class. `service_source` returns the source of
+a module with a service class and its request and response classes. Text from a definition enters the source
+only as a name that was checked against the grammar of definitions, or through `repr`.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ _METHODS = frozenset(("serialize", "deserialize", "serialize_numpy", "deserializ
 _ATTRIBUTES = frozenset(("_md5sum", "_type", "_has_header", "_full_text", "_slot_types"))
 _READERS = frozenset(("_numpy_reader", "_lenient_reader"))
 _INTERNAL = _ATTRIBUTES | _READERS | frozenset(name for name in dir(Message) if name[0] == "_")
-"""Names that a constant must not replace. genpy allows it, and makes a class that does not work."""
+"""Names that a constant must not replace. genpy allows this, and creates a class that does not work."""
 
 
 def message_source(
     spec: MessageSpec, lookup: Lookup, limits: Limits | None = None
 ) -> tuple[str, Mapping[str, str]]:
-    """The source of a module with the class of `spec`.
+    """Return the source of a module with the class for `spec`.
 
     Args:
         limits: defaults to the process-wide limits.
@@ -49,7 +49,7 @@ def message_source(
         `{"std_msgs/Header": "_0_std_msgs_Header"}`.
 
     Raises:
-        DefinitionError: the definition cannot become a class.
+        DefinitionError: no class can be generated from the definition.
     """
     names = Names()
     whole, layout = _checked(spec, lookup, limits or process_limits())
@@ -60,7 +60,7 @@ def message_source(
 def service_source(
     spec: ServiceSpec, lookup: Lookup, limits: Limits | None = None
 ) -> tuple[str, Mapping[str, str]]:
-    """Like `message_source`, but for a service: classes `Name`, `NameRequest` and `NameResponse`."""
+    """Like `message_source`, but for a service, with the classes `Name`, `NameRequest` and `NameResponse`."""
     names = Names()
     lines: list[str] = []
     halves: list[CompleteSpec] = []
@@ -80,10 +80,10 @@ def service_source(
 
 
 def reader_source(spec: MessageSpec, lookup: Lookup, *, is_numpy: bool) -> str:
-    """The source of a module with a function `read(self, str, numpy)`.
+    """Return the source of a module with a function `read(self, str, numpy)`.
 
-    It reads what `deserialize` reads, but accepts any bytes in a string, with replacements for those that
-    are not UTF-8, and makes numpy arrays if `is_numpy`.
+    The function is like `deserialize`, but accepts any bytes in a string, replacing bytes that are not UTF-8,
+    and creates numpy arrays if `is_numpy` is true.
     """
     names = Names()
     body = deserialize_body(
@@ -101,26 +101,27 @@ def _module(lines: list[str], names: Names) -> str:
 
 
 def _checked(spec: MessageSpec, lookup: Lookup, limits: Limits) -> tuple[CompleteSpec, TypeLayout]:
-    """The definition with all that it embeds, and its layout.
+    """Return the definition with all embedded definitions, and its layout.
 
     Raises:
-        DefinitionError: the definition cannot become a class.
+        DefinitionError: no class can be generated from the definition.
     """
     _slots(spec)
     for constant in spec.constants:
         if constant.name in _INTERNAL:
             reason = f"a Python message cannot have this constant: the name {constant.name} is taken"
             raise DefinitionError(reason, file=spec.file)
-    whole = complete(spec, lookup)  # also finds types that contain themselves, which have no layout
+    # This also detects types that contain themselves, for which no layout exists.
+    whole = complete(spec, lookup)
     layout = TypeLayouts(lookup).of(spec)
     if layout.code_size > limits.definition_fields:
         limit = limit_text("definition_fields", limits.definition_fields)
         raise DefinitionError(f"the message has {layout.code_size} fields in all; {limit}", file=spec.file)
-    if layout.value_count > limits.message_values:  # fixed arrays in fixed arrays multiply
+    if layout.value_count > limits.message_values:  # the sizes of nested fixed arrays multiply
         raise DefinitionError(
             f"a new message would hold more than {limits.message_values} values", file=spec.file
         )
-    if layout.unpaid_values > limits.empty_elements:  # no such message could be read
+    if layout.unpaid_values > limits.empty_elements:  # such a message could not be read
         raise DefinitionError(
             f"every message would hold {layout.unpaid_values} values more than its bytes pay for, "
             f"and at most {limits.empty_elements} are allowed",
@@ -188,7 +189,7 @@ def _init(spec: MessageSpec, slots: list[str], names: Names) -> list[str]:
 
 
 def _default(kind: FieldType, names: Names) -> str:
-    """An expression for the default value of a field."""
+    """Return an expression for the default value of a field."""
     if kind.is_array and not kind.length:
         return 'b""' if kind.base in OCTETS else "[]"
     if kind.base in OCTETS and kind.is_array:
@@ -229,7 +230,7 @@ def _class_name(spec: MessageSpec, name: str) -> str:
 
 
 def _literal(value: bool | int | float | str) -> str:
-    """An expression for `value` that calls nothing: a constant may be named `float`."""
+    """Return an expression for `value` that contains no calls, because a constant may be named `float`."""
     if value == math.inf:
         return "1e999"
     if value == -math.inf:

@@ -1,15 +1,16 @@
-"""Writes the body of `deserialize` for one message type.
+"""Generate the body of `deserialize` for one message type.
 
 Theory of operation:
 
-- Scalars, times, fixed arrays and lengths that follow each other are read by one `struct.unpack_from`.
-  They are collected in `_codes` and `_targets` until `_flush`; statements that need their values, such as
-  putting a fixed array together, wait in `_afterwards`.
-- The offset of the next byte is `_base + _delta`: a local name of the generated code, if any, and a constant.
-- A slice that ends after the data is detected by the next `unpack_from`, or by a check that the code makes
+- Consecutive scalars, times, fixed arrays and lengths are read by one `struct.unpack_from`.
+  They are collected in `_codes` and `_targets` until `_flush`. Statements that need their values, such as
+  those that build a fixed array, are deferred in `_afterwards`.
+- The offset of the next byte is `_base + _delta`: a local name in the generated code, if any, and a constant.
+- A slice that extends beyond the data is detected by the next `unpack_from`, or by a check that is emitted
   while `_is_end_checked` is false.
-- Memory is taken for bytes that arrived, never for a length that they claim. Where elements of an array
-  may hold more values than their bytes explain, the code subtracts them from a limit (`allowed`) first.
+- Memory is allocated only for bytes that have arrived, never for a claimed length. If an array's elements may
+  contain more values than their size suggests, the code first subtracts these values from a limit
+  (`allowed`).
 """
 
 from __future__ import annotations
@@ -30,12 +31,11 @@ def deserialize_body(
     errors: str = "strict",
     is_numpy: bool = False,
 ) -> list[str]:
-    """The statements that read `self` from `str`, which is `bytes` or a `memoryview` of them.
+    """Return the statements that read `self` from `str`, which is `bytes` or a `memoryview`.
 
     Args:
-        errors: how bytes that are not UTF-8 are handled in strings, as in `bytes.decode`.
-        is_numpy: arrays of numbers become numpy arrays, made by the module `numpy`; those of octets and
-            of booleans do not change.
+        errors: error handler for bytes in strings that are not UTF-8, as in `bytes.decode`.
+        is_numpy: whether to read arrays of numbers, except octets and booleans, as numpy arrays.
     """
     decoder = _Decoder(names, indent=indent, errors=errors, is_numpy=is_numpy)
     decoder.begin(layout)
@@ -59,7 +59,10 @@ class _Decoder(Emitter):
         self._counts_down = False
 
     def begin(self, layout: TypeLayout) -> None:
-        """Octets are sliced from a view without a copy; everything else is read faster from `bytes`."""
+        """Emit the start of the body.
+
+        Octets are sliced from a view without a copy; all else is read faster from `bytes`.
+        """
         self._keeps_view = layout.has_octets or self._is_numpy
         self.emit(
             "data = str" if self._keeps_view else "data = str if str.__class__ is _bytes else _bytes(str)"
@@ -149,8 +152,8 @@ class _Decoder(Emitter):
         self._is_end_checked = True
 
     def _array(self, kind: FieldType, target: str, within: TypeLayout) -> None:
-        """An array of strings, times or messages."""
-        inner = within.members.get(kind.base)  # None for times and strings
+        """Emit the reading of an array of strings, times or messages."""
+        inner = within.members.get(kind.base)  # this is None for times and strings
         count = self._count(kind, inner)
         self._flush()
         if kind.base == "string":
@@ -184,7 +187,7 @@ class _Decoder(Emitter):
         self._base, self._delta, self._is_end_checked = end, 0, True
 
     def _records(self, base: str, count: str, array: str, within: TypeLayout) -> None:
-        """Elements of equal size, which one iterator unpacks."""
+        """Emit the reading of elements of equal size, which one iterator unpacks."""
         element = self.local("e")
         with self.captured() as body:
             self._single(base, element, within)
@@ -223,14 +226,14 @@ class _Decoder(Emitter):
         self._targets.append(target)
 
     def _length(self) -> str:
-        """A local name for the length that comes next."""
+        """Return a local name for the next length."""
         length = self.local("n")
         self._scalar("I", length)
         self._flush()
         return length
 
     def _flush(self) -> None:
-        """Unpacks the scalars collected so far."""
+        """Emit the unpacking of the scalars collected so far."""
         if self._codes:
             layout = struct_layout(self._codes)
             unpack = self.names.struct_method(layout, "unpack_from")
@@ -248,7 +251,7 @@ class _Decoder(Emitter):
         return f"{self._base} + {self._delta}" if self._delta else self._base
 
     def _slice(self, length: str) -> str:
-        """An expression for the next `length` bytes; it moves the offset to their end."""
+        """Return an expression for the next `length` bytes, and move the offset to their end."""
         start, end = self._offset(), self.local("o")
         self._base, self._delta, self._is_end_checked = end, 0, False
         return f"data[{start} : ({end} := {start} + {length})]"

@@ -10,19 +10,18 @@ from contextlib import contextmanager
 from pipros.msg.language.spec import DefinitionError, MessageSpec
 
 BLOCK_LIMIT = 16
-"""The deepest nesting of arrays in arrays: Python itself allows 20 nested blocks."""
+"""Maximum nesting depth of arrays. Python itself allows 20 nested blocks."""
 
 
 def python_name(name: str) -> str:
-    """The attribute for a field: `from` becomes `from_`, as in genpy."""
+    """Return the attribute name for a field. As in genpy, `from` becomes `from_`."""
     return f"{name}_" if keyword.iskeyword(name) or name == "self" else name
 
 
 class Names:
-    """Global names of the generated module: message classes, functions of `struct`, readers of strings.
+    """Global names in the generated module: message classes, `struct` functions and string readers.
 
-    The name of a message class contains its package and the length of that, so it cannot be equal to the
-    name of another type or of anything else.
+    The name for a message class contains the package and its length, so it cannot equal any other name.
     """
 
     def __init__(self) -> None:
@@ -35,18 +34,18 @@ class Names:
         return self.classes.setdefault(type_name, f"_{len(package)}_{package}_{name}")
 
     def struct_method(self, layout: str, method: str) -> str:
-        """The bound `pack`, `unpack_from` or `iter_unpack` of a little-endian `Struct`."""
+        """Return a name for a little-endian `Struct`'s bound `pack`, `unpack_from` or `iter_unpack`."""
         return self.structs.setdefault((layout, method), f"_{method}_{len(self.structs)}")
 
     def repeated_strings(self, errors: str) -> str:
-        """The method `read` of a `RepeatedStrings` for one field."""
+        """Return a name for the `read` method of a field's `RepeatedStrings`."""
         name = f"_strings_{len(self.strings)}"
         self.strings[name] = errors
         return name
 
 
 class Emitter:
-    """Lines of a function body, with fresh local names and the limit of nested loops."""
+    """Lines of a function body, with fresh local names and a limit on nested loops."""
 
     def __init__(self, names: Names, *, indent: int = 0) -> None:
         self.names = names
@@ -62,14 +61,14 @@ class Emitter:
         return f"{prefix}{next(self._numbers)}"
 
     def assign(self, prefix: str, expression: str) -> str:
-        """A fresh local name that holds the value of `expression`."""
+        """Assign the value of `expression` to a fresh local name, and return the name."""
         name = self.local(prefix)
         self.emit(f"{name} = {expression}")
         return name
 
     @contextmanager
     def block(self, opening: str) -> Iterator[None]:
-        """Lines inside `opening`, a line that ends with a colon."""
+        """Indent the lines emitted in the context below `opening`, a line that ends with a colon."""
         self.emit(opening)
         self._indent += 1
         yield
@@ -77,7 +76,7 @@ class Emitter:
 
     @contextmanager
     def captured(self) -> Iterator[list[str]]:
-        """Collects lines, without their indentation, to be emitted later."""
+        """Collect lines, without their indentation, to be emitted later."""
         kept, indent = self.lines, self._indent
         self.lines, self._indent = [], 0
         yield self.lines
@@ -85,7 +84,7 @@ class Emitter:
 
     @property
     def is_looping(self) -> bool:
-        """True inside a `loop`."""
+        """Whether lines are currently emitted inside a `loop`."""
         return self._depth > 0
 
     @contextmanager
@@ -99,7 +98,7 @@ class Emitter:
 
 
 def struct_layout(codes: Sequence[str]) -> str:
-    """Codes in the short form of the `struct` module: three `d` are `3d`."""
+    """Return codes in the short form of the `struct` module, in which three `d` are `3d`."""
     parts = []
     for code, group in itertools.groupby(codes):
         count = len(list(group))

@@ -1,12 +1,12 @@
-"""Writes the body of `serialize` for one message type.
+"""Generate the body of `serialize` for one message type.
 
 The plan, for `Header header; float64[9] a; uint8[] data; Point[] points`:
 
-- scalars, times, fixed arrays and lengths that follow each other become one `struct.pack`;
-- the pieces of a stretch are joined once; a variable array of numbers is a stretch of its own, whose
-  memory reaches the transport without a copy;
+- consecutive scalars, times, fixed arrays and lengths become one `struct.pack`;
+- the pieces of a section are joined once; a variable array of numbers is a separate section, whose memory
+  reaches the transport without a copy;
 - arrays of messages and strings append their pieces to a list, which is joined;
-- nothing is written until everything is packed: of a message that cannot be written, no part is.
+- nothing is written until everything is packed, so an invalid message is never written in part.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _WRONG_LENGTH = 'raise _ValueError("a fixed array has the wrong length")'
 
 
 def serialize_body(layout: TypeLayout, names: Names, *, indent: int) -> list[str]:
-    """The statements that write `self` to `buff`."""
+    """Return the statements that write `self` to `buff`."""
     encoder = _Encoder(names, indent=indent)
     encoder.fields(layout, "self")
     encoder.finish()
@@ -127,7 +127,7 @@ class _Encoder(Emitter):
         self._pieces.append(expression)
 
     def _flush(self) -> None:
-        """Packs the scalars collected so far."""
+        """Emit the packing of the scalars collected so far."""
         if len(self._fixed_arrays) > 1:
             # `pack` detects one array of the wrong length, but not two whose errors cancel out.
             for array, length in self._fixed_arrays:
@@ -140,7 +140,7 @@ class _Encoder(Emitter):
         self._codes, self._values = [], []
 
     def _append_pieces(self) -> None:
-        """Moves the pieces so far to the list of this stretch."""
+        """Emit the appending of the pieces collected so far to the section's list."""
         if self._list is None:
             self._list = self.local("parts")
             self.emit(f"{self._list} = [{', '.join(self._pieces)}]")
@@ -161,7 +161,10 @@ class _Encoder(Emitter):
 
 
 def _pack_code(base: str) -> str:
-    """As in genpy, a bool is written as a number: 2 stays 2, and -1 is refused."""
+    """Return the code to pack a value with.
+
+    As in genpy, a bool is written as a number: 2 stays 2, and -1 is refused.
+    """
     return "B" if base == "bool" else NUMBERS[base]
 
 

@@ -1,4 +1,4 @@
-"""The properties of message types that their generated code depends on, computed in one pass."""
+"""The properties of message types on which their generated code depends, computed in one pass."""
 
 from __future__ import annotations
 
@@ -10,29 +10,33 @@ from pipros.msg.language.digest import Lookup
 from pipros.msg.language.spec import BUILTINS, NUMBERS, OCTETS, TIMES, FieldType, MessageSpec
 
 INLINE_ARRAY_LIMIT = 64
-"""Fixed arrays of numbers up to this length are unpacked together with their neighbours."""
+"""Maximum length of fixed arrays of numbers that are unpacked together with their neighbours."""
 
 _LENGTH_BYTES = 4
 _VALUES_PER_BYTE = 8
-"""Enough for a boolean, one byte, that is the only field of a message in a message in a message."""
+"""Number of values allowed per byte.
+
+This is enough for a boolean (one byte) that is the only field of a message in a message in a message.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class TypeLayout:
-    """A message type with the properties that decide which code reads and writes it.
+    """A message type with the properties that determine the code to read and write it.
 
     Attributes:
         spec: the definition of the type.
-        members: the layouts of the message types of its fields, by name.
-        has_octets: a variable array of octets is somewhere in it.
-        takes_bytes: false if its messages take no bytes at all, so that an array of them can have any length.
-        is_one_unpack: whether all messages have the same size, so that one call of `struct` reads one.
-        only_code: the code of `struct` that all its fields share, if they are single numbers.
-        field_count: its fields with those of embedded messages, each counted wherever its type is embedded,
-            and with each element of the arrays that are unpacked with their neighbours.
-        value_count: how many values a new message holds, each field and each message in it counted as one
-            more; eight octets of an array are one value.
-        least_bytes: the size of a serialized new message; no message is smaller.
+        members: the layouts of the fields' message types, by name.
+        has_octets: whether the type contains a variable array of octets at any depth.
+        takes_bytes: whether messages take any bytes at all. If not, an array of them can have any length.
+        is_one_unpack: whether all messages have the same size, so that a single `struct` call reads a
+            message.
+        only_code: the `struct` code that all fields share, if they are single numbers.
+        field_count: number of fields, including the fields of each embedded message and the elements of
+            arrays that are unpacked with their neighbours.
+        value_count: number of values in a new message. Each field and each embedded message counts as one
+            more value; eight octets of an array count as one value.
+        least_bytes: the size of a serialized new message, which is the minimum size.
     """
 
     spec: MessageSpec
@@ -47,33 +51,33 @@ class TypeLayout:
 
     @property
     def code_size(self) -> int:
-        """How much code the type needs, counted in fields and constants."""
+        """Size of the type's code, counted in fields and constants."""
         return len(self.spec.constants) + self.field_count
 
     @property
     def unpaid_values(self) -> int:
         """Minimum number of values in a message in excess of the budget of eight values per serialized byte.
 
-        If nonzero, an array of such messages uses more memory than its serialized size suggests. 0 for most
-        types.
+        If nonzero, an array of such messages uses more memory than its serialized size suggests. It is 0 for
+        most types.
         """
         return _unpaid(self.value_count, self.least_bytes)
 
     @property
     def unpaid_values_of_element(self) -> int:
-        """Like `unpaid_values`, but for a message in an array: the message itself is a value as well."""
+        """Like `unpaid_values`, but for a message in an array, where the message itself is also a value."""
         return _unpaid(self.value_count + 1, self.least_bytes)
 
 
 class TypeLayouts:
-    """Computes layouts, each type once. No type may contain itself."""
+    """Layouts by type. The layout of each type is computed once. No type may contain itself."""
 
     def __init__(self, lookup: Lookup) -> None:
         self._lookup = lookup
         self._known: dict[str, TypeLayout] = {}
 
     def of(self, spec: MessageSpec) -> TypeLayout:
-        """The layout of a type. `lookup` must know the embedded types, but not the type itself."""
+        """Return the layout of a type. `lookup` must know the embedded types, but not the type itself."""
         members: dict[str, TypeLayout] = {}
         for field in spec.fields:
             base = field.type.base
@@ -121,7 +125,7 @@ def _is_one_unpack(kind: FieldType, members: Mapping[str, TypeLayout]) -> bool:
 
 
 def _is_inline(kind: FieldType) -> bool:
-    """True for a fixed array that is unpacked together with its neighbours."""
+    """Return True for a fixed array that is unpacked together with its neighbours."""
     if kind.length is None or kind.base not in NUMBERS:
         return False
     return kind.base in OCTETS or kind.length <= INLINE_ARRAY_LIMIT
@@ -141,7 +145,7 @@ def _field_count(kind: FieldType, members: Mapping[str, TypeLayout]) -> int:
 
 
 def _extent(kinds: list[FieldType], members: Mapping[str, TypeLayout]) -> tuple[int, int]:
-    """The values of a new message, and the bytes that it takes when it is serialized."""
+    """Return the number of values in a new message, and its serialized size."""
     values = size = 0
     for kind in kinds:
         values += 1

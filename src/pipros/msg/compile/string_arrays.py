@@ -1,37 +1,41 @@
-"""Reading of string arrays: the names of joints, of controllers, of topics."""
+"""Reading of string arrays, such as the names of joints, controllers or topics."""
 
 from __future__ import annotations
 
 import struct
 
-TYPE_CHECKING = False  # true for type checkers; importing `typing` would double the time of a first import
+# This is true for type checkers. Importing `typing` would double the time of a first import.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from pipros.msg.base import Buffer
 
 TOO_SHORT = "the data is too short for the message"
 
 KEPT_LIMIT_BYTES = 4096
-"""A longer array is not kept: it is likely data rather than names, and unlikely to come again."""
+"""Maximum length of a cached array.
+
+A longer array is likely data rather than names, and unlikely to recur.
+"""
 
 KEPT_LIMIT = 16
-"""The number of arrays kept for a field."""
+"""Number of cached arrays per field."""
 
 _KEY_BYTES = 32
-"""Kept arrays are found by this many of their first bytes; arrays that are not longer are not kept."""
+"""Number of first bytes by which cached arrays are found. Arrays must be longer than this to be cached."""
 
 _read_length = struct.Struct("<I").unpack_from
-# One call reads a short string together with the length of the next.
+# One call reads a short string together with the length of the next string.
 _readers = [struct.Struct(f"<{length}sI").unpack_from for length in range(64)]
 
 
 def read_strings(data: Buffer, offset: int, count: int, errors: str) -> tuple[list[str], int]:
-    """`count` strings that begin at `offset`, and the offset of their end.
+    """Return `count` strings that start at `offset`, and the offset of their end.
 
     Args:
-        errors: how bytes that are not UTF-8 are handled, as in `bytes.decode`.
+        errors: error handler for bytes that are not UTF-8, as in `bytes.decode`.
 
     Raises:
-        UnicodeDecodeError: there are such bytes, and `errors` is `strict`.
+        UnicodeDecodeError: there are bytes that are not UTF-8, and `errors` is `strict`.
         struct.error: there are too few bytes.
     """
     strings: list[str] = []
@@ -47,7 +51,7 @@ def read_strings(data: Buffer, offset: int, count: int, errors: str) -> tuple[li
                 offset += length + 4
                 length = following
         except IndexError:
-            pass  # a long string: it and the strings after it are read below
+            pass  # a long string; this and all following strings are read below
         offset -= 4
     for _ in range(count - len(strings)):
         (length,) = _read_length(data, offset)
@@ -59,10 +63,10 @@ def read_strings(data: Buffer, offset: int, count: int, errors: str) -> tuple[li
 
 
 class RepeatedStrings:
-    """Reads a field that is an array of strings.
+    """Reader for a field that is an array of strings.
 
-    Most publishers send the same array again and again, so the last few are kept, and are found by their
-    bytes. May be used from several threads.
+    Most publishers send the same array repeatedly, so the last few arrays are cached and looked up by their
+    bytes. Thread-safe.
     """
 
     def __init__(self, errors: str) -> None:
@@ -70,7 +74,7 @@ class RepeatedStrings:
         self._kept: dict[bytes, tuple[int, bytes, tuple[str, ...]]] = {}
 
     def read(self, data: Buffer, offset: int, count: int) -> tuple[list[str], int]:
-        """As `read_strings`."""
+        """Like `read_strings`."""
         key = bytes(data[offset : offset + _KEY_BYTES])
         kept = self._kept.get(key)
         if kept is not None:

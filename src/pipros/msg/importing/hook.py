@@ -1,13 +1,13 @@
-"""Imports `<package>.msg` and `<package>.srv` straight from definition files.
+"""Import `<package>.msg` and `<package>.srv` directly from definition files.
 
-Two finders work together. `PackageFinder` is last in `sys.meta_path`: if no other finder knows the module
-`my_pkg`, it is the ROS package of that name. `InterfaceFinder` is first, and finds only `my_pkg.msg`
-and `my_pkg.srv`: otherwise a folder `my_pkg/msg` of definitions below the working directory would be taken
-for a Python namespace package. Real Python packages, such as those that catkin generates into a devel
-space, always win.
+Two finders work together. `PackageFinder` is last in `sys.meta_path`. If no other finder knows the module
+`my_pkg`, it finds the ROS package with that name. `InterfaceFinder` is first, and finds only `my_pkg.msg` and
+`my_pkg.srv`. Without it, a folder `my_pkg/msg` with definitions below the working directory would be taken
+for a Python namespace package. Real Python packages, such as those that catkin generates in a devel space,
+always take precedence.
 
 `modules.py` creates the modules when the first type is needed. Every interpreter start imports this module,
-so it imports next to nothing.
+so it imports very little.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from __future__ import annotations
 import os
 import sys
 
-TYPE_CHECKING = False  # true for type checkers; importing `typing` would take milliseconds
+TYPE_CHECKING = False  # This is true for type checkers. Importing `typing` would take milliseconds.
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from importlib.machinery import ModuleSpec
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
 
 KINDS = ("msg", "srv")
 NEVER_PACKAGES = frozenset(("pipros", "sitecustomize", "usercustomize", "org", "java"))
-"""Names that Python and its library try to import at every start, mostly without success, and our own."""
+"""Our own name, and names that Python tries to import at every start, mostly without success."""
 
 PACKAGE_OF_MODULE = {"urdf_parser_py": "urdfdom_py"}
-"""Python packages of Noetic that are in a ROS package with another name, and that come from PyPI."""
+"""Noetic's Python packages that belong to a ROS package with another name and are available on PyPI."""
 
 
 def install() -> None:
-    """Makes the packages that `ImportablePackages` finds importable. Further calls have no effect."""
+    """Make the packages that `ImportablePackages` finds importable. Further calls have no effect."""
     if not any(isinstance(finder, InterfaceFinder) for finder in sys.meta_path):
         packages = _Packages()
         sys.meta_path.insert(0, InterfaceFinder(packages.find, packages.cache_folder))
@@ -42,13 +42,13 @@ def install() -> None:
 
 
 def installed_library() -> Library:
-    """The types that can be imported. Installs the hook if `pipros.pth` did not."""
+    """Return the types that can be imported. Install the hook if `pipros.pth` did not."""
     install()
     return next(finder.library for finder in sys.meta_path if isinstance(finder, InterfaceFinder))
 
 
 class _Packages:
-    """`ImportablePackages`, imported when the first package is looked for."""
+    """Wrapper that imports `ImportablePackages` when the first package is searched."""
 
     def __init__(self) -> None:
         self._importable: ImportablePackages | None = None
@@ -73,14 +73,14 @@ class _Packages:
 
 
 class PackageFinder:
-    """Finds the Python package of a ROS package, or just its messages.
+    """Finder for the Python package of a ROS package, or only for its messages.
 
     Modules are searched in `src/` and in the folders listed in `setup.py`, including the `setup.py` of a ROS
     package with a different name. If a well-known module cannot be found, the ImportError names its
     replacement.
 
     Args:
-        find_module: called with a name and the folder of the ROS package of that name, or None; returns the
+        find_module: called with a name and the folder of the ROS package with that name, or None. Returns the
             path of a module or the folder of a Python package.
     """
 
@@ -130,11 +130,11 @@ class PackageFinder:
         return spec
 
     def _spec_in_hidden_package(self, name: str) -> ModuleSpec | None:
-        """The spec of a module whose package Python took for a namespace package.
+        """Return the spec of a module whose package Python took for a namespace package.
 
-        In `catkin_ws/src` the folder `my_pkg` of the ROS package is below the working directory, and hides
-        `my_pkg/src/my_pkg`. The module that stands for it becomes the package then: in Noetic a package
-        further down `sys.path` wins over such a folder, too.
+        If the working directory is `catkin_ws/src`, the ROS package's folder `my_pkg` hides
+        `my_pkg/src/my_pkg`. In that case, the namespace module is turned into the package. In Noetic, a
+        package further down `sys.path` takes precedence over such a folder, too.
         """
         package = name.partition(".")[0]
         module = sys.modules.get(package)
@@ -152,10 +152,11 @@ class PackageFinder:
 
 
 def _spec_of(name: str, path: str) -> ModuleSpec:
-    """The spec of the module in a file, or of the package in a folder."""
+    """Return the spec of the module in a file, or of the package in a folder."""
     from importlib.machinery import ModuleSpec, SourceFileLoader
 
-    # As importlib.util.spec_from_file_location() does, whose module takes milliseconds to import.
+    # This is what importlib.util.spec_from_file_location() does, but importing that module takes
+    # milliseconds.
     is_package = not path.endswith(".py")
     file = os.path.join(path, "__init__.py") if is_package else path
     spec = ModuleSpec(name, SourceFileLoader(name, file), origin=file, is_package=is_package)
@@ -166,11 +167,11 @@ def _spec_of(name: str, path: str) -> ModuleSpec:
 
 
 class InterfaceFinder:
-    """Finds `<package>.msg`, `<package>.srv` and the modules of single types in them.
+    """Finder for `<package>.msg`, `<package>.srv` and the modules of individual types in them.
 
     Args:
-        cache_folder: gives the folder where compiled types are kept between processes, when the first type is
-            asked for; None for no cache.
+        cache_folder: called when the first type is requested. Returns the folder in which compiled types are
+            kept between processes, or None for no cache.
     """
 
     def __init__(self, find_package: FindPackage, cache_folder: Callable[[], str] | None) -> None:
@@ -211,13 +212,14 @@ def _may_be_package(name: str) -> bool:
 
 
 def _is_python_starting() -> bool:
-    """True while Python runs `sitecustomize` or `usercustomize`.
+    """Return True while Python runs `sitecustomize` or `usercustomize`.
 
-    They often import modules that do not exist: those of Debian and Ubuntu try a module of the crash reporter
-    at every start of Python. To find out that it is not a ROS package takes longer than the start itself.
+    They often import modules that do not exist. For example, at every start of Python, the ones on Debian and
+    Ubuntu try to import a module of the crash reporter. Finding out that it is not a ROS package takes longer
+    than the start itself.
     """
     for name in ("sitecustomize", "usercustomize"):
         spec = getattr(sys.modules.get(name), "__spec__", None)
-        if getattr(spec, "_initializing", False):  # as importlib marks it
+        if getattr(spec, "_initializing", False):  # importlib marks modules in this way
             return True
     return False

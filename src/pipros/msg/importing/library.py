@@ -1,10 +1,11 @@
-"""All types that can be imported: from the cache of compiled types, else from their definitions."""
+"""All types that can be imported, from the cache of compiled types or else from their definitions."""
 
 from __future__ import annotations
 
 from pipros.msg.language.definition_files import DefinitionFiles
 
-TYPE_CHECKING = False  # true for type checkers; what a cached type does not need is imported late
+# This is true for type checkers. Modules that a cached type does not need are imported late.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from types import CodeType
@@ -15,11 +16,11 @@ if TYPE_CHECKING:
 
 
 class Library:
-    """Types by name, compiled when they are first needed.
+    """Types, by name, which are compiled when first needed.
 
     Args:
         find_package: function that returns the folder of a package.
-        cache_folder: folder in which compiled types are kept between processes; None to keep none.
+        cache_folder: folder in which compiled types are kept between processes; None for no cache.
     """
 
     def __init__(self, find_package: FindPackage, cache_folder: str | None) -> None:
@@ -37,7 +38,7 @@ class Library:
         return self._definitions
 
     def code(self, kind: str, type_name: str) -> tuple[CodeType, Mapping[str, str]]:
-        """Return code that defines the classes of a type, and its names for embedded types.
+        """Return the code that defines a type's classes, and the names that it uses for embedded types.
 
         Raises:
             DefinitionError: the definition breaks the rules.

@@ -1,7 +1,8 @@
 """Message and service classes by type name, which may come from a peer.
 
-Importing a module runs it, so only message packages are imported: those that have a definition of the type,
-or a module that genpy generated for it. This is the class that `from package.msg import Name` imports.
+Importing a module runs it, so only message packages are imported. These are packages that have a definition
+of the type, or a module that genpy generated for it. The result is the class that `from package.msg import
+Name` imports.
 """
 
 from __future__ import annotations
@@ -15,21 +16,21 @@ from pipros.msg.base import Message
 from pipros.msg.importing.hook import install, installed_library
 from pipros.msg.language.type_names import is_full_type_name
 
-install()  # where pipros.pth did not
+install()  # if pipros.pth did not
 
 
 def load_message_class(type_name: str) -> type[Message]:
     """Return the class of `package/Name`, the same as `from package.msg import Name` imports.
 
     Raises:
-        NotFound: the package or type does not exist; the text says where it was looked for.
+        NotFound: the package or type does not exist. The text names the places that were searched.
         DefinitionError: the definition breaks the rules.
     """
     return _load("msg", type_name)  # type: ignore[no-any-return]
 
 
 def load_service_class(type_name: str) -> Any:
-    """The class of the service `package/Name`; errors as for `load_message_class`."""
+    """Return the class of the service `package/Name`. Raises the same errors as `load_message_class`."""
     return _load("srv", type_name)
 
 
@@ -53,7 +54,7 @@ def _load(kind: str, type_name: str) -> Any:
 
 
 def _check_defined(kind: str, type_name: str) -> None:
-    """Raises `NotFound` for a type that no message package has, before anything is imported because of it."""
+    """Raise `NotFound` for a type that no message package has, before anything is imported for it."""
     package, _, name = type_name.partition("/")
     try:
         installed_library().files.file(kind, type_name)
@@ -65,7 +66,7 @@ def _check_defined(kind: str, type_name: str) -> None:
 
 
 def _is_generated(module: str) -> bool:
-    """True if `package.kind._Name` is a module on the path. Does not import it."""
+    """Return True if `package.kind._Name` is a module on the path. Does not import the module."""
     from importlib.machinery import PathFinder
     from importlib.util import find_spec
 

@@ -1,8 +1,8 @@
-"""The modules that the import hook creates: one for all of a package's messages, one for each type.
+"""The modules that the import hook creates: one for all of a package's messages, and one for each type.
 
 `std_msgs.msg` knows the names of its types and compiles a type when it is first needed. The class is in
-`std_msgs.msg._String`, as in packages that genpy generates, so that pickles of either world find their class
-in the other.
+`std_msgs.msg._String`, as in packages that genpy generates, so that pickles written with either find their
+class in the other.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
     from pipros.msg.importing.library import Library
 else:
-    Loader = object  # importlib.abc takes milliseconds to import
+    Loader = object  # Importing importlib.abc would take milliseconds.
 
 
 def interface_spec(
     library: Library, package: str, kind: str, path: Sequence[str] | None
 ) -> ModuleSpec | None:
-    """The spec of `<package>.<kind>`: of a Python package if there is one, else made from the definitions."""
+    """Return the spec of `<package>.<kind>`, from a Python package or else from the definitions."""
     name = f"{package}.{kind}"
     regular = PathFinder.find_spec(name, path)
     if regular is not None and regular.loader is not None:
@@ -43,7 +43,7 @@ def interface_spec(
 
 
 def type_spec(library: Library, package: str, kind: str, module: str) -> ModuleSpec | None:
-    """The spec of `<package>.<kind>._Name`; None if `<package>.<kind>` was not made from definitions."""
+    """Return the spec of `<package>.<kind>._Name`, or None if its package was not made from definitions."""
     parent = sys.modules.get(f"{package}.{kind}")
     loader = getattr(parent, "__loader__", None)
     if not isinstance(loader, _InterfaceLoader) or module.removeprefix("_") not in loader.types():
@@ -53,7 +53,10 @@ def type_spec(library: Library, package: str, kind: str, module: str) -> ModuleS
 
 
 class _InterfaceLoader(Loader):
-    """Gives a module `__getattr__` and `__dir__` for the types of its package. `__all__` is computed late."""
+    """Loader that adds `__getattr__` and `__dir__` for a package's types to its module.
+
+    `__all__` is computed late.
+    """
 
     def __init__(self, library: Library, package: str, kind: str) -> None:
         self._library = library
@@ -61,7 +64,7 @@ class _InterfaceLoader(Loader):
         self._kind = kind
 
     def types(self) -> list[str]:
-        """The types that exist now: definitions and packages may come and go while a program runs."""
+        """Return the types that exist now. Definitions and packages may change while a program is running."""
         try:
             return self._library.files.names(self._kind, self._package)
         except NotFound:
@@ -83,7 +86,7 @@ class _InterfaceLoader(Loader):
         module.__dict__.update(__getattr__=get, __dir__=lambda: sorted({*module.__dict__, *self._homes()}))
 
     def _homes(self) -> dict[str, str]:
-        """The classes of the package, each with the type in whose module it is."""
+        """Return the package's classes, each with the type whose module contains it."""
         homes = {name: name for name in self.types()}
         if self._kind == "srv":
             for name in list(homes):
@@ -92,7 +95,7 @@ class _InterfaceLoader(Loader):
 
 
 class _TypeLoader(Loader):
-    """Compiles one message or service."""
+    """Loader that compiles one message or service."""
 
     def __init__(self, library: Library, kind: str, type_name: str) -> None:
         self._library = library
@@ -113,9 +116,9 @@ class _TypeLoader(Loader):
 
 
 def _imported(module: ModuleType, name: str, classes: Iterable[str]) -> object:
-    """Return `__all__` of a module with these classes, or what a generated one would have imported.
+    """Return `__all__` for a module with these classes, or a name that a generated module would import.
 
-    Called only for names that the module lacks, so a message type hides an import of the same name.
+    Called only for names that the module lacks, so a message type hides an import with the same name.
     """
     if name[0] == "_" and name != "__all__":
         raise AttributeError(f"module {module.__name__!r} has no attribute {name!r}")

@@ -1,6 +1,6 @@
-"""Names that star imports of message modules bind besides the types: those that genpy's modules import.
+"""Names that star imports from message modules bind besides the types, because genpy's modules import them.
 
-After `from rosapi.srv import *` scripts use `rosapi.srv.Topics`, `genpy.Time` and `struct.pack`.
+After `from rosapi.srv import *`, scripts use `rosapi.srv.Topics`, `genpy.Time` and `struct.pack`.
 """
 
 from __future__ import annotations
@@ -9,14 +9,14 @@ from collections.abc import Iterable
 from importlib import import_module
 
 MODULES = ("codecs", "genpy", "struct", "sys")
-"""The modules that every generated module imports. It also sets `python3`."""
+"""The modules that every generated module imports. A generated module also sets `python3`."""
 
 
 def imported_name(name: str) -> object:
     """Return the value that every generated module binds to this name.
 
     Raises:
-        AttributeError: no generated module binds this name by an import.
+        AttributeError: no generated module imports this name.
     """
     if name == "python3":
         return True
@@ -26,7 +26,7 @@ def imported_name(name: str) -> object:
 
 
 def imported_names(classes: Iterable[object]) -> dict[str, object]:
-    """Return all names that the modules generated for these messages bind by imports.
+    """Return all names that the modules generated for these messages import.
 
     These include the packages of the messages that they contain, at any depth.
     """

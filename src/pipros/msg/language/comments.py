@@ -1,6 +1,6 @@
-"""The comments of a definition: for the whole definition, its fields and its constants.
+"""The comments in a definition: for the whole definition, its fields and its constants.
 
-The language gives comments no meaning. By convention a comment belongs to the declaration on its line or
+Comments have no meaning in the language. By convention, a comment belongs to the declaration on its line or
 directly below it, and the comment at the top belongs to the whole definition.
 """
 
@@ -17,8 +17,8 @@ class Comments:
     """Comments without their `#`, with `\\n` between lines.
 
     Attributes:
-        head: the comment of the whole definition; may be empty.
-        of: comments by the name of a field or constant; names without a comment are missing.
+        head: the comment on the whole definition; may be empty.
+        of: comments by the name of the field or constant. Names without a comment are missing.
     """
 
     head: str
@@ -26,10 +26,10 @@ class Comments:
 
 
 def comments_of(text: str) -> Comments:
-    """The comments in the text of a message, or of one part of a service or action.
+    """Return the comments in the text of a message, or of one part of a service or action.
 
-    All comments before the first declaration are the head; if they are several blocks separated by empty
-    lines, the last one belongs to the declaration when it directly precedes it.
+    All comments before the first declaration form the head. If they consist of several blocks separated by
+    empty lines, and the last block directly precedes the declaration, that block belongs to the declaration.
 
     >>> comments_of("# A reading.\\n\\nfloat64 x  # metres\\n")
     Comments(head='A reading.', of={'x': 'metres'})
@@ -44,13 +44,13 @@ def comments_of(text: str) -> Comments:
             if is_first and not head:
                 head, block = block, []
             if declaration.startswith("string ") and "=" in declaration:
-                behind = ""  # it is part of the value
+                behind = ""  # the `#` is part of the value
             name = _declared_name(declaration)
             of[name] = "\n".join(filter(None, (_joined(block), behind.lstrip("#").strip())))
             is_first, block = False, []
         elif mark:
             block.append(line.strip().lstrip("#").removeprefix(" "))
-        else:  # an empty line ends a block
+        else:  # an empty line ends a comment block
             if is_first:
                 head += ["", *block] if head else block
             block = []

@@ -1,4 +1,4 @@
-"""The definitions in the files of ROS packages, parsed."""
+"""Parsed definitions from the files of ROS packages."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ from pipros.msg.language.spec import ActionSpec, DefinitionError, MessageSpec, S
 
 
 class Definitions:
-    """Reads definition files, each of them once. An unknown package or type raises `NotFound`."""
+    """Definitions, by type.
+
+    Each definition file is read once. An unknown package or type raises `NotFound`.
+    """
 
     def __init__(self, files: DefinitionFiles) -> None:
         self.files = files
@@ -20,7 +23,7 @@ class Definitions:
         self._services: dict[str, ServiceSpec] = {}
 
     def message(self, type_name: str) -> MessageSpec:
-        """The definition of `package/Name`, from a `.msg` file, or from the `.action` file that contains it.
+        """Return the definition of `package/Name`, from a `.msg` file or the `.action` file that contains it.
 
         Raises:
             NotFound: the package or the file does not exist.
@@ -37,14 +40,14 @@ class Definitions:
         return self._messages[type_name]
 
     def service(self, type_name: str) -> ServiceSpec:
-        """The definition of the service `package/Name`; errors as for `message`."""
+        """Return the definition of the service `package/Name`. Raises the same errors as `message`."""
         if type_name not in self._services:
             file = self.files.file("srv", type_name)
             self._services[type_name] = parse_service(_read(file), type_name, file)
         return self._services[type_name]
 
     def action(self, type_name: str) -> ActionSpec:
-        """The definition of the action `package/Name`; errors as for `message`."""
+        """Return the definition of the action `package/Name`. Raises the same errors as `message`."""
         file = self.files.file("action", type_name)
         return parse_action(_read(file), type_name, file)
 

@@ -1,7 +1,7 @@
-"""The md5 and the full text of a type, as genmsg computes them.
+"""The MD5 sum and the full text of a type, computed as in genmsg.
 
-Two peers exchange messages only when their md5s are equal, so both are part of the wire
-protocol. A `Lookup` returns the definition of an embedded type.
+Two peers exchange messages only if their MD5 sums are equal, so both are part of the wire protocol. A
+`Lookup` returns the definition of an embedded type.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from pipros.msg.language.spec import DefinitionError, Field, MessageSpec, Servic
 Lookup = Callable[[str], MessageSpec]
 
 SEPARATOR = "=" * 80
-"""The line between the definitions of a full text."""
+"""The line between the definitions in a full text."""
 
 DEPTH_LIMIT = 100
-"""The deepest nesting of messages. Real types stay below ten."""
+"""Maximum nesting depth of messages. Real types stay below ten."""
 
 
 def embedded_types(spec: MessageSpec, lookup: Lookup) -> dict[str, MessageSpec]:
-    """All types that `spec` embeds, directly or not, in the order of a full text.
+    """Return all types that `spec` embeds, directly or indirectly, in the order of a full text.
 
     Raises:
-        DefinitionError: a type is unknown, embeds itself or is nested too deeply; the exception locates the
-            field that leads to it.
+        DefinitionError: a type is unknown, embeds itself or is nested too deeply. The exception locates the
+            field that leads to the type.
     """
     search = _Search(lookup)
     search.height(spec, (spec.type,))
@@ -41,18 +41,19 @@ class CompleteSpec:
     embedded: Mapping[str, MessageSpec]
 
     def md5_text(self) -> str:
-        """The normalised text that the md5 is taken of: constants first, then fields.
+        """The normalised text from which the MD5 sum is computed: constants first, then fields.
 
-        An embedded message is replaced by its md5: its fields matter, its name does not.
+        The type of an embedded message is replaced by its MD5 sum, so the message's fields matter but its
+        name does not.
         """
         return _md5_text(self.spec, self.embedded, {})
 
     def md5(self) -> str:
-        """The md5 that peers compare before they exchange messages of this type."""
+        """The MD5 sum that peers compare before they exchange messages of this type."""
         return _hash(self.md5_text())
 
     def full_text(self) -> str:
-        """Return the definition, followed by the definition of each embedded type, each once."""
+        """The definition, followed by the definition of each embedded type, without repetitions."""
         parts = [self.spec.text]
         for type_name, inner in self.embedded.items():
             parts.append(f"{SEPARATOR}\nMSG: {type_name}\n{inner.text}")
@@ -60,19 +61,22 @@ class CompleteSpec:
 
 
 def complete(spec: MessageSpec, lookup: Lookup) -> CompleteSpec:
-    """Looks up all types that `spec` embeds. Raises the same errors as `embedded_types`."""
+    """Look up all types that `spec` embeds. Raises the same errors as `embedded_types`."""
     return CompleteSpec(spec, embedded_types(spec, lookup))
 
 
 def check_nesting(specs: Iterable[MessageSpec], lookup: Lookup) -> None:
-    """Raises the same errors as `embedded_types`, for any of `specs`; visits each type once."""
+    """Check the nesting in all `specs`, visiting each type once.
+
+    Raises the same errors as `embedded_types`.
+    """
     search = _Search(lookup)
     for spec in specs:
         search.height(spec, (spec.type,))
 
 
 class _Search:
-    """Visits embedded types depth first, each of them once."""
+    """Depth-first search through embedded types, which visits each type once."""
 
     def __init__(self, lookup: Lookup) -> None:
         self._lookup = lookup
@@ -80,7 +84,10 @@ class _Search:
         self._heights: dict[str, int] = {}
 
     def height(self, outer: MessageSpec, above: tuple[str, ...]) -> int:
-        """How deep messages are nested in `outer`, 0 for none; `above` leads to it and ends with it."""
+        """Return the nesting depth of messages in `outer`, 0 for none.
+
+        `above` is the path to `outer`, inclusive.
+        """
         highest = 0
         for field in _message_fields(outer):
             type_name = field.type.base
@@ -102,7 +109,10 @@ class _Search:
 
 
 def md5_text(spec: MessageSpec, lookup: Lookup) -> str:
-    """See `CompleteSpec`. Like the functions below, raises the same errors as `embedded_types`."""
+    """Return `CompleteSpec.md5_text`.
+
+    Like the functions below, raises the same errors as `embedded_types`.
+    """
     return complete(spec, lookup).md5_text()
 
 
@@ -112,12 +122,12 @@ def message_md5(spec: MessageSpec, lookup: Lookup) -> str:
 
 
 def service_md5(spec: ServiceSpec, lookup: Lookup) -> str:
-    """The md5 of a service."""
+    """Return the MD5 sum of a service."""
     return md5_of_halves(complete(spec.request, lookup), complete(spec.response, lookup))
 
 
 def md5_of_halves(request: CompleteSpec, response: CompleteSpec) -> str:
-    """The md5 of a service: over both halves, with nothing in between."""
+    """Return the MD5 sum of a service, computed from the request directly followed by the response."""
     return _hash(request.md5_text() + response.md5_text())
 
 

@@ -1,4 +1,4 @@
-"""Full texts, as in connection headers and bags: a definition and the definitions of all embedded types."""
+"""Full texts, as in connection headers and bags: a definition and those of all embedded types."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from pipros.msg.language.digest import SEPARATOR
 from pipros.msg.language.parse import parse_message
 from pipros.msg.language.spec import HEADER, DefinitionError, MessageSpec
 
-_OLD_HEADER = "roslib/Header"  # its name in bags that are older than std_msgs/Header
+_OLD_HEADER = "roslib/Header"  # the header's name in bags that are older than std_msgs/Header
 
 
 def specs_from_text(type_name: str, full_text: str, limits: Limits | None = None) -> dict[str, MessageSpec]:
-    """The definitions in a full text by type name; the definition of `type_name` comes first.
+    """Return the definitions in a full text, by type name. The definition of `type_name` comes first.
 
     Args:
         limits: defaults to the process-wide limits.
@@ -23,7 +23,7 @@ def specs_from_text(type_name: str, full_text: str, limits: Limits | None = None
     where = f"<definition of {type_name}>"
     if len(full_text) > limits.definition_bytes:
         raise DefinitionError(f"the text is longer than {limits.definition_bytes} characters", file=where)
-    full_text = full_text.replace("\r\n", "\n")  # as for a file
+    full_text = full_text.replace("\r\n", "\n")  # the same limit as for a file
     parts: dict[str, list[str]] = {}
     current = parts[type_name] = []
     expects_name = False

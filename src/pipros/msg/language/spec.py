@@ -1,7 +1,7 @@
 """Interface definitions as plain values.
 
-A `.msg` file becomes a `MessageSpec`, a `.srv` file two, a `.action` file seven. Names of
-types are always complete (`std_msgs/Header`), whatever short form the file used.
+A `.msg` file becomes one `MessageSpec`, a `.srv` file two, and a `.action` file seven. Type names are always
+complete (`std_msgs/Header`), even if the file uses a short form.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.printable import listed
 
 HEADER = "std_msgs/Header"
-"""The type that a plain `Header` means. A publisher sets the `seq` of such a field."""
+"""The type that a plain `Header` stands for. A publisher sets the `seq` of such a field."""
 
 INTEGERS = {
     "int8": "b",
@@ -28,24 +28,24 @@ INTEGERS = {
 }
 FLOATS = {"float32": "f", "float64": "d"}
 NUMBERS = {**INTEGERS, **FLOATS, "bool": "?"}
-"""Types that are one number on the wire, with their code in the `struct` module."""
+"""Types that are serialized as a single number, with their code in the `struct` module."""
 
 TIMES = {"time": "II", "duration": "ii"}
-"""Types that are seconds and nanoseconds on the wire."""
+"""Types that are serialized as seconds and nanoseconds."""
 
 BUILTINS = frozenset((*NUMBERS, *TIMES, "string"))
 CONSTANT_TYPES = frozenset((*NUMBERS, "string"))
 OCTETS = frozenset(("uint8", "char"))
-"""Types whose arrays are `bytes` in Python."""
+"""Types whose arrays become `bytes` in Python."""
 
 
 class DefinitionError(PiprosError):
-    """A definition breaks the rules of the language.
+    """A definition violates the rules of the language.
 
     Attributes:
         file: the path of the definition, or the text to show instead.
-        line: counted from 1; 0 when the error concerns the whole file.
-        column: counted from 1; 0 when the error concerns the whole file.
+        line: counted from 1; 0 if the error concerns the whole file.
+        column: counted from 1; 0 if the error concerns the whole file.
         others: further errors in the same file.
     """
 
@@ -68,7 +68,7 @@ class FieldType:
     """The type of a field: `base`, `base[]` or `base[length]`.
 
     Attributes:
-        digits: the length as written, possibly with leading zeros: the md5 covers it.
+        digits: the length as written, possibly with leading zeros, because the MD5 sum depends on them.
     """
 
     base: str
@@ -86,7 +86,7 @@ class FieldType:
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """One line `type name`. `line` and `column` locate the type."""
+    """A line `type name`. `line` and `column` locate the type."""
 
     type: FieldType
     name: str
@@ -96,7 +96,7 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """One line `type NAME=value`. `text` is the value as written: the md5 covers it."""
+    """A line `type NAME=value`. `text` is the value as written, on which the MD5 sum depends."""
 
     type: str
     name: str
@@ -130,7 +130,7 @@ class MessageSpec:
 
     @property
     def has_header(self) -> bool:
-        """True when the first field is `Header header`, whose `seq` a publisher sets."""
+        """Whether the first field is `Header header`, whose `seq` a publisher sets."""
         if not self.fields:
             return False
         first = self.fields[0]
@@ -139,7 +139,7 @@ class MessageSpec:
 
 @dataclass(frozen=True, slots=True)
 class ServiceSpec:
-    """A service definition: a request and a response."""
+    """A service definition, which consists of a request and a response."""
 
     type: str
     request: MessageSpec
@@ -150,7 +150,7 @@ class ServiceSpec:
 
 @dataclass(frozen=True, slots=True)
 class ActionSpec:
-    """An action definition, as the seven messages that are made from it."""
+    """An action definition, which consists of the seven messages made from it."""
 
     type: str
     messages: tuple[MessageSpec, ...]

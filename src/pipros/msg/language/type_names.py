@@ -1,4 +1,7 @@
-"""What names of message types look like: every load of a class needs that, few need the parser."""
+"""Syntax of message type names.
+
+This module is separate from the parser, because every load of a class needs it but few need the parser.
+"""
 
 from __future__ import annotations
 
@@ -8,5 +11,5 @@ _FULL_TYPE = re.compile(r"[A-Za-z]\w*/[A-Za-z]\w*", re.ASCII)
 
 
 def is_full_type_name(type_name: str) -> bool:
-    """True for `package/Name`."""
+    """Return True for a name of the form `package/Name`."""
     return _FULL_TYPE.fullmatch(type_name) is not None

@@ -1,4 +1,4 @@
-"""Finds the folders of ROS packages. xacro 2 imports this as `ament_index_python.packages`."""
+"""Find the folders of ROS packages. xacro 2 imports this module as `ament_index_python.packages`."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from pipros.packages import ImportablePackages
 
 
 class PackageNotFoundError(LookupError):
-    """The package path does not have this package."""
+    """The package is not on the package path."""
 
 
 def get_package_share_directory(package_name: str) -> str:
-    """Return the folder of a package on `ROS_PACKAGE_PATH`, or of one shipped with pipros.
+    """Return the folder of a package that is on `ROS_PACKAGE_PATH` or shipped with pipros.
 
     Raises:
         PackageNotFoundError: there is no package with this name.

@@ -3,7 +3,7 @@
 Matrices act on column vectors. Unless stated otherwise, matrices are arrays of shape (4, 4), quaternions
 arrays (qx, qy, qz, qw) of shape (4,), vectors arrays of shape (3,) and angles are in radians.
 
-The buffer uses `transforms.pose` instead, which does without numpy and rounds as tf2 does;
+The buffer uses `transforms.pose` instead, which does not need numpy and rounds like tf2;
 `tests/unit/libraries/transforms/test_pose_and_matrices.py` compares the two.
 """
 
@@ -11,7 +11,7 @@ from pipros.basics.errors import MissingExtra
 from pipros.basics.extras import install_command
 
 try:
-    import numpy as numpy  # the import error is raised here for all modules of the package
+    import numpy as numpy  # the import error is raised here for all modules in the package
 except ImportError as error:
     raise MissingExtra(
         f"tf.transformations needs numpy, which is not installed. Try: {install_command('numpy')}",

@@ -1,4 +1,4 @@
-"""Translation, reflection, rotation, scale and shear matrices, and the inverse functions."""
+"""Functions that create translation, reflection, rotation, scale and shear matrices, and their inverses."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def translation_from_matrix(matrix: ArrayLike) -> Array:
 
 
 def reflection_matrix(point: ArrayLike, normal: ArrayLike) -> Array:
-    """Return the matrix that reflects at the plane through `point` with the normal vector `normal`."""
+    """Return the matrix that reflects in the plane through `point` with the normal vector `normal`."""
     unit = unit_vector(first_three(normal))
     matrix = np.identity(4)
     matrix[:3, :3] -= 2.0 * np.outer(unit, unit)
@@ -43,7 +43,7 @@ def reflection_matrix(point: ArrayLike, normal: ArrayLike) -> Array:
 
 
 def reflection_from_matrix(matrix: ArrayLike) -> tuple[Array, Array]:
-    """Return a point of the mirror plane, in homogeneous coordinates (shape (4,)), and its normal vector.
+    """Return a point on the mirror plane, in homogeneous coordinates (shape (4,)), and the normal vector.
 
     Raises ValueError if `matrix` is not a reflection.
     """
@@ -55,7 +55,10 @@ def reflection_from_matrix(matrix: ArrayLike) -> tuple[Array, Array]:
 
 
 def rotation_matrix(angle: float, direction: ArrayLike, point: ArrayLike | None = None) -> Array:
-    """Return the matrix that rotates by `angle` about the axis `direction` through `point` or the origin."""
+    """Return the matrix that rotates by `angle` about the axis `direction`.
+
+    The axis passes through `point`, by default the origin.
+    """
     x, y, z = (float(part) for part in unit_vector(first_three(direction)))
     sine, cosine = math.sin(angle), math.cos(angle)
     rest = 1.0 - cosine
@@ -83,7 +86,7 @@ def rotation_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array]:
         raise ValueError("matrix must be a rotation, but has no eigenvalue 1")
     point = fixed_point(rotation)
     cosine = (float(np.trace(turned)) - 1.0) / 2.0
-    # Each non-zero component of the axis determines the sine; use the last of them.
+    # Each non-zero component of the axis determines the sine. Use the last one.
     i, j, k = (1, 0, 2)
     if abs(axis[2]) <= EIGENVALUE_TOLERANCE:
         i, j, k = (0, 2, 1) if abs(axis[1]) > EIGENVALUE_TOLERANCE else (2, 1, 0)
@@ -138,7 +141,7 @@ def shear_matrix(angle: float, direction: ArrayLike, point: ArrayLike, normal: A
 
 
 def shear_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array, Array]:
-    """Return angle, direction, a point of the plane (homogeneous, shape (4,)) and its normal vector.
+    """Return the angle, direction, a point on the plane (homogeneous, shape (4,)) and the normal vector.
 
     Raises ValueError if `matrix` is not a shear.
     """
@@ -150,7 +153,7 @@ def shear_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array, Array]:
         raise ValueError(
             f"matrix must be a shear, with at least two eigenvalues 1; its eigenvalues are {values}"
         )
-    # Fixed vectors span the plane; the most independent pair gives the most accurate normal.
+    # Fixed vectors span the plane. The most linearly independent pair gives the most accurate normal.
     plane = np.real(vectors[:, kept]).T
     pairs = [(plane[i], plane[j]) for i in range(len(plane)) for j in range(i)]
     across = max((np.cross(one, other) for one, other in pairs), key=lambda normal: float(normal @ normal))

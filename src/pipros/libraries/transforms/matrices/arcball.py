@@ -1,6 +1,6 @@
 """Rotation by dragging a virtual ball, after K. Shoemake, "Arcball rotation control", Graphics Gems IV.
 
-Points of the window are (x, y) in pixels, y downwards; points of the unit sphere have the shape (3,).
+Window points are (x, y) in pixels, with y downwards. Points on the unit sphere have the shape (3,).
 """
 
 from __future__ import annotations
@@ -21,10 +21,11 @@ from pipros.libraries.transforms.matrices.quaternions import (
 
 
 class Arcball:
-    """A virtual trackball: call `down` when a mouse button is pressed and `drag` when the mouse moves.
+    """A virtual trackball. Call `down` when a mouse button is pressed, and `drag` when the mouse moves.
 
     Attributes:
-        axes: unit vectors (each of shape (3,)), to one of which rotations are constrained; None for no axes.
+        axes: unit vectors (each of shape (3,)) to one of which rotations can be constrained; None for no
+            axes.
         is_constrained: whether the axes constrain rotations.
 
     >>> ball = Arcball()
@@ -36,7 +37,10 @@ class Arcball:
     """
 
     def __init__(self, initial: ArrayLike | None = None) -> None:
-        """Set the initial rotation, a quaternion or a 4x4 matrix. Raises ValueError for another shape."""
+        """Set the initial rotation, a quaternion or a 4x4 matrix.
+
+        Raises ValueError if its shape is invalid.
+        """
         self._axis: Array | None = None
         self.axes: Sequence[ArrayLike] | None = None
         self._radius = 1.0
@@ -61,7 +65,7 @@ class Arcball:
         self._centre = [center[0], center[1]]
 
     def down(self, point: Sequence[float]) -> None:
-        """Grab the ball at a point of the window."""
+        """Grab the ball at a window point."""
         self._grabbed = arcball_map_to_sphere(point, self._centre, self._radius)
         self._at_grab = self._before = self._now
         if self.is_constrained and self.axes is not None:
@@ -71,7 +75,7 @@ class Arcball:
             self._axis = None
 
     def drag(self, point: Sequence[float]) -> None:
-        """Rotate the ball so that the grabbed point moves to this point of the window."""
+        """Rotate the ball so that the grabbed point moves to this window point."""
         reached = arcball_map_to_sphere(point, self._centre, self._radius)
         if self._axis is not None:
             reached = arcball_constrain_to_axis(reached, self._axis)
@@ -84,7 +88,7 @@ class Arcball:
             self._now = quaternion_multiply(turn, self._at_grab)
 
     def next(self, acceleration: float = 0.0) -> None:
-        """Continue the last rotation; `acceleration` 0 keeps its speed."""
+        """Continue the last rotation. An `acceleration` of 0 keeps its speed."""
         self._before, self._now = self._now, quaternion_slerp(self._before, self._now, 2.0 + acceleration)
 
     def matrix(self) -> Array:
@@ -93,7 +97,10 @@ class Arcball:
 
 
 def arcball_map_to_sphere(point: Sequence[float], center: Sequence[float], radius: float) -> Array:
-    """Return the point of the unit sphere under a window point; outside the ball, the nearest on its rim."""
+    """Return the point on the unit sphere under a window point.
+
+    Outside the ball, return the nearest point on its rim.
+    """
     x = (point[0] - center[0]) / radius
     y = (center[1] - point[1]) / radius
     square = x * x + y * y
@@ -104,7 +111,7 @@ def arcball_map_to_sphere(point: Sequence[float], center: Sequence[float], radiu
 
 
 def arcball_constrain_to_axis(point: ArrayLike, axis: ArrayLike) -> Array:
-    """Return the point of the unit sphere nearest to `point` that is perpendicular to `axis`."""
+    """Return the point nearest to `point` on the unit sphere that is perpendicular to `axis`."""
     around = np.array(axis, dtype=np.float64)
     given = np.array(point, dtype=np.float64)
     across: Array = given - around * (around @ given)

@@ -1,4 +1,4 @@
-"""General functions of vectors and matrices: norms, unit vectors, products, eigenvectors."""
+"""General functions for vectors and matrices: norms, unit vectors, products and eigenvectors."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
-"""Floats, of shape (4, 4), (4,) or (3,) as the package's docstring says, unless a function says otherwise."""
+"""Array of floats.
+
+Its shape is (4, 4), (4,) or (3,), as described in the package's docstring, unless stated otherwise.
+"""
 
 EPSILON = float(np.finfo(float).eps) * 4.0
-"""Numbers below this are treated as zero; tf's `_EPS`."""
+"""Threshold below which numbers are treated as zero: tf's `_EPS`."""
 
 EIGENVALUE_TOLERANCE = 1e-8
 
@@ -20,7 +23,7 @@ EIGENVALUE_TOLERANCE = 1e-8
 def vector_norm(data: ArrayLike, axis: int | None = None, out: Array | None = None) -> Any:
     """Return the Euclidean norm of `data`, or of its vectors along `axis`.
 
-    The result is a float for a one-dimensional `data`, otherwise an array. If `out` is given, write the norms
+    The result is a float if `data` is one-dimensional, otherwise an array. If `out` is given, write the norms
     there and return None.
     """
     vectors = np.array(data, dtype=np.float64)
@@ -48,8 +51,8 @@ def unit_vector(data: ArrayLike, axis: int | None = None, out: Array | None = No
 
 
 def random_vector(size: int | tuple[int, ...]) -> Array:
-    """Return uniformly distributed random numbers in [0, 1), in the shape `size`."""
-    return np.random.random(size)  # seeded by numpy.random.seed, as scripts expect
+    """Return an array of shape `size` with uniformly distributed random numbers in [0, 1)."""
+    return np.random.random(size)  # numpy.random.seed seeds this generator, as scripts expect
 
 
 def identity_matrix() -> Array:
@@ -58,12 +61,12 @@ def identity_matrix() -> Array:
 
 
 def inverse_matrix(matrix: ArrayLike) -> Array:
-    """Return the inverse of a square matrix. Raises numpy.linalg.LinAlgError for a singular one."""
+    """Return the inverse of a square matrix. Raises numpy.linalg.LinAlgError if it is singular."""
     return np.linalg.inv(np.asarray(matrix, dtype=np.float64))
 
 
 def concatenate_matrices(*matrices: ArrayLike) -> Array:
-    """Return the product of 4x4 matrices from left to right; the identity for no arguments."""
+    """Return the product of 4x4 matrices from left to right, or the identity if there are no arguments."""
     product = np.identity(4)
     for matrix in matrices:
         product = product @ np.asarray(matrix, dtype=np.float64)
@@ -71,7 +74,7 @@ def concatenate_matrices(*matrices: ArrayLike) -> Array:
 
 
 def is_same_transform(matrix0: ArrayLike, matrix1: ArrayLike) -> bool:
-    """Return whether two 4x4 matrices are the same transform, that is, equal up to a factor."""
+    """Return whether two 4x4 matrices represent the same transform, that is, are equal up to a factor."""
     first, second = np.array(matrix0, dtype=np.float64), np.array(matrix1, dtype=np.float64)
     return bool(np.allclose(first / first[3, 3], second / second[3, 3]))
 
@@ -79,7 +82,8 @@ def is_same_transform(matrix0: ArrayLike, matrix1: ArrayLike) -> bool:
 def real_eigenvector(matrix: Array, eigenvalue: float, last: bool = True) -> Array | None:
     """Return the real part of an eigenvector for `eigenvalue`, or None if the matrix has no such eigenvalue.
 
-    `matrix` has the shape (n, n), the eigenvector (n,). Of several, return numpy's last or first one.
+    `matrix` has the shape (n, n), and the eigenvector (n,). If there are several, return numpy's last or
+    first one.
     """
     values, vectors = np.linalg.eig(matrix)
     found = np.flatnonzero(np.abs(np.real(values) - eigenvalue) < EIGENVALUE_TOLERANCE)

@@ -1,4 +1,4 @@
-"""Composition of matrices from scale, shear, rotation, translation and perspective, and decomposition."""
+"""Composition of matrices from scale, shear, rotation, translation and perspective, and the inverse."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ def decompose_matrix(matrix: ArrayLike) -> Parts:
     if np.any(np.abs(whole[3, :3]) > EPSILON):
         perspective = whole[3] @ np.linalg.inv(affine)
 
-    # Gram-Schmidt on the columns: the removed parts give the shear, the remaining lengths the scale.
+    # Apply Gram-Schmidt to the columns. The removed parts give the shear, and the remaining lengths give the
+    # scale.
     x, y, z = (affine[:3, column].copy() for column in range(3))
     scale_x = math.sqrt(x @ x)
     x /= scale_x
@@ -70,7 +71,7 @@ def compose_matrix(
     translate: ArrayLike | None = None,
     perspective: ArrayLike | None = None,
 ) -> Array:
-    """Return the matrix that scales, shears, rotates, translates and projects, in this order.
+    """Return the matrix that scales, shears, rotates, translates and projects, in that order.
 
     None omits a step. The arguments have the format of the results of `decompose_matrix`.
     """
@@ -95,8 +96,8 @@ def orthogonalization_matrix(lengths: ArrayLike, angles: ArrayLike) -> Array:
     """Return the matrix from crystallographic to Cartesian coordinates.
 
     Args:
-        lengths: sides (a, b, c) of the cell.
-        angles: angles (alpha, beta, gamma) of the cell in degrees.
+        lengths: sides (a, b, c) of the unit cell.
+        angles: angles (alpha, beta, gamma) of the unit cell in degrees.
     """
     a, b, c = np.asarray(lengths, dtype=np.float64).tolist()
     alpha, beta, gamma = np.radians(np.asarray(angles, dtype=np.float64)).tolist()
@@ -114,9 +115,10 @@ def orthogonalization_matrix(lengths: ArrayLike, angles: ArrayLike) -> Array:
 
 
 def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, usesvd: bool = True) -> Array:
-    """Return the rigid transform (with `scaling` a similarity) that maps `v0` closest to `v1`.
+    """Return the rigid transform that maps `v0` closest to `v1`; a similarity if `scaling` is true.
 
-    Both are arrays of shape (3, n) or (4, n), n >= 3, with one point per column. The transform minimises the
+    Both arguments are arrays of shape (3, n) or (4, n), n >= 3, with one point per column. The transform
+    minimises the
     sum of squared distances. Methods: W. Kabsch (1976) with singular values; B. K. P. Horn (1987) with
     quaternions if `usesvd` is False.
     """
@@ -142,13 +144,14 @@ def _kabsch(source: Array, target: Array) -> Array:
     """Return the rotation, of shape (3, 3), that maps points of shape (3, n) closest to others."""
     left, _, right = np.linalg.svd(target @ source.T)
     rotation: Array = left @ right
-    if np.linalg.det(rotation) < 0.0:  # a reflection fits best: flip the axis of the smallest singular value
+    # a reflection fits best, so flip the axis with the smallest singular value
+    if np.linalg.det(rotation) < 0.0:
         rotation = rotation - 2.0 * np.outer(left[:, 2], right[2, :])
     return rotation
 
 
 def _horn(source: Array, target: Array) -> Array:
-    """Return the same as `_kabsch`."""
+    """Same as `_kabsch`, with quaternions."""
     s = source @ target.T
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = s.tolist()
     symmetric = np.array(
@@ -160,5 +163,5 @@ def _horn(source: Array, target: Array) -> Array:
         )
     )
     _, vectors = np.linalg.eigh(symmetric)
-    qw, qx, qy, qz = vectors[:, -1].tolist()  # of the largest eigenvalue
+    qw, qx, qy, qz = vectors[:, -1].tolist()  # this is the eigenvector for the largest eigenvalue
     return quaternion_matrix((qx, qy, qz, qw))[:3, :3]

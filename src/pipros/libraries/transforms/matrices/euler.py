@@ -42,7 +42,7 @@ NAMES = {convention: name for name, convention in CONVENTIONS.items()}
 
 
 def convention_of(axes: str | Convention) -> Convention:
-    """Return the four numbers of a convention. Raises KeyError for an unknown one."""
+    """Return the four numbers of a convention. Raises KeyError if the convention is unknown."""
     name = axes.lower() if isinstance(axes, str) else NAMES.get(axes, "")
     found = CONVENTIONS.get(name)
     if found is None:
@@ -74,7 +74,7 @@ def euler_matrix(ai: float, aj: float, ak: float, axes: str | Convention = "sxyz
 
 
 def euler_from_matrix(matrix: ArrayLike, axes: str | Convention = "sxyz") -> tuple[float, float, float]:
-    """Return three Euler angles of a rotation; they are not unique.
+    """Return three Euler angles for a rotation. They are not unique.
 
     `matrix` has at least 3 rows and columns. Raises KeyError for an unknown convention.
     """

@@ -53,7 +53,7 @@ def projection_matrix(
 
 
 def projection_from_matrix(matrix: ArrayLike, pseudo: bool = False) -> Projection:
-    """Return the arguments of `projection_matrix`: point, normal, direction, perspective, pseudo.
+    """Return the arguments to `projection_matrix`: point, normal, direction, perspective and pseudo.
 
     The point is in homogeneous coordinates (shape (4,)). Raises ValueError if `matrix` is not a projection.
     """
@@ -66,7 +66,7 @@ def projection_from_matrix(matrix: ArrayLike, pseudo: bool = False) -> Projectio
             raise ValueError("matrix must be a projection, but has no eigenvalue 0")
         along = along / np.sqrt(along @ along)
         normal = real_eigenvector(linear.T, 0.0, last=False)
-        # Without an eigenvector of the transpose, only the direction of the projection is known.
+        # If the transpose has no eigenvector, only the direction of the projection is known.
         if normal is None:
             return kept / kept[3], along, None, None, False
         return kept / kept[3], normal / np.sqrt(normal @ normal), along, None, False
@@ -86,12 +86,12 @@ def projection_from_matrix(matrix: ArrayLike, pseudo: bool = False) -> Projectio
 def clip_matrix(
     left: float, right: float, bottom: float, top: float, near: float, far: float, perspective: bool = False
 ) -> Array:
-    """Return the matrix that maps the view volume of a camera to the cube from -1 to 1.
+    """Return the matrix that maps a camera's view volume to the cube from -1 to 1.
 
-    The first six arguments bound the view volume along x, y and z. It is a box, or if `perspective` is true a
-    frustum with its apex in the origin, cut off at `near`; mapped points must then be divided by their fourth
-    coordinate. Raises ValueError if a lower bound is not below the upper one, or if `perspective` is true and
-    `near` is not > 0.
+    The first six arguments bound the view volume along x, y and z. The volume is a box, or, if `perspective`
+    is true, a frustum with its apex at the origin, cut off at `near`. Points mapped with perspective must be
+    divided by their fourth coordinate. Raises ValueError if a lower bound is not below the upper bound, or if
+    `perspective` is true and `near` is not > 0.
     """
     if left >= right or bottom >= top or near >= far:
         raise ValueError(

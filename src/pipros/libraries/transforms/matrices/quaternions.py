@@ -12,7 +12,7 @@ from pipros.libraries.transforms.matrices.euler import Convention, axes_of, conv
 
 
 def quaternion_about_axis(angle: float, axis: ArrayLike) -> Array:
-    """Return the quaternion of a rotation by `angle` about `axis`, a vector of any length except 0."""
+    """Return the quaternion for a rotation by `angle` about `axis`, a vector of any length except 0."""
     x, y, z = np.asarray(axis, dtype=np.float64)[:3].tolist()
     length = math.sqrt(x * x + y * y + z * z)
     factor = math.sin(angle / 2.0) / length if length > EPSILON else 1.0
@@ -20,7 +20,7 @@ def quaternion_about_axis(angle: float, axis: ArrayLike) -> Array:
 
 
 def quaternion_matrix(quaternion: ArrayLike) -> Array:
-    """Return the 4x4 rotation matrix of a quaternion of any norm; norm 0 gives the identity."""
+    """Return the 4x4 rotation matrix for a quaternion of any norm. Norm 0 gives the identity."""
     qx, qy, qz, qw = np.asarray(quaternion, dtype=np.float64)[:4].tolist()
     square = qx * qx + qy * qy + qz * qz + qw * qw
     if square < EPSILON:
@@ -46,7 +46,7 @@ def quaternion_from_matrix(matrix: ArrayLike) -> Array:
             after, before = (axis + 1) % 3, (axis + 2) % 3
             parts[axis] = m[before][after] - m[after][before]
     else:
-        # Start with the largest of x, y and z: dividing by a small number would lose precision.
+        # Start with the largest of x, y and z, because dividing by a small number would lose precision.
         i = 0
         if m[1][1] > m[0][0]:
             i = 1
@@ -62,7 +62,7 @@ def quaternion_from_matrix(matrix: ArrayLike) -> Array:
 
 
 def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str | Convention = "sxyz") -> Array:
-    """Return the quaternion of three Euler angles. Raises KeyError for an unknown convention."""
+    """Return the quaternion for three Euler angles. Raises KeyError for an unknown convention."""
     inner, parity, repeated, rotating = convention_of(axes)
     i, j, k = axes_of(inner, parity)
     if rotating:
@@ -91,7 +91,7 @@ def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str | Conventio
 def euler_from_quaternion(
     quaternion: ArrayLike, axes: str | Convention = "sxyz"
 ) -> tuple[float, float, float]:
-    """Return three Euler angles of a quaternion. Raises KeyError for an unknown convention."""
+    """Return three Euler angles for a quaternion. Raises KeyError for an unknown convention."""
     return euler_from_matrix(quaternion_matrix(quaternion), axes)
 
 
@@ -124,11 +124,11 @@ def quaternion_inverse(quaternion: ArrayLike) -> Array:
 def quaternion_slerp(
     quat0: ArrayLike, quat1: ArrayLike, fraction: float, spin: int = 0, shortestpath: bool = True
 ) -> Array:
-    """Interpolate between two quaternions (slerp); `fraction` is 0 for `quat0` and 1 for `quat1`.
+    """Interpolate between two quaternions (slerp). `fraction` is 0 for `quat0` and 1 for `quat1`.
 
     Args:
         spin: number of additional half turns.
-        shortestpath: interpolate along the shorter arc.
+        shortestpath: whether to interpolate along the shorter arc.
     """
     start: Array = unit_vector(np.asarray(quat0, dtype=np.float64)[:4])
     end: Array = unit_vector(np.asarray(quat1, dtype=np.float64)[:4])
@@ -156,7 +156,7 @@ def random_quaternion(rand: ArrayLike | None = None) -> Array:
     Method: K. Shoemake, "Uniform random rotations", Graphics Gems III.
     """
     if rand is None:
-        drawn = np.random.rand(3)  # seeded by numpy.random.seed, as scripts expect
+        drawn = np.random.rand(3)  # numpy.random.seed seeds this generator, as scripts expect
     else:
         drawn = np.asarray(rand, dtype=np.float64)
         if len(drawn) != 3:
