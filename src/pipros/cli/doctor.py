@@ -40,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         type=float,
         default=3.0,
         metavar="SECONDS",
-        help="time limit for the answer of a node in seconds (default: %(default)s)",
+        help="time limit for a node's answer in seconds (default: %(default)s)",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument(
