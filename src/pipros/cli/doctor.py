@@ -27,7 +27,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         "and service is queried. Each problem is printed with its solution. Exits with 1 if an error was "
         "found.",
     )
-    parser.add_argument("--offline", action="store_true", help="check the setup of this machine only")
+    parser.add_argument("--offline", action="store_true", help="check only the setup of this machine")
     parser.add_argument(
         "--both-ways",
         action="store_true",

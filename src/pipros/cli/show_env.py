@@ -1,4 +1,4 @@
-"""`pipros env`: prints the variables that a workspace's setup files set, as code for the shell to evaluate."""
+"""`pipros env`: prints the variables that a workspace's setup files set, as shell code to evaluate."""
 
 from __future__ import annotations
 

@@ -178,7 +178,7 @@ class Child:
         process's user.
 
         On this machine, only the parent's user, this process's user and root may connect. If the system does
-        not report the user of a connection, every user of this machine may connect if the parent runs here
+        not report a connection's user, every user on this machine may connect if the parent runs here
         too. Other machines may connect from the addresses of the parent and of its ssh login.
         """
         parent = self._link.addresses

@@ -137,7 +137,7 @@ def build(
         else:
             write_configuration(package, provided)
             if package.name in components:
-                say(f"-- {package.name} is not installed: CMake finds the one of pipros, which has no C++")
+                say(f"-- {package.name} is not installed: CMake finds the one from pipros, which has no C++")
     variables["CMAKE_PREFIX_PATH"] += os.pathsep + str(provided)
     for package in packages:
         (source / package.name).symlink_to(package.folder)

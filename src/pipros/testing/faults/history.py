@@ -159,6 +159,6 @@ class History:
         if lost > counted:
             largest = gaps[0]
             yield (
-                f"{lost} messages were lost and {counted} counted; the largest gap is of {largest.count} "
+                f"{lost} messages were lost and {counted} counted; the largest gap is {largest.count} "
                 f"from number {largest.first} of [{largest.source}] at [{largest.sink}]"
             )
