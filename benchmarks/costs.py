@@ -5,9 +5,9 @@
 
 `hook`: processor time of an interpreter start, with and without the import hook. `owner`: finding the
 user of a connection in /proc/net/tcp. `definition`: time and memory of the largest message definitions that
-a peer may send. `numpy`: what it would add to the default install. `turtlesim`: processor time of a node with
-two turtles that move, and with a subscriber for each of their topics. Only pipros is measured: genuine ROS
-has none of these.
+a peer may send. `numpy`: the time and size that it would add to the default install. `turtlesim`: processor
+    time of a node with two moving turtles and a subscriber for each of their topics. Only pipros is measured,
+    because genuine ROS has none of these.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ DEFINITIONS = {
 
 
 def processor_s(command: list[str], **variables: str) -> float:
-    """Return the processor time of a command."""
+    """Return the processor time that a command uses."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(command, env={**os.environ, **variables}, check=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -88,7 +88,7 @@ def measure_owner(connections: int) -> None:
 
 
 def measure_definitions() -> None:
-    """Run each in its own process, and measure the largest size."""
+    """Decode each definition in its own process, and measure the maximum memory size."""
     for kind in DEFINITIONS:
         print(f"definition of {kind:15}", end="", flush=True)
         subprocess.run([sys.executable, __file__, "--one-definition", kind], check=True)
@@ -131,7 +131,8 @@ def measure_turtlesim(seconds: float = 5.0) -> None:
         stack.callback(process.terminate)
         node = stack.enter_context(Node("benchmark", environment=local))
         client = node.client("/spawn", spawn)
-        while "/kill" not in dict(node.master.get_system_state()[2]):  # its last service
+        # the node's last service to be registered
+        while "/kill" not in dict(node.master.get_system_state()[2]):
             time.sleep(0.05)
         client.call(spawn._request_class(x=2.0, y=2.0, name="turtle2"), 10)
         for turtle in ("turtle1", "turtle2"):

@@ -234,8 +234,8 @@ def definitions(system: SystemReport) -> Findings:
                 "unknown-type",
                 f"Type [{listed(type_name)}] of {', '.join(map(listed, topics))} is not defined by any "
                 "package that is set up here",
-                f"source devel/setup.bash of the workspace that contains package [{listed(package)}], or install "
-                "it; programs that publish, subscribe or decode the type need it.",
+                f"source devel/setup.bash of the workspace that contains package [{listed(package)}], "
+                "or install it; programs that publish, subscribe or decode the type need it.",
                 type_name,
                 *topics,
             )
@@ -296,8 +296,8 @@ def services(system: SystemReport) -> Findings:
                 "service-failed",
                 f"Service [{listed(service)}] of [{listed(report.node)}] does not answer at "
                 f"[{listed(report.uri)}]: {report.failure.reason}",
-                "Restart its node. If the node runs on another machine, its ROS_IP may be wrong, or a firewall "
-                "may block it.",
+                "Restart its node. If the node runs on another machine, its ROS_IP may be wrong, "
+                "or a firewall may block it.",
                 service,
                 report.node,
             )

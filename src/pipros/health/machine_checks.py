@@ -249,8 +249,8 @@ def _own_ip(machine: MachineReport, ip: str, *, is_master_here: bool) -> Finding
     elif good and not is_master_here and not is_loopback(ip) and ip != good:
         yield warning(
             "ip-of-another-network",
-            f"ROS_IP [{ip}] is an address of this machine, but this machine reaches the master from [{good}], so "
-            "other machines may have no route to ROS_IP",
+            f"ROS_IP [{ip}] is an address of this machine, but this machine reaches the master from "
+            f"[{good}], so other machines may have no route to ROS_IP",
             f"export ROS_IP={good}",
             "ROS_IP",
         )
