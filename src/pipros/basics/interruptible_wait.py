@@ -1,4 +1,4 @@
-"""Waits that any signal interrupts.
+"""Waits that any signal can interrupt.
 
 Python runs signal handlers between two byte codes of the main thread. A signal that arrives just before that
 thread starts to wait is handled only after the wait, so an endless wait would lose Ctrl-C. So every wait of a

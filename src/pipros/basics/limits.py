@@ -51,7 +51,7 @@ class Limits(NamedTuple):
         goals: goals of an action server, including recently ended goals and goals cancelled in advance. Goal
             ids are limited to `name_characters`.
         launch_bytes: files and command outputs that one launch reads, and the text that substitutions insert.
-        launch_includes: `<include>`s of one launch.
+        launch_includes: `<include>`s in one launch.
         launch_insert_characters: the text that the substitutions in one attribute or text insert.
         loggers: loggers that callers of `~set_logger_level` create in a node.
         multicall_answer_bytes: all responses to one `system.multicall` together.
@@ -71,7 +71,7 @@ class Limits(NamedTuple):
             `tcpros_connections`, or all of them for loopback.
         incoming_links: publishers that a node receives from; each needs a thread.
         connection_attempts: publishers that a node connects to at a time.
-        publishers_per_topic: publishers of one topic that a node connects to.
+        publishers_per_topic: publishers on one topic that a node connects to.
         service_threads: service calls that a node handles at a time; further calls wait.
         statistics_links: links for which topic statistics are kept.
         lookup_s: the time for looking up a configured host name to determine whether it belongs to this
@@ -95,7 +95,7 @@ class Limits(NamedTuple):
         bag_index_bytes: entries for messages that are found by reading chunks, beyond 16 bytes for each byte
             of the file.
         bag_cache_bytes: the uncompressed chunks that are kept while a bag is read.
-        edit_method_characters: the constants of one enum of dynamic_reconfigure.
+        edit_method_characters: the constants of one dynamic_reconfigure enum.
         bus_answer_bytes: a node's report on its connections, for tools that show the graph.
         page_message_bytes: a message that a page decodes.
         page_view_bytes: data that a page keeps for one of its tabs, such as log entries, diagnostics or
@@ -103,7 +103,7 @@ class Limits(NamedTuple):
         page_topics: topics that all browsers connected to a page watch together.
         message_values: values in a new message.
         empty_elements: values in one message beyond the budget of eight values per byte.
-        turtles: turtles of one turtlesim.
+        turtles: turtles in one turtlesim.
         teleports: teleports of one turtle that are queued for the next tick.
         transform_bytes: the approximate size of the frames and transforms in one tf buffer.
         yaml_values: values in a YAML text. Aliases and merged mappings count each time they are used.

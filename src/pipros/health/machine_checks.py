@@ -22,7 +22,7 @@ def check_machine(machine: MachineReport) -> list[Finding]:
 
 
 def mixed_programs(machine: MachineReport) -> Findings:
-    """Find commands from another implementation in PATH."""
+    """Find ROS commands in PATH that belong to another implementation."""
     foreign = machine.foreign_programs
     if not foreign:
         return

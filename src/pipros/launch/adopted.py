@@ -42,7 +42,7 @@ class Adopted(Protocol):
 
 
 class Printer(Protocol):
-    """Where reports are printed; see `pipros.launch.console.Console`."""
+    """Prints reports; implemented by `pipros.launch.console.Console`."""
 
     def say(self, text: str) -> None: ...
     def bold(self, text: str) -> None: ...

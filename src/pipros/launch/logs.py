@@ -28,7 +28,7 @@ class LogFolderUnusable(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class LogFolder:
-    """The folder for the log files of all processes of one run. `path` exists."""
+    """The folder for the log files of all processes in one run. `path` exists."""
 
     path: Path
 

@@ -108,7 +108,7 @@ class Test:
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """A computer to start nodes on, through ssh unless it is this one.
+    """A computer on which nodes are started, through ssh unless it is this computer.
 
     Attributes:
         env_loader: a script on that computer that sets up ROS and runs its arguments.

@@ -61,11 +61,11 @@ class RunOptions:
 
 
 class _StopRequest:
-    """Queue entry for a request to stop."""
+    """A queued request to stop."""
 
 
 class LaunchRun:
-    """The execution of one launch, watched by one thread.
+    """The execution of a launch, which one thread watches.
 
     `start`, `end_one` and `request_stop` may be called from any thread.
 

@@ -137,12 +137,12 @@ class SessionMaster:
         self._console.bold(f"process[master]: started with pid [{os.getpid()}]")
 
     def start_rosout(self) -> None:
-        """Start the session's own master's `/rosout` node."""
+        """Start the `/rosout` node of the session's own master."""
         if self._core is not None:
             self._core.start_rosout()
 
     def stop_rosout(self) -> None:
-        """Stop the session's own master's `/rosout` node, and announce that the master is shutting down.
+        """Stop the `/rosout` node of the session's own master, and announce that the master is shutting down.
 
         Does nothing if the node was not started.
         """

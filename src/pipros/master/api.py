@@ -1,4 +1,4 @@
-"""The Master API and the Parameter Server API: arguments in, `[code, text, value]` out.
+"""The Master API and the Parameter Server API, whose methods return `[code, text, value]`.
 
 http://wiki.ros.org/ROS/Master_API and http://wiki.ros.org/ROS/Parameter%20Server%20API describe the methods.
     Texts, checks and corner cases match genuine rosmaster, as found by calling it (a differential test in

@@ -48,7 +48,7 @@ class ParamJournal(Protocol):
 
 
 class ParamTree:
-    """The parameters of one master. Not thread-safe.
+    """One master's parameters. Not thread-safe.
 
     Values are never changed, only replaced: `set` and `delete` copy the dictionaries on the path to the key.
     So a value that `get` returned never changes, and other threads may read it. In return, callers must not
@@ -101,7 +101,7 @@ class ParamTree:
         growth = self._weight_of(value) + sum(map(entry_weight, missing)) + VALUE_BYTES * len(missing[1:])
         if former is not _NOTHING:
             growth -= self._weight_of(former)
-            growth += VALUE_BYTES if missing else 0  # it becomes a namespace
+            growth += VALUE_BYTES if missing else 0  # the value becomes a namespace
         if growth > 0 and self.held_bytes + growth > self._limit_bytes:
             raise ParamsFull(
                 f"{key} would bring the parameters to {self.held_bytes + growth} bytes; "

@@ -47,7 +47,7 @@ class RegistryFull(PiprosError, ValueError):
 
 
 class Role(Enum):
-    """The kind of a registration."""
+    """The kinds of registrations."""
 
     PUBLISHER = "publisher"
     SUBSCRIBER = "subscriber"
@@ -57,7 +57,7 @@ class Role(Enum):
 
 @dataclass(slots=True)
 class NodeEntry:
-    """The registrations of one node.
+    """One node's registrations.
 
     Attributes:
         registration_count: number of times the node has registered, including repetitions.
@@ -88,7 +88,7 @@ class RegistryJournal(Protocol):
 
 
 class Registry:
-    """The registrations of one master. Not thread-safe.
+    """One master's registrations. Not thread-safe.
 
     The caller must resolve and check the names of topics, services and nodes.
 

@@ -87,7 +87,7 @@ class Backlog:
         return dropped
 
     def clear(self) -> int:
-        """Drop all messages, including one that was written in part, and return their number."""
+        """Drop all messages, including a partially written one, and return their number."""
         dropped = len(self._waiting) + bool(self._rest)
         self._rest.clear()
         self._waiting.clear()

@@ -23,7 +23,7 @@ WATCH_CLOSE_S = 0.1
 
 
 def flush_or_queue(links: Iterable[OutgoingLink], limit_s: float) -> None:
-    """Send the queued messages of the links, and leave the rest to the event loop.
+    """Send the links' queued messages, and leave the rest to the event loop.
 
     Blocks for at most `limit_s` in total, and not for stalled links. During the wait, every link is written
     to as soon as it is writable, so that links do not wait for each other.

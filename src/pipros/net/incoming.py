@@ -1,4 +1,4 @@
-"""The receiving end of one TCPROS topic link: a thread that reads, and delivers the newest messages.
+"""The receiving end of one TCPROS topic link: a thread that reads and delivers the newest messages.
 
 Theory of operation. One thread per link receives large chunks, splits off all complete messages and calls
 `deliver` for each itself, so that most messages are not passed between threads. Queued messages are kept
@@ -70,7 +70,7 @@ class ReceiveStatistics:
 
 
 class DeliveryLock:
-    """Makes the links of one topic deliver one after another.
+    """Makes a topic's links deliver one after another.
 
     A link that has just delivered queues behind the links that are already waiting, one of which holds the
     gate. If there were a single lock, a link with a backlog would acquire it again before a waiting thread
@@ -105,7 +105,7 @@ class DeliveryLock:
 
 
 class IncomingLink:
-    """Receives the messages of one publisher and delivers them in order, in its own thread.
+    """Receives messages from one publisher and delivers them in order, in its own thread.
 
     `delivery_lock` is held during each delivery: links that share one never deliver at the same time. The
     message passed to `deliver` is valid only during the call. `on_closed` is called once, from the link's

@@ -29,7 +29,7 @@ async def call_async(
 
 
 class AsyncRpcClient:
-    """Calls the methods of one XML-RPC server over one connection that is kept open.
+    """Calls methods on one XML-RPC server over a connection that is kept open.
 
     Only one call may run at a time: several tasks must queue their calls. If the server has closed the open
         connection, it is silently replaced.
@@ -117,7 +117,7 @@ class _AsyncConnection(asyncio.Protocol):
         """Send a request and wait for its response.
 
         Raises:
-            ConnectionError: the connection was or became closed.
+            ConnectionError: the connection was closed before or during the exchange.
             TimeoutError: the response did not arrive by the deadline.
             HttpError: the bytes are not a response.
         """

@@ -37,7 +37,7 @@ _KEPT_ADDRESSES: Final = 4
 
 
 class RpcClient:
-    """Calls the methods of one XML-RPC server.
+    """Calls methods on one XML-RPC server.
 
     Thread-safe: calls from different threads use different connections and do not wait for each other.
     Connections are kept open and reused.

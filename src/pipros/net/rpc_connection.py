@@ -42,8 +42,8 @@ _SLICE_BYTES: Final = 256 * 1024
 
 _DRAIN_LIMIT_S: Final = 5.0
 _DRAIN_LIMIT_BYTES: Final = 64 * 1024 * 1024
-"""How long, and how many bytes, a peer may continue to send after a refusal. If the connection were closed in
-the middle of a request, the system would discard the response that states the reason.
+"""Time for which, and number of bytes that, a peer may continue to send after a refusal. If the connection
+were closed in the middle of a request, the system would discard the response that states the reason.
 """
 
 T = TypeVar("T")

@@ -153,7 +153,7 @@ def is_nearly_drained(sock: socket.socket) -> bool:
 def acknowledge(sock: socket.socket) -> None:
     """Acknowledge received data at once, on systems that support it (Linux)."""
     if _QUICKACK:
-        with contextlib.suppress(OSError):  # closed meanwhile
+        with contextlib.suppress(OSError):  # closed in the meantime
             sock.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
 
 
@@ -162,7 +162,7 @@ def share_packets(sock: socket.socket, *, share: bool) -> None:
 
     Waiting messages are sent at once when `share` becomes False.
     """
-    with contextlib.suppress(OSError):  # closed meanwhile
+    with contextlib.suppress(OSError):  # closed in the meantime
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, int(not share))
 
 

@@ -163,7 +163,7 @@ class _SocketEnd:
 
 
 def _socket_table() -> Iterator[_SocketEnd]:
-    """Yield all TCP sockets of this machine; none on systems other than Linux."""
+    """Yield all TCP sockets on this machine; none on systems other than Linux."""
     for table in _SOCKET_TABLES:
         try:
             lines = table.read_text().splitlines()[1:]

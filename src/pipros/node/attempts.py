@@ -1,4 +1,4 @@
-"""Limits how many connections a node tries to open at a time."""
+"""Limits the number of connections that a node tries to open at a time."""
 
 from __future__ import annotations
 

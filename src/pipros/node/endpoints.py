@@ -1,4 +1,4 @@
-"""All topics and services of one node, by name, and their connections."""
+"""All of a node's topics and services, by name, and their connections."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class NameInUse(PiprosError):
 
 
 class Endpoints:
-    """The publications, subscriptions and services of a node. All names here are global."""
+    """A node's publications, subscriptions and services. All names here are global."""
 
     def __init__(
         self,

@@ -18,7 +18,8 @@ class LastMessage:
 
 
 class LatchedFirst:
-    """Stands in for a new callback until it has received the latched messages, before any newer ones.
+    """Stands in for a new callback until the callback has received the latched messages, before any newer
+    messages.
 
     Messages that arrive in the meantime, in the links' threads, are queued; `give` also passes them on.
     """

@@ -81,7 +81,7 @@ class SharingLink(Protocol):
 
 
 class PacketSharing:
-    """Makes the links of one topic share packets during bursts.
+    """Makes a topic's links share packets during bursts.
 
     Except for `close`, all methods are called while holding the lock that keeps the topic's messages in
     order.

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 JOIN_LIMIT_BYTES = 32 * 1024
-"""Frames up to this size are joined and written by one plain send; larger ones are never copied."""
+"""Messages up to this size are joined and written with one plain send. Larger messages are never copied."""
 
 CLOSE_FLUSH_S = 0.2
 """How long closing waits in total for the last messages to be sent, so that a slow subscriber does not block

@@ -1,4 +1,4 @@
-"""Links a subscriber to all publishers of a topic that the master lists, and keeps it linked."""
+"""Links a subscriber to all publishers that the master lists for a topic, and keeps it linked."""
 
 from __future__ import annotations
 

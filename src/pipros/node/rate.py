@@ -31,7 +31,7 @@ class Rate:
         return self.last_ns + self.period_ns - now_ns
 
     def sleep(self) -> bool:
-        """Wait for the end of the cycle; return False if the node shut down meanwhile.
+        """Wait for the end of the cycle; return False if the node shut down in the meantime.
 
         Raises:
             TimeMovedBackwards: simulated time moved backwards, and `reset` is False.

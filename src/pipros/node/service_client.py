@@ -352,7 +352,7 @@ class ServiceLink:
     def _exchange_headers(
         self, header: Mapping[str, str], deadline: float | None
     ) -> tuple[Mapping[str, str], bytes]:
-        """Send a connection header; return the server's header, and the bytes received after it."""
+        """Send a connection header. Return the server's header and the bytes that were received after it."""
         self.sock.settimeout(_remaining(deadline, self._limits.handshake_s))
         self.sock.sendall(encode_header(header))
         self.sock.settimeout(None)
@@ -385,7 +385,7 @@ class ServiceLink:
             sockets.abort(self.sock)
 
     def interrupt_present(self) -> None:
-        """End a running call; an idle link, kept for the next call, stays open."""
+        """End a running call. An idle link, which is kept for the next call, stays open."""
         if self._is_busy:
             self.interrupt()
 

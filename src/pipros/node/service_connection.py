@@ -141,7 +141,7 @@ class ServiceConnection:
         self._moved = 0
 
     def start(self, unsent: bytes) -> None:
-        """Start serving; `unsent` is the rest of the reply header. Called in the event loop."""
+        """Start serving; `unsent` is the rest of the reply header. Called from the event loop."""
         self._unsent = memoryview(unsent)
         if not self.is_persistent:
             self._expect_progress()

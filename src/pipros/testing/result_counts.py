@@ -13,7 +13,7 @@ from pipros.safe.xml import Element, XmlError, parse
 
 @dataclass(frozen=True, slots=True)
 class ResultCounts:
-    """The counts of one result file."""
+    """The counts in one result file."""
 
     tests: int = 0
     errors: int = 0

@@ -1,4 +1,4 @@
-"""The headers that both ends of a TCPROS connection exchange first, and the rules for refusing one.
+"""The headers that both ends of a TCPROS connection exchange first, and the rules for refusing a connection.
 
 This module does no I/O: it takes headers and returns headers or a refusal. Sources:
 http://wiki.ros.org/ROS/TCPROS and, where it says nothing, genuine rospy and roscpp. The end that connects

@@ -176,7 +176,7 @@ def _build_plain(
 
 
 def _without_headings(say: Say) -> Say:
-    """Return `say` without the lines that `catkin_make` prints around each package."""
+    """Return a version of `say` that omits the lines that `catkin_make` prints around each package."""
     return lambda line: None if line.startswith(_BUILDER_LINES) else say(line)
 
 

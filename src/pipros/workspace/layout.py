@@ -123,7 +123,7 @@ def _read_manifest(folder: Path, variables: Mapping[str, str], errors: list[str]
         parse(read_file(file), str(file))  # unlike catkin_pkg, this reports the position of malformed XML
         manifest = parse_package(str(file), warnings=warnings)
         with catch_warnings():
-            simplefilter("ignore")  # catkin_pkg uses deprecated names of pyparsing
+            simplefilter("ignore")  # catkin_pkg uses deprecated pyparsing names
             manifest.evaluate_conditions({**DISTRIBUTION, **variables})
     except XmlError as error:
         errors.append(str(error))

@@ -1,4 +1,4 @@
-"""Prints the messages of `rostopic echo` in the selected format."""
+"""Prints messages for `rostopic echo` in the selected format."""
 
 from __future__ import annotations
 
