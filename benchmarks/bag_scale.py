@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Bags at scale: `info` of 10 GB, memory, playing at 1 kHz, recording images; genuine rosbag in the same run.
+"""Bags at scale: `info` on 10 GB, memory, playing at 1 kHz, recording images; genuine rosbag in the same run.
 
     benchmarks/bag_scale.py [--only info,memory,play,record] [--dir FOLDER]
 
-`info` creates sparse bags: all records exist, the messages are holes. `memory` prints the largest resident
-size. `play` plays 1 kHz to genuine `record`, whose times of receipt show the delays. `record` makes
-genuine `play` publish images of 1 MB faster and faster, and counts those in the file. Each part takes 20 to
-60 seconds.
+`info` creates sparse bags, in which all records exist but the messages are holes. `memory` prints the maximum
+resident size. `play` plays at 1 kHz to genuine `record`, whose reception times show the delays. `record`
+makes genuine `play` publish images of 1 MB faster and faster, and counts the images in the file. Each part
+takes 20 to 60 seconds.
 """
 
 import argparse
@@ -39,7 +39,7 @@ PLAYERS = (("pipros", [OURS, "play"]), ("genuine", ["/usr/lib/rosbag/play"]))
 
 
 def environment(program):
-    """Return the environment for programs of one implementation."""
+    """Return the environment for the programs of one implementation."""
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "ROS_"))}
     kept["ROS_MASTER_URI"] = f"http://127.0.0.1:{PORT}"
     if program.startswith("/usr/"):
@@ -55,7 +55,7 @@ def started(argv, folder):
 
 
 def seconds_and_megabytes(argv, folder):
-    """Run a program; return its duration and largest resident size."""
+    """Run a program. Return its duration and maximum resident size."""
     start = time.perf_counter()
     process = started(argv, folder)
     _, status, usage = os.wait4(process.pid, 0)
@@ -72,7 +72,9 @@ def header(topic, name):
 
 
 def make_sparse(path, size, topics):
-    """Write a bag of about this size whose messages are holes; everything else is as a recorder writes it."""
+    """Write a bag of about this size whose messages are holes. Everything else is written as by a
+    recorder.
+    """
     connections = [
         Connection(n, f"/topic{n}", header(f"/topic{n}", "std_msgs/String")) for n in range(topics)
     ]
@@ -140,19 +142,19 @@ def wait_for(condition):
     end = time.monotonic() + 30
     while not condition():
         if time.monotonic() > end:
-            raise RuntimeError("nothing came within 30 s")
+            raise RuntimeError("no message arrived within 30 s")
         time.sleep(0.02)
 
 
 def recorded(recorder, player, topic, folder):
-    """Return the times in nanoseconds at which one command received the messages of another."""
+    """Return the times in nanoseconds at which one command received the messages from another."""
     recording = started([*recorder, "-O", "out.bag", "-b", "2000", topic], folder)
     wait_for((folder / "out.bag.active").exists)
     playing = started([*player, "-q", "-k", "-d", "2", "--queue", "1000"], folder)
     size, since = 0, time.monotonic() + 3
     while (
         time.monotonic() < since + 1.5
-    ):  # a player drops messages at its end that its subscribers have not received yet
+    ):  # when a player ends, it drops messages that its subscribers have not received yet
         time.sleep(0.1)
         now = (folder / "out.bag.active").stat().st_size
         size, since = (now, max(since, time.monotonic())) if now != size else (size, since)

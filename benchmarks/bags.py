@@ -3,8 +3,8 @@
 
     benchmarks/bags.py [--rounds 3] [--only none,index] [--dir FOLDER]
 
-Each implementation runs in its own Python, on one disk. They alternate, round by round, and the best round of
-each counts, so that other load affects both alike.
+Each implementation runs in its own Python, on the same disk. They alternate, round by round, and the best
+round of each counts, so that other load affects both alike.
 """
 
 import argparse
@@ -22,7 +22,7 @@ PARTS = ("none", "bz2", "lz4", "images", "index")
 
 
 def timed(work):
-    """Return the microseconds for each operation of `work()`, which returns their number."""
+    """Return the microseconds per operation of `work()`, which returns the number of operations."""
     start = time.perf_counter()
     count = work()
     return (time.perf_counter() - start) / count * 1e6
@@ -60,7 +60,7 @@ def count_messages(path):
 
 
 def measure(part, folder):
-    """Return the figures of one part by their names."""
+    """Return one part's figures by name."""
     from sensor_msgs.msg import Image, Imu
     from std_msgs.msg import String
 
@@ -88,7 +88,7 @@ def measure(part, folder):
 
 
 def run(python, part, folder):
-    """Return the figures of one implementation for one part, measured in its own process."""
+    """Return one implementation's figures for one part, measured in a separate process."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     if python == PYTHON:
         environment["PATH"] = "/usr/bin:/bin"

@@ -3,12 +3,11 @@
 
     benchmarks/client.py [--only flow,trip] [--rounds 3] [--seconds 2] [--quick]
 
-Every workload is one script on the public rospy API, run with each implementation in turn; the
+Every workload is one script that uses the public rospy API and is run with each implementation in turn; the
 median of the rounds counts. "tuned" is genuine rospy with an allocator that keeps freed memory. The
 ratio is the factor by which pipros is better. A "window" limits the number of messages in transit, to
-measure the sustained rate without loss. Nothing else should run: the load of other programs is printed,
-and above some 5 % the figures mean little.
-Without genuine ROS only pipros is measured.
+measure the sustained rate without loss. Nothing else should be running. The load from other programs is
+printed; above some 5 %, the figures mean little. If genuine ROS is not installed, only pipros is measured.
 """
 
 import argparse
@@ -65,7 +64,7 @@ def init(name):
 
 
 def worker_source(kind, queue, window, seconds, peers):
-    """Publish for a while; print the number of calls."""
+    """Publish for a while, then print the number of calls."""
     rospy = init("source")
     from std_msgs.msg import Empty, Int32
 
@@ -137,7 +136,7 @@ def worker_echo(kind, queue):
 
 
 def worker_trip(kind, queue, seconds):
-    """Send messages on a round trip, each after the last has returned; print the median."""
+    """Send messages on a round trip, each after the previous one has returned. Print the median time."""
     rospy = init("trip")
     msg, returned, times = message(kind), threading.Event(), []
     publisher = rospy.Publisher("forth", type(msg), queue_size=queue)
@@ -157,19 +156,19 @@ def worker_trip(kind, queue, seconds):
 
 
 def worker_map(megabytes):
-    """Latches a map, as a list of numbers."""
+    """Publish a latched map, as a list of numbers."""
     rospy = init("map")
     from nav_msgs.msg import OccupancyGrid
 
     publisher = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
     publisher.publish(OccupancyGrid(data=[0] * (megabytes << 20)))
-    gc.freeze()  # a collection of garbage would look at every number of the list for a second
+    gc.freeze()  # a garbage collection would take a second, because it visits every number in the list
     say(uri=rospy.get_node_uri())
     sys.stdin.read()
 
 
 def worker_late():
-    """Subscribes to the map, and ends when it has arrived."""
+    """Subscribe to the map, and exit when it has arrived."""
     rospy = init("late")
     arrived = threading.Event()
     rospy.Subscriber("map", rospy.AnyMsg, lambda _: arrived.set())
@@ -305,7 +304,9 @@ class World:
 
 @contextlib.contextmanager
 def open_worlds(tuned=True):
-    """Genuine rospy, the same with a tuned allocator, and pipros; without genuine rospy only pipros."""
+    """Open genuine rospy, genuine rospy with a tuned allocator, and pipros; only pipros if genuine rospy is
+    not installed.
+    """
     worlds = []
     try:
         if os.path.exists("/usr/lib/python3/dist-packages/rospy"):
@@ -363,7 +364,9 @@ def service(world, seconds, persistent):
 
 
 def control(world, _seconds, megabytes, peers):
-    """The longest call of the slave API while subscribers of a latched map connect and receive it."""
+    """Return the duration of the longest slave API call while subscribers connect and receive a latched
+    map.
+    """
     server = world.work("map", megabytes)
     uri, longest = answer(server)["uri"], 0.0
     late = [world.work("late") for _ in range(peers)]
@@ -402,7 +405,7 @@ def imports(world, _seconds):
 
 
 def leave(world, _seconds):
-    """From Ctrl-C to the end of a talker's process."""
+    """Return the time from Ctrl-C to the end of a talker's process."""
     talker = world.work("talker")
     answer(talker)
     time.sleep(0.35)
@@ -464,7 +467,7 @@ QUICK = (
 
 
 def busy():
-    """Return the busy and the total jiffies of all processors."""
+    """Return the busy and total jiffies of all processors."""
     with open("/proc/stat") as file:
         ticks = [int(value) for value in file.readline().split()[1:9]]
     return sum(ticks) - ticks[3] - ticks[4], sum(ticks)
@@ -475,7 +478,7 @@ def main():
     parser.add_argument("--only", default="", help="flow,trip,fan,service,control,many,start")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seconds", type=float, default=2.0)
-    parser.add_argument("--quick", action="store_true", help="a choice of the workloads")
+    parser.add_argument("--quick", action="store_true", help="the workloads to run")
     parser.add_argument("--json", help="also write the rows to this file")
     parser.add_argument("--worker", help=argparse.SUPPRESS)
     options = parser.parse_args()

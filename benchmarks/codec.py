@@ -3,10 +3,10 @@
 
     benchmarks/codec.py [--rounds 5] [--only Image,Path]
 
-Both run in the Python of genuine ROS. They alternate, round by round, and the best
-round of each counts, so that other load affects both alike. "buffers" is pipros' list
-of buffers, which its transport sends, compared with `serialize(buff)`, the only method of genpy; "from
-bytes" likewise is the method that the transport calls for a received message.
+Both run in the Python of genuine ROS. They alternate, round by round, and the best round of each counts, so
+that other load affects both alike. "buffers" is pipros's list of buffers, which its transport sends, compared
+with `serialize(buff)`, genpy's only method. Similarly, "from bytes" is the method that the transport calls
+for a received message.
 """
 
 import argparse
@@ -25,7 +25,7 @@ SOURCES = os.path.join(REPOSITORY, "src")
 SOURCE_PATH = os.pathsep.join(
     [SOURCES, *(os.path.join(REPOSITORY, "facades", part) for part in ("api", "internals"))]
 )
-TARGETS = {  # the required minimum ratio to genuine genpy: serialize, buffers, deserialize
+TARGETS = {  # the required minimum ratios to genuine genpy, for serialize, buffers and deserialize
     "String 16 B": (1.2, None, 1.2),
     "Imu": (1.5, None, 1.5),
     "JointState 50": (2, None, 1.5),
@@ -35,7 +35,7 @@ TARGETS = {  # the required minimum ratio to genuine genpy: serialize, buffers, 
     "Path 1000": (1.5, None, 2),
     "TFMessage 50": (1.5, None, 2),
 }
-COUNTERPARTS = {  # the operation of genpy that corresponds to each
+COUNTERPARTS = {  # the genpy operation that corresponds to each operation
     "serialize": "serialize",
     "buffers": "serialize",
     "deserialize": "deserialize",
@@ -70,7 +70,9 @@ def joint_state(name="joint"):
 
 
 def two_joint_states():
-    """Messages of two robots: pipros caches the last names that it read, which never repeat here."""
+    """Messages from two robots. pipros caches the last names that it read, but the names never repeat
+    here.
+    """
     return joint_state(), joint_state("wrist")
 
 
@@ -120,7 +122,7 @@ CASES = dict(zip(TARGETS, MAKERS, strict=True))
 
 
 def microseconds(action):
-    """Return the best time of one call."""
+    """Return the best time for one call."""
     timer = timeit.Timer(action)
     number, _ = timer.autorange()
     number = max(1, number // 10)
@@ -132,7 +134,7 @@ def measure(names):
 
 
 def measure_one(made):
-    """Return the times for a message; two messages are read in turn."""
+    """Return the times for a message. Two messages are read in turn."""
     message, other = made if isinstance(made, tuple) else (made, None)
     cls = type(message)
     data = serialized(message)
@@ -157,7 +159,7 @@ def serialized(message):
 
 def run(is_genuine, names):
     environment = {"PATH": "/usr/bin:/bin", "HOME": os.environ.get("HOME", "/")}
-    options = [] if is_genuine else ["-S"]  # without Debian's packages, genpy among them
+    options = [] if is_genuine else ["-S"]  # -S excludes Debian's packages, including genpy
     if not is_genuine:
         environment["PYTHONPATH"] = SOURCE_PATH
     command = [PYTHON, *options, os.path.abspath(__file__), "--measure", ",".join(names)]

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Time of the first use of a message type in a new process: pipros and genuine genpy.
+"""Time for the first use of a message type in a new process: pipros and genuine genpy.
 
     benchmarks/codec_import.py [--rounds 10]
 
-"Cold" is the first process that uses a type, "warm" any later one, which reads the cache of compiled
-types. As in codec.py, both run in the Python of genuine ROS, alternating.
+"Cold" is the first process that uses a type, and "warm" is any later process, which reads the cache of
+compiled types. As in codec.py, both run in the Python of genuine ROS, alternating.
 """
 
 import argparse
@@ -33,7 +33,7 @@ WORKSPACE = os.path.join(REPOSITORY, "examples", "catkin_ws", "src")
 
 
 def milliseconds(options, imports, **variables):
-    """Return the output of a new process about the import."""
+    """Return the time that a new process prints for the import."""
     environment = {"PATH": "/usr/bin:/bin", **variables}
     command = [PYTHON, *options, "-c", PROGRAM.format(imports=imports)]
     answer = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)  # noqa: S603

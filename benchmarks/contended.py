@@ -3,7 +3,8 @@
 
     benchmarks/contended.py [--only crowd,pinned,cpu,publisher,stream] [--rounds 3] [--seconds 2]
 
-As in benchmarks/client.py, each is one script on the public rospy API, run with each implementation in turn.
+As in benchmarks/client.py, each workload is one script that uses the public rospy API and is run with each
+implementation in turn.
 """
 
 import argparse
@@ -45,7 +46,9 @@ def worker_source(seconds):
 
 
 def worker_paced(rate_hz, seconds, peers, pause_s=0.0005):
-    """Publish at a rate: in groups above 1 / `pause_s`; evenly spaced without a pause, on one processor."""
+    """Publish at a rate. Above 1 / `pause_s`, messages are sent in groups. If there is no pause, they are
+    evenly spaced, and the process uses one processor.
+    """
     rospy = init("paced")
     msg = message("string")
     publisher = rospy.Publisher("flow", type(msg), queue_size=1000)
@@ -65,7 +68,7 @@ def worker_paced(rate_hz, seconds, peers, pause_s=0.0005):
 
 
 def worker_sink():
-    """Count messages and processor time between the first message and a line of input."""
+    """Count messages, and measure processor time, between the first message and a line of input."""
     rospy = init("sink")
     seen, first, last = [0], [0.0, 0.0], [0.0, 0.0]
 
@@ -126,7 +129,7 @@ def crowd(world, seconds):
 
 
 def paced(world, seconds, rate_hz, peers, *pause_s):
-    """Return the microseconds of processor time that a subscriber uses for each message."""
+    """Return the microseconds of processor time that a subscriber uses per message."""
     sinks = [start(world, "sink") for _ in range(peers)]
     source = start(world, "paced", rate_hz, seconds, peers, *pause_s)
     answer(source)

@@ -50,7 +50,7 @@ DEFINITIONS = {
 
 
 def processor_s(command: list[str], **variables: str) -> float:
-    """Return the processor time of a command."""
+    """Return the processor time that a command uses."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(command, env={**os.environ, **variables}, check=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -89,7 +89,7 @@ def measure_owner(connections: int) -> None:
 
 
 def measure_definitions() -> None:
-    """Run each in its own process, and measure the largest size."""
+    """Decode each definition in its own process, and measure the maximum memory size."""
     for kind in DEFINITIONS:
         print(f"definition of {kind:15}", end="", flush=True)
         subprocess.run([sys.executable, __file__, "--one-definition", kind], check=True)
@@ -132,7 +132,8 @@ def measure_turtlesim(seconds: float = 5.0) -> None:
         stack.callback(process.terminate)
         node = stack.enter_context(Node("benchmark", environment=local))
         client = node.client("/spawn", spawn)
-        while "/kill" not in dict(node.master.get_system_state()[2]):  # its last service
+        # the node's last service to be registered
+        while "/kill" not in dict(node.master.get_system_state()[2]):
             time.sleep(0.05)
         client.call(spawn._request_class(x=2.0, y=2.0, name="turtle2"), 10)
         for turtle in ("turtle1", "turtle2"):

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Run all benchmarks one after the other, and print one Markdown table of the results.
+"""Runs all benchmarks one after another, and prints one Markdown table of the results.
 
     benchmarks/everything.py [--quick] [--rounds 3] [--seconds 2] [--only client,codec] [--update FILE]
 
-Genuine rospy and pipros alternate in each of them. The ratio is the factor by which pipros is better,
-followed by the range of the ratios of single rounds. Above some 5 % of foreign load, which is printed for
-each benchmark, the figures mean little. `--quick` measures some of the rows once, in less than two minutes.
+Genuine rospy and pipros alternate in each benchmark. The ratio is the factor by which pipros is better,
+followed by the range of the ratios in individual rounds. If the load from other programs, which is printed
+for each benchmark, is above some 5 %, the figures mean little. `--quick` measures some of the rows once, in
+less than two minutes.
 """
 
 import argparse
@@ -22,7 +23,7 @@ BEGIN, END = "<!-- script/bench begin -->", "<!-- script/bench end -->"
 HERE = os.path.dirname(os.path.abspath(__file__))
 GENUINE = os.path.exists("/usr/lib/python3/dist-packages/rospy")
 
-# The options of each benchmark: with {rounds} and {seconds} for a full run, and for a quick one.
+# The options for each benchmark: for a full run, with {rounds} and {seconds}, and for a quick run.
 BENCHMARKS = {
     "client": ("--rounds {rounds} --seconds {seconds}", "--quick --rounds 1 --seconds 0.7"),
     "contended": (
@@ -40,9 +41,9 @@ BENCHMARKS = {
     "page": ("--no-drawing --seconds 5", None),
     "bridges": ("--rounds {rounds} --seconds 5", None),
 }
-NEEDS_GENUINE = ("codec", "bags")  # they run in the Python of genuine ROS
+NEEDS_GENUINE = ("codec", "bags")  # these run in genuine ROS's Python
 
-# The bottleneck of a row, by the beginning of its label; the first match counts.
+# The bottleneck for a row, by the start of its label. The first match counts.
 BOUNDS = (
     ("flow PointCloud2", "copies of 4 MB: one into the socket, one out of it, one into the message"),
     ("Image 1 MB", "copies: one into the socket, one out of it, one into the message"),
@@ -86,7 +87,7 @@ BOUNDS = (
 
 
 def bound(row):
-    """Return the bottleneck of a row; for most commands it is the start of an interpreter."""
+    """Return the bottleneck for a row. For most commands, it is the interpreter's start-up."""
     return next(
         (text for start, text in BOUNDS if row.label.startswith(start)), "the start of Python, imports"
     )
@@ -120,7 +121,7 @@ def report(rows, loads, failed, words, seconds):
 
 
 def replace(path, text):
-    """Put the table between the two marks of a document."""
+    """Put the table between the two marks in a document."""
     with open(path) as file:
         before, begin, rest = file.read().partition(BEGIN)
     _, end, after = rest.partition(END)
@@ -136,7 +137,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seconds", type=float, default=2.0)
     parser.add_argument("--only", default=",".join(BENCHMARKS))
-    parser.add_argument("--update", metavar="FILE", help="replace the table of docs/performance.md")
+    parser.add_argument("--update", metavar="FILE", help="replace the table in docs/performance.md")
     options = parser.parse_args()
     heed_interrupts()
     rows, loads, failed, began = [], {}, [], time.monotonic()

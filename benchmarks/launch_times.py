@@ -2,7 +2,7 @@
 
     .venv/bin/python benchmarks/launch_times.py [rounds]
 
-Prints the median of each figure in seconds. Genuine ROS is left out where it is not installed.
+Prints the median of each figure in seconds. Genuine ROS is left out if it is not installed.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ EXAMPLES = Path(__file__).resolve().parents[1] / "examples" / "catkin_ws" / "src
 OWN_PROGRAMS = str(Path(sys.executable).parent)
 SIDES = {"pipros": f"{OWN_PROGRAMS}:/usr/bin:/bin", "genuine": "/usr/bin:/bin"}
 
-# Each program, the line that shows that it is ready, and the names of the two times.
+# Each program, the line that shows that the program is ready, and the names of the two times.
 PROGRAMS = {
     "roscore": (["roscore", "-p", "{port}"], r"started core service"),
     "roslaunch": (["roslaunch", "--screen", "composiv_tryouts", "composiv_tryout.launch"], r"\[INFO\].*%25"),
@@ -33,10 +33,10 @@ PROGRAMS = {
 
 
 def environment(path: str, port: int, home: str, modules: str) -> dict[str, str]:
-    """Return the environment of both sides; compiled modules may be cached, as on a normal machine.
+    """Return the environment for both sides. Compiled modules may be cached, as on a normal machine.
 
     Args:
-        modules: the folder of the built message for genuine ROS; pipros reads the definition.
+        modules: the folder with the built message for genuine ROS; pipros reads the definition.
     """
     return {
         "HOME": home,
@@ -94,7 +94,9 @@ def drain(controller: int) -> None:
 
 
 def build(path: str) -> tuple[float, float]:
-    """Return the seconds for `catkin_make` of the example, and for a second one without changes."""
+    """Return the seconds that `catkin_make` takes for the example, and the seconds for a second run without
+    changes.
+    """
     with tempfile.TemporaryDirectory() as home:
         shutil.copytree(EXAMPLES / "composiv_tryouts", Path(home, "ws", "src", "composiv_tryouts"))
         times = []
@@ -107,7 +109,7 @@ def build(path: str) -> tuple[float, float]:
 
 
 def build_modules(home: str) -> str:
-    """Build the message of the example with genuine catkin; return the folder of its Python modules."""
+    """Build the example's message with genuine catkin. Return the folder of its Python modules."""
     shutil.copytree(EXAMPLES / "composiv_tryouts", Path(home, "ws", "src", "composiv_tryouts"))
     environment = {"HOME": home, "PATH": SIDES["genuine"], "CMAKE_PREFIX_PATH": "/usr"}
     subprocess.run(["catkin_make", "-C", f"{home}/ws"], env=environment, check=True, capture_output=True)

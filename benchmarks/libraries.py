@@ -1,13 +1,12 @@
 #!/usr/bin/env python3
-"""Speed of the libraries above rospy: pipros and the genuine ones, in one run.
+"""Speed of the libraries built on rospy: pipros and the genuine libraries, in one run.
 
     benchmarks/libraries.py [--only tf,listener,filter,action,import] [--rounds 3] [--seconds 3]
 
-Every workload is one script on the public API of tf2_ros, message_filters and actionlib, run with each
-implementation in turn; the median of the rounds counts. The ratio is the factor by which pipros is better.
-Nothing else should run: the load of other programs is printed, and above some 5 % the
-figures mean little.
-Without genuine ROS only pipros is measured.
+Every workload is one script that uses the public API of tf2_ros, message_filters or actionlib, and is run
+with each implementation in turn; the median of the rounds counts. The ratio is the factor by which pipros is
+better. Nothing else should be running. The load from other programs is printed; above some 5 %, the figures
+mean little. If genuine ROS is not installed, only pipros is measured.
 """
 
 import argparse
@@ -31,7 +30,7 @@ GOALS = 100
 
 
 def per_operation(work, repetitions=3):
-    """Return the median microseconds for each operation of `work()`, which returns their number."""
+    """Return the median microseconds per operation of `work()`, which returns the number of operations."""
     taken = []
     for _ in range(repetitions):
         began = time.perf_counter()
@@ -86,7 +85,7 @@ def worker_tf():
 
 
 def worker_send_frames():
-    """Publish the transforms of a robot on /tf, all in one message."""
+    """Publish a robot's transforms on /tf, all in one message."""
     from tf2_msgs.msg import TFMessage
 
     rospy = init("frames")
@@ -102,7 +101,7 @@ def worker_send_frames():
 
 
 def worker_listener(seconds):
-    """Return the processor time of a TransformListener, as a fraction of the elapsed time."""
+    """Return the processor time that a TransformListener uses, as a fraction of the elapsed time."""
     rospy = init("listener")
     import tf2_ros
 
@@ -180,7 +179,8 @@ def worker_action_client(alone):
     client = actionlib.SimpleActionClient("go", TestAction)
     client.wait_for_server()
     client.send_goal_and_wait(TestGoal(1), rospy.Duration(5))
-    # Genuine goals take either a millisecond or a tenth of a second, so only the mean is meaningful.
+    # Goals in genuine actionlib take either a millisecond or a tenth of a second, so only the mean is
+    # meaningful.
     began = time.perf_counter()
     for number in range(GOALS):
         client.send_goal_and_wait(TestGoal(number), rospy.Duration(5))

@@ -3,9 +3,9 @@
 
     benchmarks/master.py [--only params,dictionary] [--crowd 1000]
 
-Each master is called by its own client: the genuine one by `rosgraph.Master` in the Python of
-genuine ROS, pipros by `pipros.net.master_client.MasterClient`. They alternate, and the best of three rounds
-counts, so that other load affects both alike. Without genuine ROS only pipros is measured.
+Each master is called by its own client: the genuine master by `rosgraph.Master` in genuine ROS's Python, and
+    pipros by `pipros.net.master_client.MasterClient`. They alternate, and the best of three rounds
+counts, so that other load affects both alike. If genuine ROS is not installed, only pipros is measured.
 """
 
 import argparse
@@ -108,11 +108,13 @@ CLIENTS = {"genuine": GenuineClient, "pipros": PiprosClient}
 WORKLOADS = {"params": params, "dictionary": dictionary, "registration": registration, "together": together}
 
 
-# ---- the crowd: a thousand nodes, of which one after the other becomes a publisher
+# ---- the crowd: a thousand nodes, which become publishers one after another
 
 
 def crowd_nodes():
-    """Serve the APIs of a crowd, with URIs that differ by path. Print the port, and serve until killed."""
+    """Serve the APIs of a crowd of nodes, whose URIs differ only by path. Print the port, and serve until
+    killed.
+    """
     import asyncio
 
     from pipros.basics.limits import Limits
@@ -129,7 +131,7 @@ def crowd_nodes():
 
 
 def crowd_register(uri, apis_port, count):
-    """Register `count` nodes with 10 topics each, every topic with 100 subscribers."""
+    """Register `count` nodes with 10 topics each. Every topic has 100 subscribers."""
     clients = [(PiprosClient(uri, f"/n{i}"), f"http://127.0.0.1:{apis_port}/n{i}") for i in range(count)]
     topics = max(1, count * 10 // 100)
     for number, (client, api) in enumerate(clients):
@@ -144,7 +146,7 @@ def crowd_register(uri, apis_port, count):
 
 
 def crowd(uri, count):
-    """Return the 99th percentile of getUri, in ms, while the crowd registers its publishers."""
+    """Return the 99th percentile of the time for getUri, in ms, while the crowd registers its publishers."""
     environment = {**os.environ, "PYTHONPATH": SOURCES}
     nodes = subprocess.Popen(  # noqa: S603
         [sys.executable, __file__, "--role", "crowd-nodes"],
@@ -215,7 +217,7 @@ class MasterProcess:
         self.ready_s = time.perf_counter() - began
 
     def resident_mb(self):
-        """Return the memory of the process and its children, with shared memory counted once."""
+        """Return the memory used by the process and its children, counting shared memory once."""
         total = 0
         for entry in filter(str.isdigit, os.listdir("/proc")):
             try:
@@ -249,11 +251,12 @@ def free_port():
 
 
 def start_up(world):
-    """Return the start-up time, shutdown time and memory of roscore."""
+    """Return roscore's start-up time, shutdown time and memory."""
     found = []
     for _ in range(START_UPS):
         master = MasterProcess(world, ["roscore"])
-        time.sleep(2.0)  # genuine roscore starts rosout after the master answers; memory counts both
+        # genuine roscore starts rosout after the master answers, and the figure for memory includes both
+        time.sleep(2.0)
         memory = master.resident_mb()
         found.append((master.ready_s, master.stop(), memory))
     ready, gone, memory = (min(values) for values in zip(*found, strict=True))
@@ -265,7 +268,7 @@ def start_up(world):
 
 
 def endurance():
-    """Return the growth of a master over 100,000 register/unregister cycles and 10,000 connections."""
+    """Return a master's growth over 100,000 register/unregister cycles and 10,000 connections."""
     master = MasterProcess("pipros", ["rosmaster", "--core"])
     sys.path.insert(0, SOURCES)
     client = PiprosClient(master.uri)
@@ -288,7 +291,7 @@ def endurance():
             socket.create_connection(("127.0.0.1", master.port)).close()
 
     def settled():
-        """Return the state once the closed connections are closed on the other side, too."""
+        """Return the state once the closed connections have also been closed on the other side."""
         while True:
             time.sleep(0.5)
             if state()[2] <= at_start[2] + 2:
@@ -325,7 +328,7 @@ def measure(world, workload, uri):
 
 
 def rows_of(taken, results):
-    """Return a row for each figure that both masters have."""
+    """Return a row for each figure that was measured for both masters."""
     for name, value in results["pipros"].items():
         if name not in taken and name in results.get("genuine", {}):
             taken[name] = {"genuine": [results["genuine"][name]], "pipros": [value]}
@@ -349,7 +352,7 @@ def main():
     )
     parser.add_argument("--json", help="also write the rows to this file")
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--crowd", type=int, default=1000, help="how many nodes are in the crowd")
+    parser.add_argument("--crowd", type=int, default=1000, help="the number of nodes in the crowd")
     options = parser.parse_args()
     heed_interrupts()
     chosen = options.only.split(",") if options.only else [*WORKLOADS, "start_up", "crowd", "endurance"]

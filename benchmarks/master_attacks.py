@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Latency of the master for other clients during attacks.
+"""The master's latency for other clients during attacks.
 
     benchmarks/master_attacks.py [--only NAME,…] [--rounds 3]
 
 A bystander in its own process calls `setParam` and `getParam` every 2 ms, without an attack
-("nothing") and during each. Of several rounds the best counts, because other load can only
+("nothing") and during each attack. The best of several rounds counts, because other load can only
 increase the times. The goal is at most 50 ms.
 """
 
@@ -269,7 +269,9 @@ ATTACKS = {
 
 
 def bystander(uri):
-    """Call the master until a line arrives; print count, 99th percentile and maximum of the times, in ms."""
+    """Call the master until a line arrives. Print the count, and the 99th percentile and maximum of the
+    times, in ms.
+    """
     end = threading.Event()
     threading.Thread(target=lambda: (sys.stdin.readline(), end.set()), daemon=True).start()
     client = MasterClient(uri, "/bystander", timeout_s=60)

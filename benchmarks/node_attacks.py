@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Latency of a node for other clients during attacks.
+"""A node's latency for other clients during attacks.
 
     benchmarks/node_attacks.py [--only NAME,…] [--rounds 3] [--python /usr/bin/python3]
 
 The victim echoes a topic, serves two services, and may have 1,024 descriptors. A bystander in its own
-process measures, every few milliseconds, a round trip over existing topic links, `getPid` and a service
-call, without an attack and during each. The attacker is this process. Of several rounds the one with the
-lowest maximum round trip counts, because other load can only increase it. The last columns are the
-resources of the victim at the end of the attack. `--python` is that of the victim: if it has genuine rospy,
-that is attacked.
+process measures, every few milliseconds, a round trip over existing topic links, `getPid` and a service call,
+without an attack and during each attack. This process is the attacker. Of several rounds, the one with the
+lowest maximum round trip counts, because other load can only increase the time. The last columns are the
+victim's resources at the end of the attack. `--python` is the victim's interpreter; if it has genuine rospy,
+genuine rospy is attacked.
 """
 
 import argparse
@@ -24,7 +24,7 @@ import time
 
 SOURCES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "src")
 
-if sys.argv[1:] != ["--role", "victim"]:  # which may be genuine
+if sys.argv[1:] != ["--role", "victim"]:  # the victim's rospy may be genuine
     sys.path.insert(0, SOURCES)
     from pipros.master.master import Master
     from pipros.net.master_client import MasterClient
@@ -61,7 +61,7 @@ def victim():
 
 
 def bystander():
-    """Measure until a line arrives; print the count and maximum of each, in ms, and the failures."""
+    """Measure until a line arrives. Print the count, the maximum of each time in ms, and the failures."""
     from std_msgs.msg import String
     from std_srvs.srv import Empty
 
@@ -105,7 +105,7 @@ def bystander():
 
 
 def late():
-    """Subscribe for the first time; print the time until a message arrived, in ms."""
+    """Subscribe for the first time. Print the time until a message arrived, in ms."""
     from std_msgs.msg import String
 
     import rospy
@@ -119,7 +119,7 @@ def late():
 
 
 class Victim:
-    """The addresses of the attacked node."""
+    """The attacked node's addresses."""
 
     def __init__(self, master, pid):
         client = MasterClient(master.uri, "/attacker")
@@ -329,7 +329,7 @@ def main():
     )
     parser.add_argument("--only", help="some of: " + ", ".join(ATTACKS))
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--python", default=sys.executable, help="the Python of the victim")
+    parser.add_argument("--python", default=sys.executable, help="the victim's Python")
     options = parser.parse_args()
     _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 65536), hard))

@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""Costs of the page of rqt_graph, with many browsers on fast topics and large images.
+"""Costs of rqt_graph's page, with many browsers that show fast topics and large images.
 
     benchmarks/page.py [--browsers 20] [--seconds 10] [--quick]
 
-A publisher sends a number 1,000 times and images of 1 MB 30 times a second. Four runs: without a page, with a
-page without a browser, with browsers that show the number, its curve, the image and the graph, and with
-one more browser that stopped reading. Each row has the rate and processor usage of the publisher, the number
-of images that a browser received, and the processor time and memory of the server.
+A publisher sends a number 1,000 times and images of 1 MB 30 times a second. There are four runs: without a
+page; with a page but no browser; with browsers that show the number, its curve, the image and the graph; and
+with one more browser that has stopped reading. Each row has the publisher's rate and processor usage, the
+number of images that each browser received, and the server's processor time and memory.
 
-Before that, in Chromium if it and Playwright are installed: the first paint of the page; and a graph of 300
-nodes and 1,000 topics, until it is drawn, and its frames while it is panned and zoomed. `--quick` takes 3
-seconds a run. Nothing else should run meanwhile.
+Before that, if Chromium and Playwright are installed, it measures the page's first paint, the time to draw a
+graph of 300 nodes and 1,000 topics, and its frame times during panning and zooming. `--quick` takes 3 seconds
+per run. Nothing else should be running.
 """
 
 import argparse
@@ -249,7 +249,9 @@ def row(name, home, browsers, is_stuck, seconds):
 
 
 async def look(url, process, browsers, is_stuck, seconds):
-    """Return the images that all browsers got, and the server's processor usage (%) and largest memory."""
+    """Return the number of images that all browsers received, and the server's processor usage (%) and
+    maximum memory.
+    """
     counts = [0] * browsers
     tasks = [asyncio.create_task(browse(url, counts, index)) for index in range(browsers)]
     if is_stuck:

@@ -1,12 +1,12 @@
-"""A long run of a graph whose nodes start and end: resources in use, and lost messages.
+"""A long run of a graph whose nodes start and end, to measure the resources in use and lost messages.
 
     python benchmarks/soak.py --minutes 30 [--system]
 
-This process has the master, a talker at 50 Hz, a listener and a service. In addition, 20 nodes, each in its
-own process, live for a while: they listen, reply, call the service, and end, every third one by SIGKILL. A
-line is printed every ten seconds; the exit status is 1 if this process has more resources at the end than
-at first, or if a message was lost between connected nodes. With --system everything runs at once, see
-benchmarks/soak_system.py.
+This process contains the master, a talker at 50 Hz, a listener and a service. In addition, 20 nodes, each in
+its own process, run for a while. They listen, reply, call the service, and end; every third node is ended
+with SIGKILL. A line is printed every ten seconds; the exit status is 1 if this process uses more resources at
+the end than at first, or if a message was lost between connected nodes. With --system, everything runs at
+once; see benchmarks/soak_system.py.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Sequence:
 
 
 def visit(name: str) -> None:
-    """Listen, reply to each beat, and call the service, until stopped."""
+    """Listen, reply to each beat, and call the service until stopped."""
     beats, calls = Sequence(), Counter[str]()
     stop = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: stop.set())
@@ -92,7 +92,7 @@ def visit(name: str) -> None:
 
 @dataclass(slots=True)
 class Tally:
-    """The reports of the visitors so far, by their names."""
+    """The visitors' reports so far, by name."""
 
     echoes: dict[str, Sequence] = field(default_factory=dict)
     told: dict[str, tuple[int, int, int, int]] = field(default_factory=dict)
@@ -115,7 +115,7 @@ class Tally:
 
 
 class Visitors:
-    """Keeps so many nodes running; each lives for a while."""
+    """Keeps a number of nodes running, each for a while."""
 
     def __init__(self, count: int, environment: dict[str, str]) -> None:
         self.started = self.killed = 0
@@ -124,7 +124,7 @@ class Visitors:
         self._count = count
 
     def look(self) -> None:
-        """End visitors whose time is over, and start others in their place."""
+        """End visitors whose time is over, and start new ones instead."""
         now = time.monotonic()
         for process, end in list(self._running):
             if process.poll() is not None or now > end:
@@ -148,7 +148,7 @@ class Visitors:
 
 
 def held() -> tuple[float, int, int]:
-    """Resident megabytes, threads and descriptors of this process."""
+    """Return this process's resident megabytes, threads and descriptors."""
     gc.collect()
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     megabytes = pages * os.sysconf("SC_PAGE_SIZE") / 1e6

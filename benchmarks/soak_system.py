@@ -1,9 +1,10 @@
-"""A long run of a whole system: the resources of each process.
+"""A long run of a whole system, to measure the resources of each process.
 
-Started by `benchmarks/soak.py --system`: roscore, a page that is looked at, a recorder of all topics, frames
-and their listener, an action server and its client, changes of parameters, service calls, and a launch with
-two nodes that end again and again and are restarted. Every ten seconds memory, threads and descriptors of
-each process are noted. The verdict compares the last fifth of the time with the second one.
+Started by `benchmarks/soak.py --system`. The system consists of roscore, a page that is being viewed, a
+recorder for all topics, frames and a listener, an action server and a client, parameter changes, service
+calls, and a launch with two nodes that end repeatedly and are restarted. Every ten seconds, the memory,
+threads and descriptors of each process are recorded. The verdict compares the last fifth of the time with the
+second fifth.
 """
 
 from __future__ import annotations
@@ -134,7 +135,7 @@ LAUNCH = """<launch>
 
 @dataclass(slots=True)
 class Held:
-    """The resources of a process, sample by sample."""
+    """A process's resources, sample by sample."""
 
     pid: int
     megabytes: list[float] = field(default_factory=list)
@@ -142,10 +143,10 @@ class Held:
     files: list[float] = field(default_factory=list)
 
     def sample(self) -> None:
-        """Record the current resources of the process.
+        """Record the process's current resources.
 
         Raises:
-            OSError: it has ended.
+            OSError: the process has ended.
         """
         status = Path(f"/proc/{self.pid}/status").read_text()
         self.megabytes.append(int(_field(status, "VmRSS")) / 1024)
@@ -221,7 +222,7 @@ class System:
         return self.folder / f"{name.replace(' ', '_')}.output"
 
     def done(self) -> dict[str, int]:
-        """Return the counts of the client so far."""
+        """Return the client's counts so far."""
         lines = [line for line in self.output("client").read_text().splitlines() if line.startswith("{")]
         return json.loads(lines[-1]) if lines else {}
 
@@ -249,7 +250,9 @@ def wait_for(output: Path, pattern: str, limit_s: float = 60.0) -> str:
 
 
 async def look(url: str, counts: dict[str, int]) -> None:
-    """Act as a browser: some views permanently, the page's files sometimes, a new connection each minute."""
+    """Act as a browser that keeps some views open, sometimes loads the page's files, and reconnects each
+    minute.
+    """
     parts = urlsplit(url)
     token = parts.fragment.partition("/")[0].removeprefix("token=")
     views = (("graph", {}), ("topic", {"name": "/chat"}), ("plot", {"field": "/go/status/header/seq"}))
@@ -289,14 +292,14 @@ async def watch(system: System, minutes: float, say: Callable[[str], None]) -> t
                 sizes = " ".join(f"{name} {one.megabytes[-1]:.0f}" for name, one in held.items())
                 say(f"{number * SAMPLE_S / 60:5.1f} min, MB: {sizes}; {system.done()} {counts}")
     finally:
-        while not browser.done():  # wait_for of Python 3.11 and older may swallow a cancellation
+        while not browser.done():  # wait_for in Python 3.11 and older may swallow a cancellation
             browser.cancel()
             await asyncio.wait([browser], timeout=1)
     return held, counts
 
 
 def soak_system(minutes: float) -> int:
-    """Run everything for the given time, and print a table; return 1 if a process grew or a call failed."""
+    """Run everything for the given time, and print a table. Return 1 if a process grew or a call failed."""
     random.seed(1)
     with tempfile.TemporaryDirectory() as folder:
         system = System(Path(folder))

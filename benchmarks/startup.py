@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Waiting times of users: commands and launches of pipros and genuine ROS, in one run.
+"""The time that users wait for commands and launches: pipros and genuine ROS, in one run.
 
     benchmarks/startup.py [--rounds 5] [--only rostopic,roslaunch]
 
-Both implementations alternate, each with its own master, and the median counts. Without genuine ROS 1 only
-pipros is measured. Other load affects the figures more than the ratio.
---python measures the pipros of another environment, for example that of an ordinary installation.
-Development tools may add .pth files to an environment, which take time at every start of Python.
+Both implementations alternate, each with its own master, and the median counts. If genuine ROS 1 is not
+installed, only pipros is measured. Other load affects the figures more than the ratio. --python measures
+pipros in another environment, for example in an ordinary installation. Development tools can add .pth files
+to an environment, which take time whenever Python starts.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def free_port() -> int:
 
 
 def end(process: subprocess.Popen[str] | subprocess.Popen[bytes]) -> None:
-    """Send Ctrl-C as a terminal does. Genuine nodes sometimes miss it; they are killed in the end."""
+    """Send Ctrl-C as a terminal does. Genuine nodes sometimes miss it; they are eventually killed."""
     os.killpg(process.pid, signal.SIGINT)
     try:
         process.communicate(timeout=MISSED_AFTER_S)
@@ -56,7 +56,7 @@ def end(process: subprocess.Popen[str] | subprocess.Popen[bytes]) -> None:
 
 
 class World:
-    """One implementation: how its programs are started, with its own home folder."""
+    """One implementation, which defines how its programs are started, and its home folder."""
 
     def __init__(self, name: str, path: str, home: Path, **variables: str) -> None:
         self.name = name
@@ -75,7 +75,7 @@ class World:
         }
 
     def run(self, *argv: str) -> float:
-        """Return the seconds from start to end of a command that must succeed."""
+        """Return the duration in seconds of a command that must succeed."""
         began = time.perf_counter()
         ended = subprocess.run(  # noqa: S603
             argv, env=self.environment, capture_output=True, text=True, check=False
@@ -86,7 +86,7 @@ class World:
         return seconds
 
     def run_until(self, line: str, *argv: str) -> tuple[float, float]:
-        """Return the seconds until a line with that text, and from Ctrl-C to the end of all processes."""
+        """Return the seconds until a line contains the text, and from Ctrl-C to the end of all processes."""
         began = time.perf_counter()
         process = subprocess.Popen(  # noqa: S603
             argv,
@@ -110,7 +110,7 @@ class World:
 
     @contextmanager
     def running(self, *argv: str) -> Iterator[None]:
-        """Run a command in the background of the block."""
+        """Run a command in the background while the block runs."""
         process = subprocess.Popen(  # noqa: S603
             argv,
             env=self.environment,
@@ -166,14 +166,15 @@ def commands(world: World) -> dict[str, float]:
 
 
 def echo(world: World) -> dict[str, float]:
-    """Publish a latched message in advance, so that the whole time is that of the command."""
+    """Publish a latched message in advance, so that only the command's time is measured."""
     with world.master(), world.running("rostopic", "pub", "-l", "/latched", *HELLO):
-        world.run("rostopic", "echo", "-n", "1", "/latched")  # when this ends, the publisher is there
+        # when this command ends, the publisher is available
+        world.run("rostopic", "echo", "-n", "1", "/latched")
         return {"rostopic echo -n 1, latched": world.run("rostopic", "echo", "-n", "1", "/latched")}
 
 
 def completion(world: World) -> dict[str, float]:
-    """Complete `rostopic echo /<TAB>` as a shell does; in genuine ROS with the function of rosbash."""
+    """Complete `rostopic echo /<TAB>` as a shell does; for genuine ROS, with rosbash's function."""
     if world.name == "genuine":
         command = (
             "bash", "-c", "source /usr/share/bash-completion/completions/rosbash; "
@@ -223,7 +224,7 @@ SCENES: dict[str, Callable[[World], dict[str, float]]] = {
 
 
 def installation(python: Path) -> str:
-    """Return the version of pipros that an interpreter imports, and how it was installed."""
+    """Return the version of pipros that an interpreter imports, and how pipros was installed."""
     script = (
         "import importlib.metadata as m, json; d = m.distribution('pipros');"
         "print(json.dumps([d.version, d.read_text('direct_url.json') or '{}']))"
@@ -236,7 +237,9 @@ def installation(python: Path) -> str:
 
 @contextmanager
 def generated_messages(folder: Path) -> Iterator[Path | None]:
-    """Return the generated messages that genuine ROS needs for the example, or None without genuine ROS."""
+    """Yield the folder with the generated messages that genuine ROS needs for the example; None if genuine
+    ROS is not installed.
+    """
     generator = Path("/usr/lib/genpy/genmsg_py.py")
     if not Path("/usr/bin/roslaunch").exists() or not generator.exists():
         yield None
@@ -261,7 +264,7 @@ def main() -> None:
         "--python",
         type=Path,
         default=Path(sys.executable),
-        help="the interpreter beside the commands to measure",
+        help="the interpreter in the same folder as the commands to measure",
     )
     parser.add_argument("--json", help="also write the rows to this file")
     arguments = parser.parse_args()

@@ -1,6 +1,6 @@
-"""Rows of measurements, shared by the benchmarks, and their output.
+"""Rows of measurements and their output, shared by the benchmarks.
 
-Runs under the Python of genuine ROS as well, and imports nothing but the standard library.
+Also runs in genuine ROS's Python, so it imports only the standard library.
 """
 
 import json
@@ -12,22 +12,23 @@ import sys
 #: Genuine ROS with an allocator that keeps freed memory: large messages cost it fewer page faults.
 TUNED = {"MALLOC_TOP_PAD_": str(64 << 20), "MALLOC_MMAP_THRESHOLD_": str(64 << 20)}
 
-#: In the order of the columns. The last one is measured against the others.
+#: The implementations, in the order of the columns. The last one is compared with the others.
 WORLDS = ("genuine", "tuned", "pipros")
 
 
 def heed_interrupts():
     """Restore SIGINT for the programs that a benchmark starts.
 
-    A shell makes its background jobs ignore SIGINT, and their child processes inherit that.
+    A shell makes its background jobs ignore SIGINT, and their child processes inherit this.
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 class Row:
-    """The values of one figure, round by round, for each implementation.
+    """One figure's values, round by round, for each implementation.
 
-    With `best` the best round counts instead of the median: for operations that take processor time only.
+    If `best` is true, the best round counts instead of the median. This is for operations that only take
+    processor time.
     """
 
     def __init__(self, label, values, more_is_better=False, goal=None, best=False):
@@ -35,19 +36,21 @@ class Row:
         self.goal, self.best = goal, best
 
     def figure(self, world):
-        """The representative value of all rounds."""
+        """Return the representative value for all rounds."""
         if self.best:
             return (max if self.more_is_better else min)(self.values[world])
         return statistics.median(self.values[world])
 
     def ratio(self, world="genuine"):
-        """Return the factor by which pipros is better; None without figures of both implementations."""
+        """Return the factor by which pipros is better; None if there are not figures for both
+        implementations.
+        """
         if not self.values.get(world) or not self.values.get("pipros"):
             return None
         return self._ratio(self.figure(world), self.figure("pipros"))
 
     def spread(self, world="genuine"):
-        """Return the smallest and the largest ratio of a round."""
+        """Return the smallest and largest ratio in any round."""
         pairs = zip(self.values[world], self.values["pipros"])  # noqa: B905 # Python 3.8
         ratios = [self._ratio(theirs, ours) for theirs, ours in pairs]
         return min(ratios), max(ratios)
@@ -63,7 +66,9 @@ def as_text(value):
 
 
 def markdown(rows, title="", note=None):
-    """Return a Markdown table: a column for each implementation with figures, and one with `note(row)`."""
+    """Return a Markdown table with a column for each implementation that has figures, and a column with
+    `note(row)`.
+    """
     worlds = [world for world in WORLDS if any(row.values.get(world) for row in rows)]
     heads = ["workload", *worlds]
     others = worlds[:-1]
@@ -91,7 +96,7 @@ def line(cells):
 
 
 def write_json(path, rows):
-    """Write rows for `script/bench`, which joins those of all benchmarks."""
+    """Write rows for `script/bench`, which joins the rows from all benchmarks."""
     with open(path, "w") as file:
         json.dump([vars(row) for row in rows], file)
 
@@ -108,7 +113,7 @@ class Load:
         self._busy, self._all, self._own = *self._ticks(), self._used()
 
     def percent(self):
-        """Processor time of others since the last call, as a part of all processors."""
+        """Return other programs' processor usage since the last call, as a percentage of all processors."""
         busy, ticks, own = *self._ticks(), self._used()
         others = busy - self._busy - (own - self._own) * os.sysconf("SC_CLK_TCK")
         passed = max(ticks - self._all, 1)

@@ -1,4 +1,4 @@
-"""Compare the results of `script/coverage` with the gate of each pure package."""
+"""Compares the results of `script/coverage` with the gate for each pure package."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 from fnmatch import fnmatch
 from pathlib import Path
 
-# Percent of lines and branches together, slightly below the coverage when the gate was set.
+# The percentage of lines and branches together, slightly below the coverage when the gate was set.
 GATES = {
     "basics/names.py": 98,
     "basics/limits.py": 98,
@@ -91,7 +91,7 @@ def main(report: str) -> int:
     print(f"{'the rest of pipros':24} {_per_cent(measured, measured.keys() - gated):5.1f} %")
     print(f"{'facades':24} {_per_cent(facades, set(facades)):5.1f} %")
     if failed:
-        print("What was not run: script/coverage report", file=sys.stderr)
+        print("Lines that were not run: script/coverage report", file=sys.stderr)
     return int(failed)
 
 
@@ -101,7 +101,7 @@ def _is_in(file: Path, package: str) -> bool:
 
 
 def _per_cent(measured: dict[Path, dict[str, int]], files: set[Path]) -> float:
-    """Return the percentage of executed lines and branches; 0 for a package without files."""
+    """Return the percentage of lines and branches that were executed; 0 for a package that has no files."""
     run = sum(measured[file]["covered_lines"] + measured[file]["covered_branches"] for file in files)
     of = sum(measured[file]["num_statements"] + measured[file]["num_branches"] for file in files)
     return 100 * run / of if of else 0.0

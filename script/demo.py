@@ -46,12 +46,12 @@ def main() -> int:
 
 @contextlib.contextmanager
 def _page() -> Iterator[None]:
-    """Start `rqt_graph` with the demo: it prints its address, and ends with the demo."""
+    """Run `rqt_graph` while the demo runs. It prints its address, and ends with the demo."""
     page = subprocess.Popen(  # noqa: S603 - this Python, and a text of this file
         [sys.executable, "-c", _PAGE],
         stdin=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
-        start_new_session=True,  # Ctrl-C is for the launch; the page ends after the nodes
+        start_new_session=True,  # only the launch should get Ctrl-C, so that the page ends after the nodes
     )
     try:
         yield
@@ -59,7 +59,7 @@ def _page() -> Iterator[None]:
         page.communicate()
 
 
-# Ends when its standard input does: however the demo ends, also in the middle of starting this.
+# The page ends when its standard input does, however the demo ends, even while this program is starting.
 _PAGE = """
 import os, signal, sys, threading
 def end():

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Takes the pictures of the page in docs/: `script/pictures --page [NAME…]` calls it, for all or some.
 
-A small robot runs meanwhile: tests/browser/programs with relays as its other nodes; for the picture `battery`
-the package vehicle_battery. It needs Chromium, Playwright and Pillow.
+In the meantime, a small robot runs: tests/browser/programs, with relays as its other nodes. For the picture
+    `battery`, the package vehicle_battery runs instead. It needs Chromium, Playwright and Pillow.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ RELAYS = {
     "charger": ("/battery", "/charging"),
     "display": ("/detections", "/shown"),
 }
-# Name of the picture, tab, colours, expected text, and elements to click first.
+# The name of the picture, the tab, the colours, the expected text, and the elements to click first.
 PICTURES = (
     ("graph", "graph", "light", "text >> text=Hz", ""),
     ("topic", "graph/t%2Fbattery", "dark", "[role=meter]", ""),
@@ -48,7 +48,7 @@ PICTURES = (
 )
 BATTERY_PICTURE = ("battery", "graph/t%2Fbattery_state", "light", "[role=meter]", "")
 FILLING_S = 40
-"""How long curves, logs and histories run before their pictures are taken."""
+"""How long curves, logs and histories collect data before their pictures are taken."""
 COLOURS = 160
 LARGEST_BYTES = 150_000
 
@@ -69,7 +69,7 @@ def robot() -> Iterator[RosSystem]:
             ros.wait_for_publisher("/battery")
             for name, topics in RELAYS.items():
                 ros.pipros.start("rosrun", "topic_tools", "relay", *topics, f"__name:={name}")
-            place = (*"001000", "base_link", "laser")  # 1 m above, not turned
+            place = (*"001000", "base_link", "laser")  # 1 m above base_link, not rotated
             ros.pipros.start("rosrun", "tf2_ros", "static_transform_publisher", *place, "__name:=laser_frame")
             ros.wait_for_publisher("/tf_static")
             yield ros
@@ -80,7 +80,7 @@ def robot() -> Iterator[RosSystem]:
 
 @contextmanager
 def battery() -> Iterator[RosSystem]:
-    """Start the battery monitor of examples/ as in README."""
+    """Start the battery monitor from examples/, as in the README."""
     with tempfile.TemporaryDirectory() as folder:
         home, port = Path(folder), ClaimedPort()
         ros = RosSystem(port.number, home, make_tool_folder(home / "bin"))
@@ -112,7 +112,7 @@ def small(file: Path) -> None:
 
 
 def take(ros: RosSystem, pictures: Sequence[tuple[str, str, str, str, str]], browser: Browser) -> None:
-    """Take pictures of a running system, after all tabs have received data."""
+    """Take pictures of a running system once all tabs have received data."""
     page = Page(ros, "--control")
     tabs = {name: open_tab(browser, page, place, scheme) for name, place, scheme, *_ in pictures}
     next(iter(tabs.values())).wait_for_timeout(FILLING_S * 1000)

@@ -1,4 +1,4 @@
-"""Puts type stubs for the messages that ship into the wheel, as `<package>-stubs` (PEP 561)."""
+"""Puts type stubs for the messages that ship with pipros into the wheel, as `<package>-stubs` (PEP 561)."""
 
 from __future__ import annotations
 
@@ -30,9 +30,10 @@ class StubsHook(BuildHookInterface[Any]):
             included = build_data["force_include"]
         for file in write_stubs(packages, Path(self._folder.name), definitions, suffix="-stubs"):
             included[str(file)] = str(file.relative_to(self._folder.name))
-        for module in share.glob("*/src/*/[a-z]*.py"):  # typed, and so stubs themselves
+        # these modules are typed, so they serve as stubs themselves
+        for module in share.glob("*/src/*/[a-z]*.py"):
             stub = Path(self._folder.name, f"{module.parent.name}-stubs", f"{module.stem}.pyi")
-            shutil.copy(module, stub)  # files included from their own folder are excluded there
+            shutil.copy(module, stub)  # files that are included from their own folder are excluded here
             included[str(stub)] = str(stub.relative_to(self._folder.name))
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:  # noqa: ARG002

@@ -435,5 +435,5 @@ def test_a_multicall_with_too_large_responses_is_truncated() -> None:
         call = {"methodName": "echo", "params": ["x" * 4000]}
         *good, bad = client.call("system.multicall", [call] * 3)
     assert good == [["x" * 4000]] * 2
-    assert "the combined answers of a system.multicall are too large" in bad["faultString"]
+    assert "the combined responses to a system.multicall are too large" in bad["faultString"]
     serving.close()

@@ -392,7 +392,7 @@ def test_one_node_cannot_use_a_topic_with_two_types(make_node: MakeNode) -> None
     node = make_node("node")
     node.advertise("chat", String)
     node.subscribe("chat", String, print)
-    with pytest.raises(TypeConflict, match=r"\[/chat\] is used with md5sum 992ce"):
+    with pytest.raises(TypeConflict, match=r"\[/chat\] is already used with md5sum 992ce"):
         node.advertise("chat", Int32)
     with pytest.raises(TypeConflict):
         node.subscribe("chat", Int32, print)

@@ -107,7 +107,7 @@ def test_registrations_have_a_total_limit() -> None:
 def test_an_answer_above_the_limit_is_an_error_that_names_it() -> None:
     with Master(port=0) as master, RpcClient(master.uri, answer_limit_bytes=10_000) as client:
         assert client.call("setParam", "/n", "/text", "x" * 20_000)[0] == 1
-        with pytest.raises(LimitExceeded, match=r"the response of .* is too large: .* the limit is 10000"):
+        with pytest.raises(LimitExceeded, match=r"the response from .* is too large: .* the limit is 10000"):
             client.call("getParam", "/n", "/text")
         assert client.call("hasParam", "/n", "/text")[2] is True
 

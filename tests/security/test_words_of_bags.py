@@ -115,7 +115,7 @@ def test_a_topic_that_is_a_path_is_not_exported(
     )
 
     assert main(["export", "x.bag", "deep/out"]) == 1
-    assert "is not a legal name of a topic" in capsys.readouterr().err
+    assert "is not a legal topic name" in capsys.readouterr().err
     assert os.listdir() == ["x.bag"]
     assert main(["export", "x.bag", "deep/out", "/b"]) == 0
     assert os.listdir("deep/out") == ["b.csv"]

@@ -1,4 +1,4 @@
 """Names, limits, errors, files, and text received from peers.
 
-Values in, values out. No sockets, no threads.
+These modules take values and return values; they use no sockets and no threads.
 """

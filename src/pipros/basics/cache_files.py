@@ -1,6 +1,6 @@
 """Cache files, in a folder to which only this user can write.
 
-Their content decides which programs run, and part of it is code, so a file that another user could have
+Their content determines which programs run, and part of it is code, so a file that another user could have
 written is not used. This module imports little, because every first import of a message needs it.
 """
 
@@ -25,11 +25,11 @@ class Untrusted(PermissionError):
 class CacheFolder:
     """A folder of cache files without subfolders.
 
-    The folder and its parent must belong to this user, must not be writable for others, and must not be
-    symbolic links. The same holds for a file that is read; it must also have only one name. Folders further
-    up may be links and may belong to other users, who could replace them but cannot create folders that
-    belong to this user. If a check fails, the cache is not used, and a warning is printed once. A missing,
-    full or read-only cache is ignored.
+    The folder and its parent must belong to this user, must not be writable by others, and must not be
+    symbolic links. The same applies to a file that is read, which must also have only one name. Folders
+    further up may be links and may belong to other users, who could replace them but cannot create folders
+    that belong to this user. If a check fails, the cache is not used, and a warning is printed once. A
+    missing, full or read-only cache is ignored.
 
     Files are replaced atomically, so any number of processes may share the folder.
     """
@@ -74,11 +74,11 @@ class CacheFolder:
             pass
 
     def _open(self) -> int:
-        """Return a descriptor of the folder.
+        """Return a file descriptor for the folder.
 
         Raises:
             Untrusted: another user could have created it or its parent.
-            OSError: it does not exist.
+            OSError: the folder does not exist.
         """
         above_path, name = os.path.split(self._path)
         above = _enter(above_path, None, above_path)
@@ -99,7 +99,7 @@ class CacheFolder:
         for path in reversed(missing):
             try:  # importing contextlib takes time
                 os.mkdir(path, 0o700)
-            except FileExistsError:  # another process made it meanwhile
+            except FileExistsError:  # another process has just created it
                 continue
 
 
@@ -107,7 +107,7 @@ def _enter(name: str, above: int | None, path: str) -> int:
     try:
         folder = os.open(name, _ENTER, dir_fd=above)
     except OSError as error:
-        # The error of a link with O_NOFOLLOW and O_DIRECTORY differs between systems.
+        # The error for a link opened with O_NOFOLLOW and O_DIRECTORY differs between systems.
         if error.errno in (errno.ELOOP, errno.ENOTDIR, errno.EMLINK):
             raise Untrusted(f"{path} is a symbolic link or not a folder") from None
         raise
@@ -134,14 +134,14 @@ def _read_own(name: str, folder: int, folder_path: str) -> bytes:
         status = os.fstat(descriptor)
         if not S_ISREG(status.st_mode):
             raise Untrusted(f"{path} is not a regular file")
-        if status.st_nlink > 1:  # no links at all: another process has just replaced it
+        if status.st_nlink > 1:  # a link count of 0 means that another process has just replaced the file
             raise Untrusted(f"{path} has a second name elsewhere (a hard link)")
         check_owner(status, path)
         return file.readall()
 
 
 def check_owner(status: os.stat_result, path: str) -> None:
-    """Raise `Untrusted` unless a file or folder belongs to this user and is writable for no other user."""
+    """Raise `Untrusted` unless a file or folder belongs to this user and no other user can write to it."""
     if status.st_uid != user_id():
         raise Untrusted(f"{path} belongs to another user (uid {status.st_uid})")
     if status.st_mode & _OTHERS_MAY_WRITE:

@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 DISTRIBUTION: Mapping[str, str] = {"ROS_DISTRO": "noetic", "ROS_VERSION": "1", "ROS_PYTHON_VERSION": "3"}
-"""The variables that the setup files of Noetic set to the same values everywhere."""
+"""The variables that Noetic's setup files set to the same values everywhere."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,13 +39,13 @@ class Environment:
         hostname: `ROS_HOSTNAME`, the name to advertise; takes precedence over `ip`.
         ip: `ROS_IP`, the address to advertise.
         ipv6: whether `ROS_IPV6` is `on`.
-        namespace: `ROS_NAMESPACE` with a leading and trailing slash; `/` when unset.
-        package_path: the folders of `ROS_PACKAGE_PATH`; the first has precedence.
-        ros_home: `ROS_HOME`, else `~/.ros`. In this and the next two, `~` is expanded.
-        log_dir: `ROS_LOG_DIR`, else `<ros_home>/log`.
-        test_results_dir: `ROS_TEST_RESULTS_DIR`, else `<ros_home>/test_results`.
-        console_format: `ROSCONSOLE_FORMAT`, None when unset.
-        python_log_config: `ROS_PYTHON_LOG_CONFIG_FILE`, None when unset.
+        namespace: `ROS_NAMESPACE` with a leading and trailing slash; `/` if unset.
+        package_path: the folders in `ROS_PACKAGE_PATH`; the first takes precedence.
+        ros_home: `ROS_HOME`, or `~/.ros` if unset. A leading `~` is expanded, as in the next two attributes.
+        log_dir: `ROS_LOG_DIR`, or `<ros_home>/log` if unset.
+        test_results_dir: `ROS_TEST_RESULTS_DIR`, or `<ros_home>/test_results` if unset.
+        console_format: `ROSCONSOLE_FORMAT`; None if unset.
+        python_log_config: `ROS_PYTHON_LOG_CONFIG_FILE`; None if unset.
     """
 
     master_uri: str = DEFAULT_MASTER_URI

@@ -7,7 +7,7 @@ import sys
 from pipros.basics.printable import printable
 
 _TEXT_LIMIT = 2_000
-"""Characters of a peer's text that are quoted in an error."""
+"""Maximum number of characters of a peer's text that are quoted in an error."""
 
 
 class PiprosError(Exception):
@@ -22,7 +22,9 @@ class NeedsPosix(PiprosError):
 
 
 class MissingExtra(ImportError):
-    """A library of an extra is not installed. The text says what needs it, and how to install it."""
+    """A library from an optional extra is not installed. The text says what needs the library, and how to
+    install it.
+    """
 
 
 class InvalidName(PiprosError, ValueError):
@@ -36,7 +38,7 @@ class NotFound(PiprosError, LookupError):
 class ProtocolError(PiprosError):
     """Bytes from a peer violate the protocol. The connection is closed.
 
-    The peer's text is made printable, as in all errors about peers.
+    Text from the peer is made printable, as in all errors about peers.
     """
 
     def __init__(self, text: str = "") -> None:
@@ -50,11 +52,11 @@ class LimitExceeded(ProtocolError):
 class Unreachable(PiprosError, ConnectionError):
     """A connection to a peer failed, or was lost before the reply arrived.
 
-    It is also a ConnectionError, which scripts for genuine rospy catch.
+    This is also a ConnectionError, which scripts written for genuine rospy catch.
 
     Attributes:
         peer: the URI or host:port that was tried.
-        reason: the error of the operating system.
+        reason: the operating system's error.
         cure: what to try; may be empty.
     """
 
@@ -82,4 +84,4 @@ class Refused(PiprosError):
 
 
 class Interrupted(PiprosError):
-    """A wait ended because the node shuts down."""
+    """A wait ended because the node is shutting down."""

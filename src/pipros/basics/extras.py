@@ -6,19 +6,21 @@ import sys
 from pathlib import Path
 from typing import Any
 
-# Modules that only hints need are imported when there is one: nodes and commands import this module.
+# Modules that only hints need are imported when a hint is given, because nodes and commands import this
+# module.
 
 
 def install_command(*extras: str) -> str:
-    """Return the command that adds extras of pipros to this environment.
+    """Return the command that adds pipros extras to this environment.
 
-    pipros may come from a folder, a file or a repository: an index may have no pipros, or another one.
+    The command installs from the same folder, file or repository as before, because a package index may have
+    no pipros, or a different one.
     """
     return f"{_pip()} install {_requirement(','.join(extras), _origin())}"
 
 
 def _pip() -> str:
-    """Return `pip` if that is the one of this environment, else a command that is."""
+    """Return `pip` if it is this environment's pip; otherwise a command that runs it."""
     import shlex
     import shutil
 
@@ -28,7 +30,9 @@ def _pip() -> str:
 
 
 def _origin() -> dict[str, Any]:
-    """Return what pip noted about where pipros came from (PEP 610); empty if from an index, or unknown."""
+    """Return pip's record of the origin of pipros (PEP 610); empty if it was installed from an index, or if
+    its origin is unknown.
+    """
     import json
     from importlib.metadata import PackageNotFoundError, distribution
 

@@ -1,4 +1,4 @@
-"""The home folder of this user, with a fallback for users without one, such as a bare user id in a container.
+"""This user's home folder, with a fallback for users that have none, such as a bare user id in a container.
 
 In that case genuine ROS creates a folder named `~` in the working folder.
 """
@@ -28,7 +28,7 @@ def expanded(path: str) -> str:
 def fallback_home() -> str:
     """Return a private folder for this user in the temporary folder, the same in every process if possible.
 
-    Never raises: if the folder cannot be created, using files in it will fail.
+    Never raises. If the folder cannot be created, using files in it will fail.
     """
     import tempfile
 
@@ -45,7 +45,7 @@ def fallback_home() -> str:
     from pipros.basics.warn_once import warn_once
 
     warn_once(
-        f"WARNING: HOME is not set, and another user could have made {folder}. ROS files go to {own}; "
+        f"WARNING: HOME is not set, and another user could have created {folder}. ROS files go to {own}; "
         "set HOME or ROS_HOME"
     )
     return own

@@ -16,7 +16,8 @@ def read_file(path: str | os.PathLike[str], limit_bytes: int | None = None) -> b
         limit_bytes: defaults to the process-wide limit `file_bytes`.
 
     Raises:
-        OSError: it cannot be read, is larger, or is not a regular file; `strerror` says which.
+        OSError: the file cannot be read, is larger than the limit, or is not a regular file; `strerror` says
+            which.
     """
     if limit_bytes is None:
         from pipros.basics.limits import process_limits
@@ -59,6 +60,6 @@ def read_text(path: str | os.PathLike[str], limit_bytes: int | None = None, *, e
 
     Raises:
         OSError: as for `read_file`.
-        UnicodeDecodeError: it is not UTF-8, and `errors` is `strict`.
+        UnicodeDecodeError: the content is not UTF-8, and `errors` is `strict`.
     """
     return read_file(path, limit_bytes).decode("utf-8", errors).replace("\r\n", "\n").replace("\r", "\n")

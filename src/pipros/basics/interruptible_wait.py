@@ -1,11 +1,11 @@
-"""Waits that any signal interrupts.
+"""Waits that any signal can interrupt.
 
-Python runs signal handlers between two byte codes of the main thread. A signal that arrives just
-before that thread begins to wait is handled only after the wait: an endless wait would lose
-Ctrl-C. So every wait of a main thread consists of short slices.
+Python runs signal handlers between two byte codes of the main thread. A signal that arrives just before that
+thread starts to wait is handled only after the wait, so an endless wait would lose Ctrl-C. So every wait of a
+main thread consists of short slices.
 
-A handler may also raise KeyboardInterrupt between any two byte codes. `threading.Event` is written in Python:
-an exception in the middle of its `wait` may leave its lock taken, and then `set` blocks forever. `set` also
+A handler may also raise KeyboardInterrupt between any two byte codes. `threading.Event` is written in Python,
+so an exception in the middle of its `wait` can leave its lock held, and then `set` blocks forever. `set` also
 blocks when it is called by a handler that interrupts `wait`. `OnceEvent` has neither problem.
 """
 
@@ -26,14 +26,15 @@ _Item = TypeVar("_Item")
 class OnceEvent:
     """An event that is set once, and stays usable if a signal handler raises in a waiting thread.
 
-    `set` never blocks: signal handlers may call it. An exception that a handler raises in `wait` is harmless.
+    `set` never blocks, so signal handlers may call it. An exception that a handler raises in `wait` is
+    harmless.
     """
 
     __slots__ = ("_is_set", "_lock")
 
     def __init__(self) -> None:
         self._is_set = False
-        self._lock = threading.Lock()  # taken until the event is set
+        self._lock = threading.Lock()  # held until the event is set
         self._lock.acquire()
 
     def is_set(self) -> bool:
@@ -50,11 +51,12 @@ class OnceEvent:
 
     def _wait_once(self, timeout_s: float) -> bool:
         if not self._is_set and self._lock.acquire(timeout=timeout_s):
-            self._release()  # for the next waiting thread; after an exception here it wakes a slice later
+            # wake the next waiting thread; if an exception is raised here, it wakes one slice later
+            self._release()
         return self._is_set
 
     def _release(self) -> None:
-        with contextlib.suppress(RuntimeError):  # another thread did it
+        with contextlib.suppress(RuntimeError):  # another thread has released it
             self._lock.release()
 
 

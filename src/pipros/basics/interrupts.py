@@ -1,4 +1,4 @@
-"""Signals that end a command: Ctrl-C even where Python would ignore it, and SIGTERM with clean-up.
+"""Signals that end a command: Ctrl-C, even if Python would ignore it, and SIGTERM with clean-up.
 
 Python raises KeyboardInterrupt wherever the main thread is. In a `__del__` or a
 callback of the garbage collector, which runs in every import, Python can only report the exception as
@@ -26,7 +26,7 @@ _AGAIN_S = 0.02
 
 
 def install() -> None:
-    """Make every Ctrl-C effective, including one that Python only reports. May be called repeatedly."""
+    """Make every Ctrl-C effective, including any that Python would only report. May be called repeatedly."""
     if not isinstance(sys.unraisablehook, _InterruptKeeper):
         sys.unraisablehook = _InterruptKeeper(sys.unraisablehook)
 
@@ -34,8 +34,8 @@ def install() -> None:
 def accept_ctrl_c() -> None:
     """Make SIGINT raise KeyboardInterrupt, even if the process was started with SIGINT ignored.
 
-    Shells start background jobs of scripts (`command &`) that way. Noetic's commands that are ROS nodes end
-    on SIGINT nevertheless; the others keep ignoring it. Does nothing outside the main thread.
+    Shells start background jobs of scripts (`command &`) that way. Noetic's commands that are ROS nodes
+    nevertheless end on SIGINT; other commands keep ignoring it. Does nothing outside the main thread.
     """
     if threading.current_thread() is not threading.main_thread():
         return
@@ -44,9 +44,9 @@ def accept_ctrl_c() -> None:
 
 
 def exits_after_ctrl_c(code: int = 0) -> Callable[[Callable[_Arguments, int]], Callable[_Arguments, int]]:
-    """Decorate the `main` of a program that is a node, to end without a traceback when Ctrl-C interrupts it.
+    """Decorate a node program's `main`, so that it ends without a traceback when Ctrl-C interrupts it.
 
-    The interrupts that rospy raises are KeyboardInterrupts, too: for example in `init_node`.
+    This includes the KeyboardInterrupts that rospy raises, for example in `init_node`.
 
     Args:
         code: the exit code; 0 for a node, which runs until it is terminated.
@@ -67,10 +67,11 @@ def exits_after_ctrl_c(code: int = 0) -> Callable[[Callable[_Arguments, int]], C
 
 @contextmanager
 def ended_by_termination() -> Iterator[None]:
-    """Let SIGTERM, and SIGHUP of a closed terminal, end the block by SystemExit, so that it can clean up.
+    """Make SIGTERM, and SIGHUP from a closed terminal, end the block with SystemExit, so that it can clean
+    up.
 
-    The exit code is the same as shells report for the signal. A signal that is ignored, as under nohup, stays
-    ignored. Does nothing outside the main thread.
+    The exit code is the one that shells report for the signal. A signal that is ignored, as under nohup,
+    stays ignored. Does nothing outside the main thread.
     """
     previous: dict[signal.Signals, Any] = {}
     if threading.current_thread() is threading.main_thread():
@@ -111,6 +112,6 @@ def interrupt_main_thread() -> None:
     """Run the SIGINT handler in the main thread, even if that thread waits for a lock or for input."""
     main = threading.main_thread().ident
     if sys.platform != "win32" and main is not None and hasattr(signal, "pthread_kill"):
-        signal.pthread_kill(main, signal.SIGINT)  # it also ends a wait of the system
+        signal.pthread_kill(main, signal.SIGINT)  # this also interrupts a blocking system call
     else:
         _thread.interrupt_main()

@@ -1,4 +1,4 @@
-"""Module attributes that are imported at their first use, which keeps start-up fast."""
+"""Module attributes that are imported on first use, which keeps start-up fast."""
 
 from __future__ import annotations
 
@@ -8,18 +8,20 @@ from importlib import import_module
 from typing import Any
 
 TYPING = ("__future__", "collections.abc", "pathlib", "typing")
-"""Modules whose names modules import for annotations, and do not hand on by a star import."""
+"""Modules from which other modules import names for annotations. Star imports do not re-export these
+names.
+"""
 
 
 def lazy_names(
     module: str, homes: Mapping[str, str], submodules: Collection[str] = ()
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Return `__getattr__` and `__dir__` for a module some of whose names live in other modules.
+    """Return `__getattr__` and `__dir__` for a module that takes some of its names from other modules.
 
     Args:
         module: the module's own name.
-        homes: for each name the module that defines it, or `module:name` if it has another name there.
-        submodules: further names, each of a module in the package `module`.
+        homes: for each name, the module that defines it, or `module:name` if it has another name there.
+        submodules: further names, each of which is a module in the package `module`.
     """
 
     def get(name: str) -> Any:
@@ -38,15 +40,15 @@ def lazy_names(
 
 
 def star_names(module: str, words: str = "", hidden: str = "") -> None:
-    """Make a star import of a module bind more names, which are imported on first access.
+    """Make a star import of a module bind additional names, which are imported on first access.
 
-    Call it after `__all__` and `__getattr__` of the module are set. A name from a library that is not
-    installed is omitted. `dir(module)` is unchanged.
+    Call this function after setting the module's `__all__` and `__getattr__`. A name from a library that is
+    not installed is omitted. `dir(module)` is unchanged.
 
     Args:
         module: the module's own name.
         words: the names, separated by spaces: `threading` or `os.path` for a module, `io:StringIO` for a name
-            in one, and `urls=urllib.parse` for one under another name.
+            in a module, and `urls=urllib.parse` for a module under another name.
         hidden: public names of the module that a star import omits.
     """
     namespace = vars(sys.modules[module])

@@ -17,13 +17,13 @@ _MIB = 1024 * _KIB
 
 
 class InvalidLimits(PiprosError, ValueError):
-    """`PIPROS_LIMITS` names an unknown limit, or has an invalid value for one."""
+    """`PIPROS_LIMITS` names an unknown limit, or gives a limit an invalid value."""
 
 
-# Every command imports this: dataclasses would take longer than a call of the master, and so would string
-# annotations, which a NamedTuple compiles one by one.
+# Every command imports this module. Importing dataclasses would take longer than a call to the master, and so
+# would string annotations, which a NamedTuple compiles one by one.
 class Limits(NamedTuple):
-    """The limits of one process, one node or one master. `limits._replace(stall_s=1.0)` changes some.
+    """The limits for one process, one node or one master. `limits._replace(stall_s=1.0)` changes some.
 
     Attributes:
         header_bytes: size of a TCPROS connection header.
@@ -31,73 +31,76 @@ class Limits(NamedTuple):
         handshakes: TCPROS connections that have not sent their header yet, at a time.
         handshake_s: the time for a connection header, in either direction.
         body_bytes: an XML-RPC request.
-        answer_bytes: an XML-RPC response of a server that the user chose: the master, or a node that a tool
+        answer_bytes: an XML-RPC response from a server that the user chose: the master, or a node that a tool
             queries.
-        bodies_bytes: all incomplete XML-RPC requests of one server together; also all service replies of a
-            node that clients have not read.
+        bodies_bytes: all incomplete XML-RPC requests to one server together; also all of a node's service
+            replies that clients have not read.
         request_s: the time for an XML-RPC request to arrive, and for its sender to read the response; also
-            for service calls, where it starts over with every MiB.
-        login_s: the time for a client of the page to send its request, and again to send the token.
-        login_bytes: the bytes that it may send before that.
-        idle_s: maximum time that an XML-RPC connection may stay open without a request.
+            for service calls, for which it restarts after every MiB.
+        login_s: the time for a page's client to send its request, and then again to send the token.
+        login_bytes: the bytes that a page's client may send before it has logged in.
+        idle_s: the time that an XML-RPC connection may stay open without a request.
         file_bytes: a file that is read whole: a launch file, a manifest, a definition, a `CMakeLists.txt`.
         cmake_steps: commands and loop iterations that one package's `CMakeLists.txt` executes.
-        cmake_rounds: iterations of one of its loops.
-        cmake_depth: nesting of its files and functions.
-        cmake_value_characters: one variable, and the arguments of one command.
-        cmake_characters: all its variables together.
+        cmake_rounds: iterations of one loop in a `CMakeLists.txt`.
+        cmake_depth: nesting of a package's CMake files and functions.
+        cmake_value_characters: the value of one CMake variable, or the arguments of one command.
+        cmake_characters: all of a package's CMake variables together.
         log_bytes: the log file of a node or launcher, `rosout.log` and `master.log`.
-        log_files: such a file and its rotated predecessors, of which `x.log.1` is the youngest.
-        goals: goals of an action server, with those that ended lately and those cancelled in advance; the ids
-            of goals have `name_characters`.
+        log_files: a log file and its rotated predecessors, of which `x.log.1` is the most recent.
+        goals: goals of an action server, including recently ended goals and goals cancelled in advance. Goal
+            ids are limited to `name_characters`.
         launch_bytes: files and command outputs that one launch reads, and the text that substitutions insert.
-        launch_includes: `<include>`s of one launch.
-        launch_insert_characters: the text that the substitutions of one attribute or text insert.
+        launch_includes: `<include>`s in one launch.
+        launch_insert_characters: the text that the substitutions in one attribute or text insert.
         loggers: loggers that callers of `~set_logger_level` create in a node.
-        multicall_answer_bytes: all responses of one `system.multicall` together.
-        rpc_connections: XML-RPC connections of one server; 0 is half of the process's descriptors, for a node
-            an eighth.
-        rpc_connections_per_peer: maximum number of these connections from one address.
+        multicall_answer_bytes: all responses to one `system.multicall` together.
+        rpc_connections: XML-RPC connections to one server; 0 means half of the process's descriptors, or an
+            eighth for a node.
+        rpc_connections_per_peer: XML-RPC connections to one server from one address.
         name_characters: a name or a URI in a call to the master.
         parameter_bytes: all parameters of a master together.
         registration_bytes: the names, types and URIs of all registrations of a master together.
-        topic_types: types that a master keeps for topics without publishers and subscribers.
-        topic_type_bytes: the names of those topics and their types together.
-        notices: calls of a master that are queued for one node.
+        topic_types: types that a master keeps for topics that have no publishers or subscribers.
+        topic_type_bytes: the names and types of all such topics together.
+        notices: calls that a master has queued for one node.
         notice_s: the time for a node to answer such a call.
-        tcpros_connections: TCPROS connections of a node, in either direction; 0 is three quarters of the
+        tcpros_connections: TCPROS connections of a node, in either direction; 0 means three quarters of the
             process's descriptors.
-        tcpros_connections_per_peer: maximum number of these connections that one address may open; 0 is half,
-            for loopback all.
-        incoming_links: publishers that a node receives from; each takes a thread.
+        tcpros_connections_per_peer: the TCPROS connections that one address may open; 0 means half of
+            `tcpros_connections`, or all of them for loopback.
+        incoming_links: publishers that a node receives from; each needs a thread.
         connection_attempts: publishers that a node connects to at a time.
-        publishers_per_topic: publishers of one topic that a node connects to.
-        service_threads: service calls that a node handles at a time; others wait.
-        statistics_links: links that topic statistics are kept for.
-        lookup_s: time limit for looking up a configured host name to see whether it belongs to this machine.
+        publishers_per_topic: publishers on one topic that a node connects to.
+        service_threads: service calls that a node handles at a time; further calls wait.
+        statistics_links: links for which topic statistics are kept.
+        lookup_s: the time for looking up a configured host name to determine whether it belongs to this
+            machine.
         recheck_s: the shortest interval at which a node queries its master because of unknown callers.
-        stall_s: maximum time that one `publish` waits, in total, for subscribers that do not keep up.
-        queue_bytes: the messages queued for one subscriber, whatever the `queue_size`.
+        stall_s: the time that one `publish` waits, in total, for subscribers that do not keep up.
+        queue_bytes: the messages queued for one subscriber, regardless of `queue_size`.
         lookups: concurrent look-ups of host names.
         subscriber_bytes: the bytes that a subscriber may send on a topic link after its header.
         definition_bytes: the text of a message definition from a peer or a bag.
-        definition_cache_bytes: such texts whose classes are kept for the next message.
-        definition_types: types in such a text.
-        definition_fields: fields and constants of all types in such a text, or of one type in a file; fields
-            of embedded types count each time.
-        definition_copies_bytes: the definitions of all types in such a text, each with its embedded types.
-        bag_header_bytes: the header of one record of a bag.
+        definition_cache_bytes: definitions whose classes are kept for the next message.
+        definition_types: types in one definition.
+        definition_fields: fields and constants of all types in one definition, or of one type in a file.
+            Fields of embedded types count each time.
+        definition_copies_bytes: the definitions of all types in one definition, each including its embedded
+            types.
+        bag_header_bytes: the header of one record in a bag.
         bag_connection_bytes: a connection header, or the list of a chunk's connections, in a bag.
         bag_chunk_bytes: one chunk of a bag, uncompressed.
-        bag_expanded_bytes: likewise, of a chunk that decompression makes more than 1,000 times larger.
+        bag_expanded_bytes: the same for a chunk that decompression makes more than 1,000 times larger.
         bag_index_bytes: entries for messages that are found by reading chunks, beyond 16 bytes for each byte
             of the file.
         bag_cache_bytes: the uncompressed chunks that are kept while a bag is read.
-        edit_method_characters: the constants of one enum of dynamic_reconfigure.
+        edit_method_characters: the constants of one dynamic_reconfigure enum.
         bus_answer_bytes: a node's report on its connections, for tools that show the graph.
         page_message_bytes: a message that a page decodes.
-        page_view_bytes: data that a page keeps for one of its tabs: log entries, diagnostics, parameters.
-        page_topics: topics that all browsers of a page watch together.
+        page_view_bytes: data that a page keeps for one of its tabs, such as log entries, diagnostics or
+            parameters.
+        page_topics: topics that all browsers connected to a page watch together.
         bridge_clients: clients of rosbridge and Foxglove servers of a process.
         bridge_topics: topics that all these clients receive together.
         bridge_subscriptions: subscriptions of one client, and likewise what it advertises.
@@ -107,18 +110,19 @@ class Limits(NamedTuple):
         bridge_client_messages_s: messages per second that a client may send; beyond, it is read more slowly.
         bridge_client_bytes_s: likewise, bytes per second.
         message_values: values in a new message.
-        empty_elements: values in one message beyond the eight that each of its bytes pays for.
-        turtles: turtles of one turtlesim.
+        empty_elements: values in one message beyond the budget of eight values per byte.
+        turtles: turtles in one turtlesim.
         simulated_robots: robots of one simulation.
-        teleports: teleports of one turtle that wait for the next tick.
-        transform_bytes: the frames and transforms of one buffer of tf, roughly.
-        yaml_values: values of a YAML text, aliases and merged mappings counted as often as they are used.
-        yaml_depth: nesting of lists and mappings in a YAML text; the parameter server has the same.
+        teleports: teleports of one turtle that are queued for the next tick.
+        transform_bytes: the approximate size of the frames and transforms in one tf buffer.
+        yaml_values: values in a YAML text. Aliases and merged mappings count each time they are used.
+        yaml_depth: nesting of lists and mappings in a YAML text, the same as for the parameter server.
         xml_bytes: an XML file.
         xml_depth: nesting of elements in an XML file.
         expression_characters: the text of one `$(eval ...)` or message filter.
-        expression_size: characters of a string, or elements of a nested list, that it builds.
-        expression_work: the sizes of all values that it builds, plus the steps that take more time than that.
+        expression_size: characters of a string, or elements of a nested list, that an expression builds.
+        expression_work: the sizes of all values that an expression builds, plus a charge for steps that take
+            longer than their results' sizes suggest.
     """
 
     header_bytes: int = 1 * _MIB
@@ -211,8 +215,8 @@ class Limits(NamedTuple):
         """Read `name=value` pairs, separated by commas; all other limits keep their defaults.
 
         Raises:
-            InvalidLimits: an unknown name, or a value that is not a number greater than zero. 0 is allowed
-                where it is the default.
+            InvalidLimits: an unknown name, or a value that is not a number greater than zero. 0 is allowed if
+                it is the default.
 
         Examples:
             >>> Limits.parse("frame_bytes=1000, stall_s=0.5").stall_s

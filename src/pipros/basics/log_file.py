@@ -1,7 +1,8 @@
 """Log files: opened so that another user cannot redirect them, and tolerant of a full disk.
 
-Log folders may be shared. Another user who can write there could replace a log file with a link; lines, whose
-text peers choose in part, would then be appended to any file of the node's user.
+Log folders may be shared. Another user who can write to a log folder could replace a log file with a link.
+Lines, part of whose text is chosen by peers, would then be appended to any file that belongs to the node's
+user.
 """
 
 from __future__ import annotations
@@ -27,14 +28,14 @@ class Planted(PermissionError):
 
 
 def open_to_write(path: str | os.PathLike[str], *, append: bool = True) -> int:
-    """Open a file for writing; a new one gets the usual permissions (umask). Return the descriptor.
+    """Open a file for writing and return its descriptor. A new file gets the usual permissions (umask).
 
-    Links that belong to this user or to root are followed; those of other users are not. The file must be a
+    Links that belong to this user or to root are followed; other users' links are not. The file must be a
     regular file without a second name, or a device such as `/dev/null`. It may belong to another user, so
     that users can share a log file.
 
     Args:
-        append: whether to keep the content of the file.
+        append: whether to keep the file's content.
 
     Raises:
         Planted: the path is unsafe; the message states the reason.
@@ -90,11 +91,11 @@ def _check_link(status: os.stat_result, path: str) -> None:
 
 
 def _target(path: str) -> str:
-    """Return the target of a link; raise `Planted` if another user created it."""
+    """Return a link's target; raise `Planted` if another user created the link."""
     if sys.platform != "linux":
         refuse_planted_link(path)
         return os.readlink(path)
-    # By descriptor: another user could replace the link after the check.
+    # Use a descriptor, because another user could replace the link after the check.
     link = os.open(path, os.O_PATH | os.O_NOFOLLOW | os.O_CLOEXEC)
     try:
         _check_link(os.fstat(link), path)
@@ -104,7 +105,7 @@ def _target(path: str) -> str:
 
 
 class LogFile:
-    """Appends lines to a file, which is rotated when it grows too large. Thread-safe.
+    """Appends lines to a file. The file is rotated when it grows too large. Thread-safe.
 
     When a line cannot be written, for example because the disk is full, a warning is printed once. Further
     lines are lost silently until writing succeeds again; a line with the number of lost lines then precedes
@@ -127,7 +128,7 @@ class LogFile:
         self._size = os.fstat(self._descriptor).st_size
 
     def write(self, text: str) -> None:
-        """Append text that consists of whole lines. Never raises, and does nothing after `close`."""
+        """Append whole lines of text. Never raises, and does nothing after `close`."""
         data = text.encode("utf-8", "backslashreplace")
         with self._lock:
             if self._is_closed:

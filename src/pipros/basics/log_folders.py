@@ -13,14 +13,16 @@ _BLOCK_BYTES = 512  # the unit of st_blocks, on every system that has it
 
 
 def log_folders(environment: Environment | None = None) -> list[tuple[Path, str]]:
-    """Return the existing log folders, each with Noetic's description of it."""
+    """Return the existing log folders, each with the description that Noetic gives it."""
     environment = environment or Environment.from_os()
     known = [(environment.log_dir, "ROS node logs"), (environment.ros_home / "rosmake", "rosmake logs")]
     return [(folder, label) for folder, label in known if folder.is_dir()]
 
 
 def size_of(folder: Path) -> int:
-    """Return the total bytes of the entries below a folder, as counted by `du -b`. Links are not followed."""
+    """Return the total size in bytes of the entries below a folder, as counted by `du -b`. Links are not
+    followed.
+    """
     return sum(entry.st_size for entry in _entries(folder))
 
 
@@ -35,7 +37,7 @@ def _entries(folder: Path) -> Iterator[os.stat_result]:
             try:
                 yield os.lstat(path)
             except OSError:
-                continue  # it was just deleted
+                continue  # it has just been deleted
 
 
 def readable(size: int) -> str:

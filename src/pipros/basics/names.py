@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from pipros.basics.errors import InvalidName
 
-# Not compiled yet: `re` compiles them at the first use and caches them, and many tools need none.
+# These are not compiled here: `re` compiles patterns on first use and caches them, and many tools need none.
 _LEGAL = r"[~/A-Za-z][A-Za-z0-9_/]*"
 _LEGAL_KEY = r"[~/A-Za-z_][A-Za-z0-9_/]*"
 _LEGAL_BASE = r"[A-Za-z][A-Za-z0-9_]*"
@@ -82,7 +82,7 @@ def as_namespace(name: str) -> str:
 
 
 def join(ns: str, name: str) -> str:
-    """Return `name` in the namespace `ns`; a global or private name is returned unchanged.
+    """Return `name` in the namespace `ns`. A global or private name is returned unchanged.
 
     >>> join("/robot", "battery"), join("/robot/", "/battery"), join("~", "rate")
     ('/robot/battery', '/battery', '~rate')
@@ -143,7 +143,8 @@ class InvalidKey(ValueError):
 def leaves_below(
     name: str, value: Any, combine: Callable[[str, str], str] = join
 ) -> Iterator[tuple[str, Any]]:
-    """Yield the single parameters in a value at `name`. Dictionaries are namespaces; empty ones are left out.
+    """Yield the individual parameters in a value at `name`. Dictionaries are namespaces; empty dictionaries
+    are omitted.
 
     Args:
         combine: joins a namespace and a key.
@@ -175,8 +176,8 @@ class Arguments(NamedTuple):
     """The arguments of a command line, classified by the ROS rules.
 
     Attributes:
-        remappings: `from:=to`, both as written.
-        params: `_name:=value`, the name without its underscore, the value as YAML text.
+        remappings: `from:=to`, with both sides as written.
+        params: `_name:=value`: the name without its underscore, and the value as YAML text.
         special: `__name:=value`, keys with both underscores: `__name`, `__ns`, `__log`,
             `__ip`, `__hostname`, `__master`, ….
         rest: all other arguments in order.
@@ -191,7 +192,7 @@ class Arguments(NamedTuple):
 
 
 def is_remapping_argument(argument: str) -> bool:
-    """Return True for `key:=...`, also with an empty value; `:=` and `:=b` have no key."""
+    """Return True for `key:=...`, even if the value is empty; `:=` and `:=b` have no key."""
     return ":=" in argument and not argument.startswith(":=")
 
 
@@ -208,7 +209,7 @@ def is_legal_remapping(argument: str) -> bool:
 
 
 def parse_arguments(argv: Iterable[str]) -> Arguments:
-    """Classify a command line by http://wiki.ros.org/Remapping%20Arguments.
+    """Classify a command line as described in http://wiki.ros.org/Remapping%20Arguments.
 
     >>> parsed = parse_arguments(["prog", "a:=b", "_rate:=3", "__name:=t", "file"])
     >>> parsed.remappings, parsed.params, parsed.special, parsed.rest

@@ -1,8 +1,8 @@
-"""POSIX features that other systems lack: owners of files, process groups, forks, limits of descriptors.
+"""POSIX features that other systems lack: file owners, process groups, forks and descriptor limits.
 
-Elsewhere a function has a harmless result or raises `NeedsPosix`. `sys.platform` is for type checkers; names
-are checked, too, because Python in a browser lacks some of them. The terminal is in `terminals.py`.
-This module imports little, because every first import of a message needs it.
+On other systems, a function has a harmless result or raises `NeedsPosix`. `sys.platform` is for type
+checkers; the existence of names is checked, too, because Python in a browser lacks some of them. The terminal
+is in `terminals.py`. This module imports little, because every first import of a message needs it.
 """
 
 from __future__ import annotations
@@ -10,25 +10,27 @@ from __future__ import annotations
 import os
 import sys
 
-TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take milliseconds
+TYPE_CHECKING = False  # type checkers treat this as True; importing `typing` would take milliseconds
 if TYPE_CHECKING:
     import subprocess
     from collections.abc import Callable
 
 HAS_OWNERS = hasattr(os, "getuid")
-"""False on Windows, where the folders of a profile belong to its user by default."""
+"""False on Windows, where a profile's folders belong to its user by default."""
 
 _AT_ONCE = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
 NO_LINK = getattr(os, "O_NOFOLLOW", 0) | _AT_ONCE
-"""Flags of `os.open` that refuse links, and do not wait for the other end of a pipe."""
+"""Flags for `os.open` that refuse links and do not wait for the other end of a pipe."""
 READ = os.O_RDONLY | _AT_ONCE | getattr(os, "O_BINARY", 0)
-"""Flags of `os.open` to read a file that may turn out to be a pipe."""
+"""Flags for `os.open` to read a file that may turn out to be a pipe."""
 
 _WINDOWS_CONNECTIONS = 8192
 
 
 def user_id() -> int:
-    """Return the effective user of this process; 0 on systems without file owners, like their `st_uid`."""
+    """Return the process's effective user id. On systems without file owners, return 0, which is also their
+    `st_uid`.
+    """
     if sys.platform != "win32" and HAS_OWNERS:
         return os.geteuid()
     return 0
@@ -56,7 +58,9 @@ def signal_group(group: int, number: int) -> None:
 
 
 def kill_with_group(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process, which may have ended, and on POSIX the rest of the group that it leads."""
+    """Kill a process, which may already have ended. On POSIX, also kill the rest of the group that it
+    leads.
+    """
     if sys.platform != "win32" and hasattr(os, "killpg"):
         import signal
 
@@ -75,9 +79,9 @@ def call_in_children(callback: Callable[[], object]) -> None:
 
 
 def descriptor_limit() -> int:
-    """Return the number of files and sockets that this process may have open."""
+    """Return the maximum number of files and sockets that this process can have open."""
     if sys.platform == "win32":
-        return _WINDOWS_CONNECTIONS  # sockets do not count as files there
+        return _WINDOWS_CONNECTIONS  # sockets do not count as files on Windows
     try:
         import resource
     except ImportError:
@@ -102,7 +106,7 @@ def raise_descriptor_limit(wanted: int) -> None:
 
 
 def make_room_for_descriptors(count: int) -> None:
-    """Make the kernel grow the descriptor table of the process now.
+    """Make the kernel grow the process's descriptor table now.
 
     The table doubles when it is full, and on Linux this blocks a process with threads for 10 to 20 ms.
     """

@@ -10,16 +10,16 @@ if TYPE_CHECKING:
     from typing import IO
 
     Say = Callable[[str], object]
-    """Writes a text to the user."""
+    """Writes text for the user."""
 
 QUOTE_LIMIT = 200
-"""Longer texts of peers are cut when they are quoted."""
+"""Longer texts from peers are cut when they are quoted."""
 
 
 def printable(value: object, limit: int = QUOTE_LIMIT) -> str:
     """Return `value` as one line without control characters: they become escapes such as `\\x1b` and `\\n`.
 
-    A text longer than `limit` characters is cut, and ends in `...`. Other values are shown as by `str`.
+    A text longer than `limit` characters is cut, and ends in `...`. Other values are converted by `str`.
 
     >>> printable("a\\x1b[31mb\\nc"), printable("abcdef", limit=5)
     ('a\\\\x1b[31mb\\\\nc', 'ab...')
@@ -36,12 +36,12 @@ def printable(value: object, limit: int = QUOTE_LIMIT) -> str:
 
 
 def listed(value: object) -> str:
-    """Return `printable` text without a limit, for listings, in which names may be long."""
+    """Return `printable` text with no length limit, for listings, in which names may be long."""
     return printable(value, sys.maxsize)
 
 
 def printable_lines(text: str) -> str:
-    """Return text of several lines without control characters other than line breaks and tabs.
+    """Return multi-line text without control characters other than line breaks and tabs.
 
     >>> printable_lines("a\\tb\\r\\nc")
     'a\\tb\\\\r\\nc'
@@ -53,7 +53,7 @@ def write_line(stream: IO[str], line: str, end: str = "\n") -> None:
     """Write a line and flush it. Characters that the stream's encoding lacks become `\\xe9` and the like.
 
     Raises:
-        OSError, ValueError: the stream cannot be written, or is closed.
+        OSError, ValueError: the stream cannot be written to, or is closed.
     """
     try:
         stream.write(line + end)

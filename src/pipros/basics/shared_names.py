@@ -13,7 +13,8 @@ def share_names(module: str, owner: object, attributes: Mapping[str, str]) -> No
 
     Args:
         module: the module's own name.
-        attributes: for each name the attribute of `owner`, or of one of its parts: `part.attribute`.
+        attributes: for each name, the attribute of `owner`, or `part.attribute` for an attribute of one of
+            its parts.
     """
 
     def shared(path: str) -> property:

@@ -1,4 +1,4 @@
-"""Terminals of POSIX systems: single keys, and pseudoterminals (ptys) for the output of other processes."""
+"""POSIX terminals: reading single keys, and pseudoterminals (ptys) for the output of other processes."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ HAS_PTYS = hasattr(os, "openpty")
 
 @contextlib.contextmanager
 def single_keys(*, of_launcher: bool = False) -> Iterator[bool]:
-    """Make standard input deliver single keys without echo; return False without a foreground terminal.
+    """Make standard input deliver single keys without echo. Yield False if there is no foreground terminal.
 
-    If `of_launcher` is true, also use a terminal of another session: that of the roslaunch that started the
-    program.
+    If `of_launcher` is true, also use a terminal that belongs to another session, that of the roslaunch that
+    started the program.
     """
     if sys.platform == "win32":
         yield False
@@ -49,13 +49,13 @@ def single_keys(*, of_launcher: bool = False) -> Iterator[bool]:
 
 
 def open_pty(like: int) -> tuple[int, int]:
-    """Open a pty with the size of another terminal, which neither echoes nor changes bytes.
+    """Open a pty that has the size of another terminal, and that neither echoes nor changes bytes.
 
     Returns:
         The end to read from, and the end to write to.
 
     Raises:
-        OSError: the system has no pty left.
+        OSError: the system has no free pty.
         NeedsPosix: the system has no ptys.
     """
     if sys.platform == "win32" or not HAS_PTYS:

@@ -1,4 +1,6 @@
-"""Splits the URIs of nodes, masters and services. Importing `urllib` would take longer than a whole call."""
+"""Splits the URIs of nodes, masters and services. It avoids `urllib`, because importing it would take longer
+than a complete call.
+"""
 
 from __future__ import annotations
 
@@ -11,12 +13,12 @@ def split_uri(text: str, schemes: Collection[str] = ("http",)) -> tuple[str, int
     """Return the host, port and path of a URI, split as XML-RPC clients do.
 
     Args:
-        text: `http://robot:11311/RPC2`, or `rosrpc://robot:34567` of a service.
+        text: `http://robot:11311/RPC2`, or `rosrpc://robot:34567` for a service.
         schemes: the accepted schemes, in lower case.
 
     Raises:
-        ValueError: another scheme, no host or port, white space or control characters, or a host that cannot
-            be a name or an address.
+        ValueError: the URI has another scheme, lacks a host or port, contains white space or control
+            characters, or has a host that cannot be a name or an address.
 
     >>> split_uri("http://robot:11311/RPC2"), split_uri("rosrpc://[::1]:11311", ["rosrpc"])
     (('robot', 11311, '/RPC2'), ('::1', 11311, '/'))
@@ -35,7 +37,7 @@ def split_uri(text: str, schemes: Collection[str] = ("http",)) -> tuple[str, int
 
 
 def host_and_port(host: str, port: int) -> str:
-    """Return `host:port` as in URIs and in the `Host` header of HTTP.
+    """Return `host:port` as in URIs and the HTTP `Host` header.
 
     >>> host_and_port("robot", 80), host_and_port("::1", 80)
     ('robot:80', '[::1]:80')
@@ -46,7 +48,7 @@ def host_and_port(host: str, port: int) -> str:
 
 
 def _can_be_host(host: str) -> bool:
-    """Return False for a host whose look-up would raise an error other than an unknown name."""
+    """Return False for a host whose look-up would raise an error other than that for an unknown name."""
     try:
         ascii_host = host if host.isascii() else host.encode("idna").decode("ascii")
     except UnicodeError:

@@ -1,4 +1,4 @@
-"""Warnings about the machine rather than the user's program, printed once in a process."""
+"""Warnings about the machine rather than the user's program, printed once per process."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LIMIT = 1_000
 
 @cache
 def warn_once(text: str) -> None:
-    """Write a line to standard error, the first time that this text is given. Never raises."""
+    """Write a line to standard error the first time that `text` is given. Never raises."""
     if sys.stderr is not None:
         with contextlib.suppress(OSError, ValueError):
             print(printable(text, _LIMIT), file=sys.stderr, flush=True)

@@ -45,7 +45,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for folder, text in _FOLDERS.items():
         group.add_argument(f"--{folder}", dest="folders", action="append_const", const=folder, help=text)
     options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
-    # The packages bundled with pipros are the lowest workspace, like /opt/ros/noetic in Noetic.
+    # The packages bundled with pipros form the lowest workspace, like /opt/ros/noetic in Noetic.
     workspaces = [*built_workspaces(), BuiltWorkspace(SHARED_PACKAGES.parent)]
     try:
         found = find_files(

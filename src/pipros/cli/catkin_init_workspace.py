@@ -24,7 +24,7 @@ include(${TOPLEVEL})
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Initialise the given folder, by default the current one; return the exit code."""
+    """Initialise the given folder, by default the current folder. Return the exit code."""
     parser = ArgumentParser(
         prog="catkin_init_workspace",
         description="Initializes a catkin workspace by creating a top-level CMakeLists.txt.",
@@ -44,7 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def initialise(source: Path) -> str:
-    """Write the top-level `CMakeLists.txt` of a source folder; return a line that describes what was done."""
+    """Write a source folder's top-level `CMakeLists.txt`. Return a line that describes what was done."""
     file = source / "CMakeLists.txt"
     toplevel = find_toplevel()
     if toplevel is not None:

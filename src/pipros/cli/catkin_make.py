@@ -28,7 +28,7 @@ _SCRIPT_RUNNER = [sys.executable, "-m", "pipros.testing.script_runner"]
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Build and return the exit code: 1 if any package failed."""
+    """Build the workspace. Return the exit code, which is 1 if any package failed."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     options, definitions, for_make = _parse(arguments)
     targets = list(for_make.targets)
@@ -114,7 +114,7 @@ def _write_error_result(file: Path, test: str, problem: str) -> None:
 
 
 def _parse(arguments: list[str]) -> tuple[Namespace, dict[str, str], MakeArguments]:
-    """Return the options, the `-D` settings, and the arguments for make."""
+    """Return the options, the `-D` settings and the arguments for make."""
     parser = ArgumentParser(
         prog="catkin_make",
         description="Creates the catkin workspace layout and builds it. Packages without compiled code are "
@@ -215,7 +215,7 @@ def _is_test(target: str) -> bool:
 
 
 def _in_one_line(error: str) -> str:
-    """Join the place of an error and the first line of its reason; CMake prints them on two lines."""
+    """Join an error's location and the first line of its reason, which CMake prints on two lines."""
     first, *rest = error.splitlines()
     return f"{first} {rest[0].strip()}" if first.endswith(":") and rest else first
 

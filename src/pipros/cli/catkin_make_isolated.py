@@ -1,4 +1,4 @@
-"""`catkin_make_isolated`: builds the packages of a workspace one by one."""
+"""`catkin_make_isolated`: builds the packages in a workspace one by one."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _RULE = "~" * 47
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Build and return the exit code: 1 if a package failed."""
+    """Build the packages. Return the exit code, which is 1 if a package failed."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     options = _parse(arguments)
     try:
@@ -150,7 +150,7 @@ def _layout(options: Namespace) -> WorkspaceFolders:
     base = Path(options.directory).absolute()
     if not base.is_dir():
         raise WorkspaceError(f"Workspace path '{base}' does not exist.")
-    # As in Noetic, spaces given on the command line are relative to the current folder.
+    # As in Noetic, paths of spaces given on the command line are relative to the current folder.
     layout = WorkspaceFolders(
         base,
         Path(options.source).absolute() if options.source else base / "src",

@@ -1,4 +1,4 @@
-"""`catkin_test_results`: summarizes the result files of tests."""
+"""`catkin_test_results`: summarizes test result files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`catkin_topological_order`: lists the packages of a workspace in build order."""
+"""`catkin_topological_order`: lists the packages in a workspace in build order."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pipros.cli.entry_point import command
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print names and folders; return 1 on errors and 3 for a folder without packages."""
+    """Print names and folders. Return 1 on errors and 3 if the folder contains no packages."""
     parser = ArgumentParser(
         prog="catkin_topological_order",
         description="Outputs the catkin projects of a workspace in topological order.",

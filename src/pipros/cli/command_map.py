@@ -86,7 +86,7 @@ COMMANDS: dict[str, dict[str, str]] = {
         "catkin_test_results": "summarize test results",
     },
 }
-"""Heading, then command and purpose. Only installed commands are printed."""
+"""Headings, each with commands and their purposes. Only installed commands are printed."""
 
 
 def installed_commands() -> set[str]:

@@ -1,4 +1,4 @@
-"""The node of a command that publishes, subscribes or calls services."""
+"""The node for a command that publishes, subscribes or calls services."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pipros.node.start_params import is_on
 def command_node(
     name: str, argv: Sequence[str] = (), *, wall_time: bool = False, insist: bool = True
 ) -> Iterator[Node]:
-    """Start a node with a unique name; it is unregistered however the command ends.
+    """Start a node with a unique name. The node is unregistered however the command ends.
 
     Ctrl-C and SIGTERM shut the node down; see `ended_by_signals`.
 
@@ -27,7 +27,7 @@ def command_node(
     node = Node(name, anonymous=True, argv=argv)
     with ended_by_signals(node, node, insist=insist):
         if not wall_time:
-            with contextlib.suppress(PiprosError):  # a command continues without a master
+            with contextlib.suppress(PiprosError):  # a command continues even if there is no master
                 if is_on(node, "/use_sim_time"):
                     node.use_simulated_time()
         yield node

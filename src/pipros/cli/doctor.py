@@ -27,7 +27,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         "and service is queried. Each problem is printed with its solution. Exits with 1 if an error was "
         "found.",
     )
-    parser.add_argument("--offline", action="store_true", help="check the setup of this machine only")
+    parser.add_argument("--offline", action="store_true", help="check only the setup of this machine")
     parser.add_argument(
         "--both-ways",
         action="store_true",
@@ -40,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         type=float,
         default=3.0,
         metavar="SECONDS",
-        help="time limit for the answer of a node in seconds (default: %(default)s)",
+        help="time limit for a node's answer in seconds (default: %(default)s)",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument(

@@ -1,4 +1,4 @@
-"""The decorator of every command: usable standard streams, and reliable Ctrl-C."""
+"""A decorator for every command that provides usable standard streams and reliable Ctrl-C."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from typing import Any, ParamSpec
 from pipros.basics import interrupts
 
 OUTPUT_FAILED = 120
-"""Python's exit code for failed writes to standard output, and hence that of Noetic's commands."""
+"""Python's exit code for failed writes to standard output, and therefore also that of Noetic's commands."""
 
 _Arguments = ParamSpec("_Arguments")
 
 
 class OutputFailed(OSError):
-    """Standard output cannot be written, for example because its disk is full."""
+    """Standard output cannot be written to, for example because its disk is full."""
 
 
 def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
     """Make `main` a command that works with any standard streams and can be interrupted at any moment.
 
-    - Ctrl-C ends it at any moment (`pipros.basics.interrupts`).
+    - Ctrl-C ends the command at any moment (`pipros.basics.interrupts`).
     - A closed stream (`>&-`) is `/dev/null` for the command and its children, as for Noetic's commands.
       No file or socket opened later can take its number.
-    - Output that cannot be written ends the command with one line on standard error and code 120.
-    - A pipe whose reader closed it (`| head`) ends the command silently, with code 0.
+    - If output cannot be written, the command ends with one line on standard error and code 120.
+    - If the reader of a pipe closes it (`| head`), the command ends silently with code 0.
     - A character missing in the terminal's encoding is written as `\\xe9`.
 
     Output is flushed when the command returns. Streams that replaced the process's own, as in tests, are left
@@ -41,7 +41,8 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
     @wraps(main)
     def guarded(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> int:
         interrupts.install()
-        atexit.register(gc.freeze)  # at exit, Python need not search for cycles in memory about to be freed
+        # at exit, Python need not search for cycles in memory that is about to be freed
+        atexit.register(gc.freeze)
         _open_closed_streams()
         before = sys.stdout
         sys.stdout, sys.stderr = _reporting_output(sys.stdout), _lenient(sys.stderr)
@@ -74,7 +75,9 @@ def discard_output() -> None:
 
 
 class _ReportingFile(io.FileIO):
-    """The file of standard output. Its errors are `OutputFailed`, to distinguish them from other OSErrors."""
+    """The file behind standard output. Its errors are raised as `OutputFailed`, to distinguish them from
+    other OSErrors.
+    """
 
     def write(self, data: Any, /) -> int:
         try:
@@ -94,7 +97,7 @@ def _reporting_output(stream: Any) -> Any:
     stream.flush()
     own = _ReportingFile(raw.fileno(), "wb", closefd=False)
     return io.TextIOWrapper(
-        io.BufferedWriter(own) if is_buffered else own,  # with -u Python does not buffer
+        io.BufferedWriter(own) if is_buffered else own,  # Python does not buffer if -u is given
         encoding=stream.encoding,
         errors=_lenient_errors(stream),
         line_buffering=stream.line_buffering,

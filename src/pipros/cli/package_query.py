@@ -15,10 +15,10 @@ from pipros.workspace.index import PackageIndex
 def split_arguments(
     arguments: Sequence[str], value_options: Collection[str], flags: Collection[str]
 ) -> tuple[list[str], dict[str, str], str]:
-    """Return words, options, and the error in them, which is empty if there is none.
+    """Return the words, the options, and the error in them, which is empty if there is none.
 
     Args:
-        arguments: arguments of the command line.
+        arguments: arguments from the command line.
         value_options: options whose value follows `=` or is the next argument.
         flags: options without a value. `-h` and `--help` are words unless they are flags.
     """
@@ -57,11 +57,11 @@ def complain(tool: str, text: str, options: Mapping[str, str]) -> int:
 
 
 class QueryFailed(PiprosError):
-    """A command cannot be executed; the text is printed after `[rospack] Error: `."""
+    """A command cannot be executed. The text is printed after `[rospack] Error: `."""
 
 
 class PackageQuery:
-    """The arguments of one command, with the package index and the dependency graph.
+    """One command's arguments, with the package index and the dependency graph.
 
     Attributes:
         words: arguments that are not options; the first is a package name.
@@ -76,13 +76,13 @@ class PackageQuery:
         unknown: str = "package '{}' not found",
         kinds: Sequence[str] = PACKAGES,
     ) -> None:
-        """Read nothing yet.
+        """Store the arguments. The index is read on first use.
 
         Args:
-            words, options: results of `split_arguments`.
+            words, options: results from `split_arguments`.
             noun: the word for a package in error messages.
-            unknown: error for an unknown package, with `{}` for its name.
-            kinds: what counts as a package, see `PackageIndex`.
+            unknown: the error for an unknown package, with `{}` in place of its name.
+            kinds: the kinds of packages to include; see `PackageIndex`.
         """
         self.words = words
         self.options = options
@@ -105,7 +105,7 @@ class PackageQuery:
         return name
 
     def option(self, name: str, complaint: str) -> str:
-        """Return the value of an option; `complaint` is Noetic's error if it is missing."""
+        """Return the value of an option. `complaint` is Noetic's error for a missing option."""
         value = self.options.get(name, "")
         if not value:
             raise QueryFailed(complaint)
@@ -127,7 +127,7 @@ class PackageQuery:
         return lines
 
     def dependency_chains(self) -> list[str]:
-        """Return every dependency path to the package of the option `--target` (`depends-why`)."""
+        """Return every dependency path to the package that the option `--target` names (`depends-why`)."""
         name, target = self.name, self.option("--target", f"no {self._noun} or target given")
         if self.index.get(target) is None:
             raise QueryFailed(f"{self._noun} '{target}' not found")
@@ -137,7 +137,7 @@ class PackageQuery:
         ]
 
     def crawl_times(self) -> list[str]:
-        """Return the folders that take longest to search (`profile`)."""
+        """Return the folders that take the longest to search (`profile`)."""
         from pipros.workspace.crawl_times import crawl_times
 
         length = self.options.get("--length", "20")

@@ -32,7 +32,8 @@ def without_remappings(argv: Sequence[str]) -> list[str]:
 def show(tool: str, tab: str, options: Any, usual: str = "") -> int:
     """Serve the page, opened at a tab, until Ctrl-C.
 
-    `usual` is the kind of change that the command is for: the page may make it without options, on loopback.
+    `usual` is the kind of change that the command is for. On loopback, the page may make such changes even if
+    no options are given.
     """
     from pipros.web.serve_page import CHANGING, PageOptions, serve_page
 

@@ -34,13 +34,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         metavar="NETWORK",
         action="append",
         help="network that may connect when the master is open, such as 10.0.0.0/8; may be repeated. "
-        "Without it all may.",
+        "By default, all networks may.",
     )
     parser.add_option(
         "--resume",
         action="store_true",
         default=False,
-        help="bring back parameters and the nodes that still run from before the last end of this master",
+        help="restore the parameters from the last run of this master, and the nodes that are still running",
     )
     parser.set_defaults(
         core=True,

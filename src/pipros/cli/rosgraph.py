@@ -53,7 +53,9 @@ def _follow() -> int:
 
 
 def describe(state: SystemState) -> str:
-    """List each node with its inbound and outbound peers, as registered at the master; then the services."""
+    """List each node with its inbound and outbound peers, as registered with the master, then the
+    services.
+    """
     inbound: dict[str, set[str]] = {node: set() for node in state.nodes()}
     outbound: dict[str, set[str]] = {node: set() for node in state.nodes()}
     for topic, publishers in state.publishers.items():

@@ -101,14 +101,14 @@ def _write_pid(file: Path) -> None:
 
 
 def _pid_file_of_core(port: int | None) -> Path:
-    """Return the file in which scripts find the pid of the master: `~/.ros/roscore-11311.pid`."""
+    """Return the file in which scripts find the master's pid, such as `~/.ros/roscore-11311.pid`."""
     from pipros.basics.env import DEFAULT_MASTER_PORT, Environment
 
     return Environment.from_os().ros_home / f"roscore-{port or DEFAULT_MASTER_PORT}.pid"
 
 
 def report(console: Console, error: Exception) -> int:
-    """Print an error like Noetic's roslaunch; return its exit code."""
+    """Print an error like Noetic's roslaunch, and return its exit code."""
     from pipros.launch.model import LaunchError
 
     kind = "RLException" if isinstance(error, LaunchError) else type(error).__name__
@@ -124,7 +124,7 @@ def report(console: Console, error: Exception) -> int:
 def _handle_signals(session: Callable[[], Launching | None]) -> Callable[[], None]:
     """Make SIGINT, SIGTERM and SIGHUP stop the session. Return a function that restores the old handlers.
 
-    Before the session exists, they raise KeyboardInterrupt.
+    Before the session exists, the signals raise KeyboardInterrupt.
     """
     requested = False
 
@@ -185,7 +185,7 @@ def _wait_for_master(console: Console) -> None:
 
 
 def _inspection(options: Values, files: Sequence[str]) -> Inspection | None:
-    """Return the function that prints information instead of starting nodes, by Noetic's precedence."""
+    """Return the function that prints information instead of starting nodes, using Noetic's precedence."""
     requested = (
         options.node_args,
         options.node_list,

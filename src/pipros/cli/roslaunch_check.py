@@ -1,4 +1,4 @@
-"""`roslaunch-check`: checks one launch file, or all of a folder, and writes a result file."""
+"""`roslaunch-check`: checks one launch file, or all launch files in a folder, and writes a result file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _CLASS_NAME = "roslaunch.RoslaunchCheck"
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Return 0 if there are no errors; else print all of them to stderr and return 1."""
+    """Return 0 if there are no errors; otherwise print all errors to stderr and return 1."""
     parser = OptionParser(
         usage="usage: %prog [options] <file|directory> [env=value...]", prog="roslaunch-check"
     )

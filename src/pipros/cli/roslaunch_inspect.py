@@ -1,4 +1,4 @@
-"""Options of `roslaunch` that print information about launch files: `--nodes`, `--dry-run`, …"""
+"""`roslaunch` options that print information about launch files: `--nodes`, `--dry-run`, …"""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ from pipros.launch.xml import DEFUNCT_MASTER, load
 from pipros.workspace.index import PackageIndex
 
 Inspection = Callable[[Launch, PackageIndex], int]
-"""Prints information about a launch; returns the exit code."""
+"""Prints information about a launch, and returns the exit code."""
 
 
 def inspect(show: Inspection, files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex) -> int:
     """Load launch files, print information about them with `show`, and return the exit code.
 
-    As in Noetic, `--dump-params` of a broken file exits with 0, and `--ros-args` reads only `<arg>` elements.
+    As in Noetic, `--dump-params` for a broken file exits with 0, and `--ros-args` reads only `<arg>`
+    elements.
     """
     texts = [sys.stdin.read()] if STDIN in files else []
     arguments_only = show is print_arguments
@@ -62,7 +63,7 @@ def print_files(launch: Launch, _index: PackageIndex) -> int:
 
 
 def print_params(launch: Launch, _index: PackageIndex) -> int:
-    """Print full names and values of parameters as YAML (`--dump-params`)."""
+    """Print the full names and values of parameters as YAML (`--dump-params`)."""
     print(params_text(launch.params))
     return 0
 

@@ -1,4 +1,4 @@
-"""`rosmaster`: runs only the master. Users start `roscore`; scripts and roslaunch start this."""
+"""`rosmaster`: runs only the master. Users start `roscore`; scripts and roslaunch start `rosmaster`."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def _parser() -> OptionParser:
         type="str",
         help="set rosmaster.master logger level ('debug', 'info', 'warn', 'error', 'fatal')",
     )
-    # Old versions of roslaunch and old scripts pass it. It has no effect.
+    # Old versions of roslaunch and old scripts pass this option. It has no effect.
     parser.add_option("-v", "--verbose", action="store_true", help=SUPPRESS_HELP)
     parser.add_option(
         "--bind", metavar="ADDRESS", help="address to listen on; 0.0.0.0 opens it to the network"

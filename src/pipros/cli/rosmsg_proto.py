@@ -71,10 +71,10 @@ class UnknownInterface(PiprosError):
 
 
 def example(kind: str, name: str) -> Message:
-    """Return an empty message or service request; search all packages if the name has none.
+    """Return an empty message or service request. If the name includes no package, search all packages.
 
     Raises:
-        UnknownInterface: no package defines it.
+        UnknownInterface: no package defines the message or service.
     """
     interfaces, noun = (MESSAGES, "message") if kind == "msg" else (SERVICES, "service")
     found = interfaces.types_named(name)

@@ -1,4 +1,4 @@
-"""`rosrun rosout rosout`: the `/rosout` node as a separate process, for masters without one."""
+"""`rosrun rosout rosout`: the `/rosout` node as a separate process, for masters that do not have one."""
 
 from __future__ import annotations
 

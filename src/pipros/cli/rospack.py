@@ -124,7 +124,7 @@ def _depends_manifests(query: PackageQuery) -> list[str]:
 
 
 def _depends_msgsrv(query: PackageQuery) -> list[str]:
-    # Only rosbuild packages had separate folders for generated files.
+    # The output is empty, because only rosbuild packages had separate folders for generated files.
     query.graph.all(query.name)
     return [""]
 
@@ -163,13 +163,13 @@ def _rosdep0(query: PackageQuery) -> list[str]:
 
 
 def _nothing(query: PackageQuery) -> list[str]:
-    # Manifests of rosbuild named a version control system; the commands still exist.
-    _ = query.name  # raises for an unknown package
+    # Manifests for rosbuild named a version control system. The commands still exist.
+    _ = query.name  # raises an error if the package is unknown
     return []
 
 
 def _flags(option: str, prefix: str = "") -> Callable[[PackageQuery], list[str]]:
-    """Return a command that prints the flags of pkg-config, each without its prefix."""
+    """Return a command that prints the flags from pkg-config, each without its prefix."""
 
     def ask(query: PackageQuery) -> list[str]:
         name = query.name

@@ -19,7 +19,7 @@ Usage: rosrun [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
   an executable named EXECUTABLE in the PACKAGE tree.
   If it finds it, it will run it with ARGS."""
 
-# Exit codes of Noetic's rosrun; the last two are a shell's for programs that cannot be run.
+# Exit codes of Noetic's rosrun. The last two are a shell's exit codes for programs that cannot be run.
 UNKNOWN_PACKAGE = 2
 NOT_FOUND = 3
 CANNOT_RUN = 126
@@ -128,7 +128,7 @@ def _print_search(found: Executables, name: str) -> None:
 
 
 def _print_advice(package: str, program: str, arguments: list[str], programs: Sequence[str] = ()) -> bool:
-    """Print how to have a well-known package; return False if there is no advice.
+    """Print how to get a well-known package; return False if there is no advice.
 
     Uses stderr, so that stdout equals Noetic's.
     """
@@ -154,7 +154,7 @@ def _report_missing_program(package: Package, name: str, found: Executables, pro
 
 
 def _suggest(name: str, known: list[str]) -> None:
-    """Suggest names close to a mistyped one. Uses stderr, so that stdout equals Noetic's."""
+    """Suggest names that are similar to a mistyped name. Uses stderr, so that stdout equals Noetic's."""
     from difflib import get_close_matches
 
     near = get_close_matches(name, known, n=3, cutoff=0.7)

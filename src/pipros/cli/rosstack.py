@@ -89,7 +89,7 @@ def _folder(query: PackageQuery) -> list[str]:
 
 
 def _contents(query: PackageQuery) -> list[str]:
-    """Return the packages of a stack: itself, or none for a metapackage.
+    """Return the packages in a stack: the stack itself, or none for a metapackage.
 
     As in Noetic, an unknown stack only causes an error message.
     """

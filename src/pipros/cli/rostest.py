@@ -98,7 +98,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             name = options.results_filename or rostest_name(package.path, file)
             code = _run(rostest, package.name, name.removesuffix(".xml"), base)
     except KeyboardInterrupt:
-        # A second Ctrl-C must not prevent the nodes from being ended; the launcher itself escalates.
+        # A second Ctrl-C must not prevent the nodes from being ended. The launcher itself escalates.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         rostest.tear_down()
         print("rostest was interrupted: no results", file=sys.stderr)
@@ -125,14 +125,14 @@ def _run(rostest: Rostest, package: str, name: str, base: Path | None) -> int:
 
 
 def _run_as_text(rostest: Rostest) -> int:
-    """Run the tests, which print their own reports; only whether they could run is known."""
+    """Run the tests, which print their own reports. The result only shows whether they could run."""
     result = unittest.TextTestRunner(verbosity=2).run(rostest.suite())
     print("\nWARNING: overall test result is not accurate when --text is enabled")
     return 0 if result.wasSuccessful() else COULD_NOT_RUN
 
 
 def _open_log(environment: Environment) -> tuple[Console, Path]:
-    """Return the console of all fixtures and the log file of this process; print the file's path."""
+    """Return the console for all fixtures, and this process's log file. Print the file's path."""
     folder = LogFolder(environment.log_dir.absolute())
     log = folder.file_of_launcher("rostest")
     console = Console(has_title=False)
@@ -149,7 +149,9 @@ def _open_log(environment: Environment) -> tuple[Console, Path]:
 
 
 def _package_of(file: Path, options: Options, index: PackageIndex) -> Package:
-    """Return the package of the results: given by options, else the package that contains the file."""
+    """Return the package for the results: the package given by options, or else the package that contains the
+    file.
+    """
     found = index.containing(file)
     folder = Path(options.package_folder).absolute() if options.package_folder else None
     if options.package and (folder or found):
@@ -183,7 +185,7 @@ def _parser() -> OptionParser:
         "-t",
         "--text",
         dest="text_mode",
-        help="print the reports of the tests, and write no result files",
+        help="print the tests' own reports, and write no result files",
     )
     parser.add_option("--pkgdir", metavar="PKG_DIR", dest="pkg_dir", help="folder of the package")
     parser.add_option("--package", metavar="PACKAGE", help="name of the package")
@@ -193,7 +195,7 @@ def _parser() -> OptionParser:
     parser.add_option(
         "--results-base-dir",
         metavar="FOLDER",
-        help="folder of the results, with one subfolder per package",
+        help="folder for the results, with one subfolder per package",
     )
     add_flag(
         parser,
@@ -202,7 +204,10 @@ def _parser() -> OptionParser:
         help="use the running ROS master instead of starting one on a free port",
     )
     add_flag(
-        parser, "-c", "--clear", help="clear the parameters of that master first (only with --reuse-master)"
+        parser,
+        "-c",
+        "--clear",
+        help="clear the parameters of the running master first (only with --reuse-master)",
     )
     return parser
 

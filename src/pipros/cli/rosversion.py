@@ -13,7 +13,7 @@ from pipros.packages.crawl import STACKS
 from pipros.workspace.index import Package, PackageIndex
 
 DISTRO = "noetic"
-"""Distribution that pipros follows; `ROS_DISTRO` overrides the name."""
+"""The distribution that pipros follows. `ROS_DISTRO` overrides the name."""
 
 UNKNOWN_VERSION = "<unversioned>"
 

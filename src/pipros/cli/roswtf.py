@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 
 class Plugins(Protocol):
-    """The rules of plugins, in the client library that they need."""
+    """Rules from plugins, run with the client library that they need."""
 
     def load(self) -> None:
-        """Find and import the plugins. Prints their names, and problems on standard error."""
+        """Find and import the plugins. Print their names, and print problems to standard error."""
 
     def check(self, subject: Subject) -> Sequence[Problem]:
         """Apply the static checks, or the online checks if `subject` has a running system."""
@@ -36,7 +36,7 @@ _RULE = "=" * 80
 
 @command
 def main(argv: Sequence[str] | None = None, plugins: Plugins | None = None) -> int:
-    """Print all problems. Return 0 regardless of the findings, like Noetic's."""
+    """Print all problems. Return 0 regardless of the findings, like Noetic's roswtf."""
     parser = OptionParser(
         usage="usage: roswtf [launch file]",
         prog="roswtf",
@@ -85,7 +85,9 @@ def _check(options: Any, files: Sequence[str], arguments: Mapping[str, str], plu
 
 
 def _subject(files: Sequence[str], arguments: Mapping[str, str]) -> Subject:
-    """Return the launch files, the current folder's package, or the environment alone."""
+    """Return the subject to check: the launch files, the current folder's package, or only the
+    environment.
+    """
     from pipros.health.wtf.subject import Subject
 
     subject = Subject.from_variables()

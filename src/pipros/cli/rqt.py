@@ -1,4 +1,4 @@
-"""Commands of the `rqt_graph` family: each opens the page at its tab."""
+"""Commands of the `rqt_graph` family, each of which opens the page at its tab."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ Main = Callable[[Sequence[str] | None], int]
 
 
 def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1, change: str = "") -> Main:
-    """Return a command that opens a tab; it takes up to `most` arguments, called `argument` in its usage.
+    """Return a command that opens a tab. It takes up to `most` arguments, called `argument` in its usage.
 
-    `change`: the kind of change that it is for; see `show`.
+    `change` is the kind of change that the command is for; see `show`.
     """
     limit = most if argument else 0
 
@@ -41,7 +41,7 @@ def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1, chan
 
 
 def _resolved(graph: GraphClient, word: str) -> str:
-    """Resolve a topic, node or field to its global name; keep the index and nested fields."""
+    """Resolve a topic, node or field to its global name, keeping the index and nested fields."""
     end = min((at for at in map(word.find, ":[") if at >= 0), default=len(word))
     return graph.resolve(word[:end]) + word[end:]
 
@@ -82,12 +82,14 @@ _PLUGINS: Mapping[str, Main] = {
     "top": rqt_top,
     "topic": rqt_topic,
 }
-"""The commands that stand for plugins of rqt, by their names without `rqt_`."""
+"""The commands that replace rqt plugins, by their names without `rqt_`."""
 
 
 @command
 def rqt(argv: Sequence[str] | None = None) -> int:
-    """Run `rqt`: with `-s NAME` (`--standalone`) the command of one plugin, else the page at its graph."""
+    """Run `rqt`. With `-s NAME` (`--standalone`), run one plugin's command; otherwise, open the page at its
+    graph.
+    """
     arguments = list(sys.argv[1:] if argv is None else argv)
     return run(lambda: _run_plugin(arguments))
 

@@ -1,6 +1,6 @@
 """Shared behaviour of all commands: options in the style of ROS, one line per error, no traceback.
 
-Most of the run time of a command is interpreter start-up, so this module imports nothing that only some
+Most of a command's run time is interpreter start-up, so this module imports nothing that only some
 commands need.
 """
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from optparse import OptionParser
 
 USAGE_ERROR = 64
-"""EX_USAGE of sysexits.h: exit code of ROS commands for a missing or unknown subcommand."""
+"""EX_USAGE from sysexits.h, which ROS commands return if the subcommand is missing or unknown."""
 
 Subcommand = Callable[[Sequence[str]], int]
 
@@ -40,14 +40,14 @@ class MasterUnreachable(CommandError):
 
 def option_parser(command: str, usage: str, description: str | None = None) -> OptionParser:
     """Return a parser with Noetic's usage texts: `Usage: rostopic list [/namespace]`. Errors exit with 2."""
-    # Attributes that it lacks are taken from an OptionParser.
+    # Attributes that the deferred parser lacks are taken from an OptionParser.
     return _DeferredParser(command, f"usage: {command} {usage}", description)  # type: ignore[return-value]
 
 
 class _DeferredParser:
-    """An `OptionParser` created on demand, for command lines with an option, help text or error.
+    """An `OptionParser` that is created on demand, if a command line has an option or an error.
 
-    Importing optparse takes longer than a call to the master, and most command lines have no option.
+    Importing optparse takes longer than a call to the master, and most command lines have no options.
     """
 
     _WITHOUT_VALUE = ("callback", "help", "version")
@@ -99,7 +99,9 @@ def add_flag(parser: OptionParser, *names: str, help: str, dest: str | None = No
 
 
 def single_argument(parser: OptionParser, arguments: Sequence[str], *, missing: str, several: str) -> str:
-    """Return the only argument of a command line; otherwise exit with the text `missing` or `several`."""
+    """Return the only argument on a command line. If there is not exactly one, exit with the text `missing`
+    or `several`.
+    """
     if not arguments:
         parser.error(missing)
     if len(arguments) > 1:
@@ -108,7 +110,7 @@ def single_argument(parser: OptionParser, arguments: Sequence[str], *, missing: 
 
 
 def only_argument(tool: str, usage: str, argv: Sequence[str], *, missing: str, several: str) -> str:
-    """Return the only argument of a subcommand without options, like `single_argument`; ignore remappings."""
+    """Like `single_argument`, for a subcommand that has no options. Remappings are ignored."""
     from pipros.basics.names import parse_arguments
 
     parser = option_parser(tool, usage)
@@ -117,7 +119,7 @@ def only_argument(tool: str, usage: str, argv: Sequence[str], *, missing: str, s
 
 
 def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str, code: int) -> int:
-    """Run the subcommand named by the first argument; if there is none, print the overview.
+    """Run the subcommand that the first argument names. If there is no argument, print the overview.
 
     The subcommands are `module:function`, so that only the chosen one is imported.
     """
@@ -132,8 +134,8 @@ def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str,
 def run(body: Callable[[], int], *, error_code: int = 1) -> int:
     """Run a command and return its exit code.
 
-    An error is printed on standard error and returns `error_code`. Ctrl-C returns 0 without a traceback,
-    like Noetic's commands, and so does a pipe whose reader closed it (`| head`).
+    An error is printed to standard error, and `error_code` is returned. Ctrl-C returns 0 without a traceback,
+    like Noetic's commands, and so does a pipe that its reader has closed (`| head`).
     """
     try:
         code = body()
@@ -150,7 +152,7 @@ def run(body: Callable[[], int], *, error_code: int = 1) -> int:
 
 
 def _headline(error: PiprosError) -> str:
-    """Return the error's text, which scripts may parse; on a terminal, followed by the reason."""
+    """Return the error's text, which scripts may parse. On a terminal, the reason follows."""
     if isinstance(error, Unreachable) and error.peer.startswith("master "):
         error = MasterUnreachable(str(error))
     if isinstance(error, MasterUnreachable) and error.reason and sys.stderr.isatty():
@@ -164,7 +166,7 @@ def _end_quietly() -> int:
 
 
 def _flush() -> None:
-    """Write buffered output; drop it if the reader has exited, so that Python reports nothing at exit."""
+    """Write buffered output. Drop it if the reader has exited, so that Python reports nothing at exit."""
     try:
         sys.stdout.flush()
     except BrokenPipeError:

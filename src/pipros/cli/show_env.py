@@ -1,4 +1,4 @@
-"""`pipros env`: prints what the setup files of a workspace would set, as code for the shell to evaluate."""
+"""`pipros env`: prints the variables that a workspace's setup files set, as shell code to evaluate."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def built_space(folder: Path) -> Path:
-    """Return the devel or install space at a folder, or inside it.
+    """Return the devel or install space that `folder` is or contains.
 
     Raises:
         CommandError: the folder has not been built.

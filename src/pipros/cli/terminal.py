@@ -1,6 +1,6 @@
 """Output on a terminal: colours, aligned columns, and blocks of lines that are rewritten in place.
 
-Pipes and files get none of these, so that scripts read exactly what Noetic prints.
+Output to pipes and files has none of these, so that scripts read exactly the text that Noetic prints.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-TYPE_CHECKING = False  # True for type checkers; commands that do not need `typing` start faster
+# type checkers treat this as True; commands start faster if they do not import `typing`
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import IO
 
@@ -19,7 +20,9 @@ DIM = "2"
 
 
 def is_terminal(stream: IO[str] | None = None) -> bool:
-    """Return whether a stream, by default standard output, is a terminal that supports escape sequences."""
+    """Return whether a stream is a terminal that supports escape sequences. The default is standard
+    output.
+    """
     stream = sys.stdout if stream is None else stream
     return stream.isatty() and os.environ.get("TERM", "dumb") != "dumb"
 
@@ -33,7 +36,8 @@ def aligned(rows: Sequence[Sequence[str]], colours: Sequence[str] = ()) -> list[
     """Format rows of cells as lines with aligned columns.
 
     Args:
-        colours: escape-sequence colour of each column; empty for none. Ignored unless `has_colours`.
+        colours: the colour of each column as an escape sequence; empty for no colour. Ignored unless
+            `has_colours`.
 
     >>> aligned([["/scan", "a/Scan"], ["/tf", "b/TF"]])
     ['/scan a/Scan', '/tf   b/TF']
@@ -56,15 +60,18 @@ def aligned(rows: Sequence[Sequence[str]], colours: Sequence[str] = ()) -> list[
 
 
 def table(rows: Sequence[Sequence[str]], colours: Sequence[str]) -> list[str]:
-    """Format rows as lines: aligned and coloured on a terminal, separated by one space elsewhere."""
+    """Format rows as lines. Columns are aligned and coloured on a terminal, and separated by one space
+    elsewhere.
+    """
     return aligned(rows, colours) if is_terminal() else [" ".join(row) for row in rows]
 
 
 def paragraph(text: str, *, indent: int, taken: int = 0) -> str:
-    """Wrap a text at word boundaries to the width of the terminal; elsewhere keep it on one line.
+    """Wrap text at word boundaries to the width of the terminal. If there is no terminal, keep it on one
+    line.
 
     Args:
-        indent: columns before each further line.
+        indent: the indentation of the second and later lines, in columns.
         taken: columns already used in the first line.
     """
     if not is_terminal():
@@ -86,7 +93,7 @@ def paragraph(text: str, *, indent: int, taken: int = 0) -> str:
 
 @contextmanager
 def passing_note(text: str) -> Iterator[None]:
-    """Show a line on the terminal of standard error while the body runs, then erase it."""
+    """If standard error is a terminal, show a line on it while the body runs, then erase the line."""
     if not is_terminal(sys.stderr):
         yield
         return
@@ -115,7 +122,9 @@ class LiveBlock:
         self._height = 0
 
     def _height_of(self, text: str) -> int:
-        """Return the screen lines of a block; 0 if it is too tall for its beginning to be reached."""
+        """Return the number of screen lines that a block takes; 0 if the block is too tall for its start to
+        be reached.
+        """
         import shutil
 
         columns, lines = shutil.get_terminal_size()

@@ -11,7 +11,7 @@ SEPARATOR = "---"
 
 
 def value_of(word: str) -> Any:
-    """Parse a word of a command line. An empty word is the empty string, not null.
+    """Parse a word from a command line. An empty word is the empty string, not null.
 
     Raises:
         YamlError: the word is not valid YAML.
@@ -20,7 +20,7 @@ def value_of(word: str) -> Any:
 
 
 def documents_of(lines: Iterable[str], file: str = "standard input") -> Iterator[Any]:
-    """Yield the documents in the lines, each as soon as its separator arrives; empty ones are skipped.
+    """Yield the documents in the lines, each as soon as its separator arrives. Empty documents are skipped.
 
     A pipe may therefore stay open: `rostopic echo /a | rostopic pub /b std_msgs/String`.
 

@@ -1,4 +1,4 @@
-"""Parses a node's results of `getBusInfo` and `getBusStats`: its connections and their traffic. No I/O.
+"""Parses a node's responses to `getBusInfo` and `getBusStats`: its connections and their traffic. No I/O.
 
 Source: http://wiki.ros.org/ROS/Slave_API and, where that is silent, the actual results of nodes.
 """
@@ -12,10 +12,10 @@ from pipros.basics.printable import printable
 
 
 class BusConnection(NamedTuple):
-    """A connection as described by one of its ends.
+    """A connection as one of its ends describes it.
 
     Attributes:
-        peer: name or API URI of the node at the other end.
+        peer: the name or API URI of the node at the other end.
         direction: `i` (inbound), `o` (outbound) or `b` (both).
         topic: the topic or service.
         id: identifier of the connection in `getBusStats`.
@@ -41,10 +41,10 @@ class SentCount(NamedTuple):
 
 
 def rows_of(answer: Any, method: str) -> list[Any]:
-    """Return the unparsed rows of `[1, text, rows]`, the result of `method`.
+    """Return the unparsed rows from `[1, text, rows]`, the response to `method`.
 
     Raises:
-        ValueError: the result has another form, or is an error.
+        ValueError: the response has another form, or is an error.
     """
     if not isinstance(answer, list) or len(answer) != 3 or answer[0] != 1 or not isinstance(answer[2], list):
         raise ValueError(f"{method} must answer [1, text, list], got {printable(answer, 80)}")
@@ -52,10 +52,10 @@ def rows_of(answer: Any, method: str) -> list[Any]:
 
 
 def statistics_of(answer: Any) -> list[Any]:
-    """Return the rows of a `getBusStats` result. roscpp returns them alone, without code and text.
+    """Return the rows in a `getBusStats` response. roscpp returns only the rows, without code and text.
 
     Raises:
-        ValueError: the result has another form, or is an error.
+        ValueError: the response has another form, or is an error.
     """
     if isinstance(answer, list) and answer and all(isinstance(rows, list) for rows in answer):
         return answer
@@ -75,7 +75,7 @@ def read_row(row: object) -> BusConnection | None:
 
 
 def established(rows: object) -> Iterator[BusConnection]:
-    """Yield the established connections in the rows of `getBusInfo`. Malformed rows are skipped."""
+    """Yield the established connections in `getBusInfo` rows. Malformed rows are skipped."""
     for row in rows if isinstance(rows, list) else ():
         connection = read_row(row)
         if connection is not None and connection.is_established:
@@ -83,7 +83,7 @@ def established(rows: object) -> Iterator[BusConnection]:
 
 
 def sent_counts(rows: Sequence[Any]) -> Iterator[tuple[str, SentCount]]:
-    """Yield id and traffic of each outgoing connection in `getBusStats` rows. Malformed rows are skipped.
+    """Yield the id and traffic of each outgoing connection in `getBusStats` rows. Malformed rows are skipped.
 
     The rows are `[publishers, subscribers, services]`; a publisher is
     `[topic, bytes, [[id, bytes, messages, connected], …]]`, or from roscpp

@@ -33,9 +33,9 @@ def clean_up(
     """Ping every node, ask the user, and unregister the nodes that did not answer.
 
     Args:
-        answers: lines typed by the user; by default standard input.
-        ask: pings the node at a URI on behalf of a caller.
-        remove: unregisters a node.
+        answers: lines typed by the user; defaults to standard input.
+        ask: function that pings the node at a URI on behalf of a caller.
+        remove: function that unregisters a node.
     """
     _, unreachable = ping_all(master, complain=complain, ask=ask)
     if not unreachable:

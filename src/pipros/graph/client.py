@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 class GraphClient:
     """Environment, master client and name resolution of a tool.
 
-    A context manager that closes the connections to the master on exit.
+    As a context manager, it closes the connections to the master on exit.
     """
 
     def __init__(
         self, tool: str, environment: Environment | None = None, *, timeout_s: float | None = None
     ) -> None:
-        """Connect to nothing yet.
+        """Store the settings; `master` connects on its first call.
 
         Args:
-            tool: namespace for private names, such as `rostopic`.
-            timeout_s: time limit of one call to the master; None for no limit.
+            tool: the tool's name, such as `rostopic`, which is the namespace for private names.
+            timeout_s: time limit for one call to the master; None for no limit.
         """
         self._environment = environment
         self.master_uri = environment.master_uri if environment else master_uri_of(os.environ)
@@ -38,7 +38,7 @@ class GraphClient:
 
     @property
     def environment(self) -> Environment:
-        """All `ROS_*` variables; only a few tools need them."""
+        """All `ROS_*` variables. They are read on first use, because only a few tools need them."""
         if self._environment is None:
             from pipros.basics.env import Environment
 
@@ -51,7 +51,7 @@ class GraphClient:
 
     @property
     def master(self) -> MasterClient:
-        """A client of the master, which connects on its first call.
+        """The master client, which connects on its first call.
 
         Raises:
             InvalidEnvironment: ROS_MASTER_URI is malformed.

@@ -17,7 +17,7 @@ class Elision:
         self._classes: dict[type[Message], type[Message]] = {}
 
     def of(self, part: Part) -> Any:
-        """Return the value of the part, or the replacement text."""
+        """Return the part's value, or the replacement text."""
         value, type_name = part.value, part.type_name or ""
         if type_name.endswith("]") and self._no_arrays:
             return f"<array type: {type_name.partition('[')[0]}, length: {len(value)}>"
@@ -31,7 +31,7 @@ class Elision:
         return short
 
     def _class_for(self, original: type[Message]) -> type[Message]:
-        """Return a class with the same fields, in which the replaced ones are strings."""
+        """Return a class with the same fields, in which the replaced fields are strings."""
         if original not in self._classes:
             self._classes[original] = type(
                 original.__name__,

@@ -1,4 +1,4 @@
-"""Errors of `pipros.graph`, and their translation to the exceptions of ROS modules."""
+"""Errors raised by `pipros.graph`, and their translation to the exceptions that ROS modules raise."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from collections.abc import Callable, Iterator
 from pipros.basics.errors import PiprosError, Unreachable
 
 NO_MASTER = "Unable to communicate with master!"
-"""Text printed by Noetic's tools if the master does not answer."""
+"""Text that Noetic's tools print if the master does not answer."""
 
 
 class GraphError(PiprosError):
-    """The requested object does not exist in the running system. The text names it and the place."""
+    """The requested object does not exist in the running system. The text names the object and the place."""
 
 
 @contextlib.contextmanager
 def translated(unreachable: Callable[[str], Exception], failed: Callable[[str], Exception]) -> Iterator[None]:
-    """Translate errors of `pipros.graph` to the exceptions that a ROS module documents.
+    """Translate errors from `pipros.graph` to the exceptions that a ROS module documents.
 
     Args:
         unreachable: function that creates the exception for an unreachable master.

@@ -1,4 +1,4 @@
-"""Subscriptions of a tool: waits for topics and receives messages until the tool ends."""
+"""A tool's subscriptions: waits for topics and receives messages until the tool ends."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ POLL_PERIOD_S = 0.1
 
 @dataclass(frozen=True, slots=True)
 class TopicPart:
-    """A topic, and a part of its messages."""
+    """A topic, and the part of its messages to use."""
 
     topic: str
     path: tuple[PathStep, ...]
@@ -44,7 +44,7 @@ def wait_for_topic(
     is_over: Callable[[], bool] = _never,
     pause: Callable[[float], object] = time.sleep,
 ) -> TopicPart:
-    """Return the topic and field of `name` as soon as the master knows the topic.
+    """Return the topic and field that `name` refers to, as soon as the master knows the topic.
 
     Block until then, or until Ctrl-C. `warn` is called once if waiting is necessary.
 
@@ -69,13 +69,13 @@ def wait_for_topic(
 def _parse(path: str, warn: Say) -> tuple[PathStep, ...]:
     try:
         return tuple(parse_path(path))
-    except InvalidIndex as error:  # Noetic then shows the whole message
+    except InvalidIndex as error:  # in this case, Noetic shows the whole message
         warn(str(error))
         return ()
 
 
 class Listening:
-    """The subscriptions of a tool, which a callback or the main thread may end."""
+    """A tool's subscriptions, which a callback or the main thread may end."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -86,7 +86,7 @@ class Listening:
     def subscribe(
         self, topic: str, callback: Callable[[AnyMsg], object], *, tcp_nodelay: bool = False
     ) -> None:
-        """Call `callback` with each undecoded message. An exception in it ends the wait."""
+        """Call `callback` with each undecoded message. If it raises an exception, the wait ends."""
 
         def guarded(message: AnyMsg) -> None:
             if self._is_over.is_set():
@@ -104,9 +104,9 @@ class Listening:
         self._is_over.set()
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Wait until the tool should end; return False after `timeout_s`.
+        """Wait until the tool should end; return False if `timeout_s` expires first.
 
-        Reraise the exception of a callback, if there was one.
+        If a callback raised an exception, reraise it.
         """
         is_over = self._is_over.wait(timeout_s)
         if self._error is not None:

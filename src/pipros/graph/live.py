@@ -22,7 +22,7 @@ from pipros.net.rpc_client import RpcClient
 
 CALLER_ID = "/rosviz"
 ANSWER_DEADLINE_S = 3.0
-"""Timeout for the answer of a node."""
+"""Timeout for a node's answer."""
 
 logger = logging.getLogger("rosgraph.graph")
 
@@ -35,7 +35,7 @@ class GraphMaster(Protocol):
 
 
 def ask_bus_info(api: str) -> Any:
-    """Call `getBusInfo` of the node at this URI. Raise the same errors as `RpcClient.call`."""
+    """Call `getBusInfo` on the node at this URI. Raises the same errors as `RpcClient.call`."""
     with RpcClient(api, timeout_s=ANSWER_DEADLINE_S) as client:
         return client.call("getBusInfo", CALLER_ID)
 
@@ -50,10 +50,10 @@ class Link(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class NoReport:
-    """Why a node did not report its connections.
+    """The reason why a node did not report its connections.
 
     Attributes:
-        is_reachable: whether it answered, but its answer is malformed.
+        is_reachable: whether the node answered, but with a malformed answer.
     """
 
     is_reachable: bool
@@ -61,12 +61,14 @@ class NoReport:
 
 
 def vertex_of_topic(topic: str) -> str:
-    """Return the vertex name of a topic."""
+    """Return the vertex name for a topic."""
     return " " + topic
 
 
 def links_of(start: str, end: str, direction: str, topic: str = "") -> set[Link]:
-    """Return the links of a connection that `start` sees as `o`utbound, `i`nbound or `b`oth."""
+    """Return the links for a connection that `start` reports as `o` (outbound), `i` (inbound) or `b`
+    (both).
+    """
     links = set()
     if direction in ("o", "b"):
         links.add(Link(start, end, topic))
@@ -82,12 +84,12 @@ class LiveGraph:
         nodes, topics: the vertices.
         services: names of the services.
         links: connections from node to node.
-        topic_links, registered_links: connections between nodes and topics: those that the nodes report, and
-            those that the registrations imply.
+        topic_links, registered_links: connections between nodes and topics, as reported by the nodes, and as
+            implied by the registrations.
         silent: the nodes that did not report their connections.
-        apis, nodes_by_api: the addresses of the nodes that were looked up.
-        master_asked_at, asked_at: when the master and each node were asked last, by the clock of the graph.
-        max_age_of_state_s, max_age_of_report_s: for how long answers of the master and of nodes are used.
+        apis, nodes_by_api: the addresses of the nodes that have been looked up.
+        master_asked_at, asked_at: when the master and each node were last queried, on the graph's clock.
+        max_age_of_state_s, max_age_of_report_s: how long answers from the master and from nodes are used.
     """
 
     def __init__(
@@ -100,12 +102,12 @@ class LiveGraph:
         ask: Callable[[str], Any] = ask_bus_info,
         now_s: Callable[[], float] = time.time,
     ) -> None:
-        """Create the graph of these namespaces without querying anything yet.
+        """Create the graph for these namespaces. Nothing is queried before `update`.
 
         Args:
-            max_age_s: for how long answers are used.
-            ask: function that calls `getBusInfo` of the node at a URI.
-            now_s: clock for the age of answers.
+            max_age_s: how long answers are used.
+            ask: function that calls `getBusInfo` on the node at a URI.
+            now_s: the clock that measures the age of answers.
         """
         self.node_namespace = node_namespace or "/"
         self.topic_namespace = topic_namespace or "/"
@@ -127,7 +129,7 @@ class LiveGraph:
         self._now_s = now_s
 
     def update(self) -> bool:
-        """Query the master and the nodes whose answers are too old. Return True on any change."""
+        """Query the master and the nodes whose answers are too old. Return True if anything changed."""
         changed = False
         if self._now_s() - self.master_asked_at > self.max_age_of_state_s:
             changed = self._query_master()
@@ -137,7 +139,7 @@ class LiveGraph:
         return changed
 
     def query_silent_nodes(self) -> bool:
-        """Query the nodes again that did not report their connections. Return True on any change."""
+        """Query the nodes that did not report their connections again. Return True if anything changed."""
         with self.silent_lock:
             silent = sorted(self.silent)
         changed = [self._query_node(node) for node in silent]
@@ -228,7 +230,7 @@ class LiveGraph:
         return api
 
     def _name_of(self, peer: str) -> str | None:
-        """Return the node at the other end of a connection, given by name or URI."""
+        """Return the node at the other end of a connection, which is given by name or URI."""
         if not peer.startswith(("http://", "rosrpc://")):
             return peer
         if peer not in self.nodes_by_api:

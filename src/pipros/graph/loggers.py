@@ -1,4 +1,4 @@
-"""Reads and sets logger levels of other nodes, through the services that every node offers."""
+"""Reads and sets the logger levels of other nodes, through the services that every node offers."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 LEVELS = ("debug", "info", "warn", "error", "fatal")
 
 CALL_LIMIT_S = 10.0
-"""Timeout for the answer of a node, so that a hanging node does not block the command."""
+"""Timeout for a node's answer, so that an unresponsive node does not block the command."""
 
 
 def levels_of(master: MasterClient, node: str) -> dict[str, str]:
-    """Return the level of each logger of a node, spelled as by the node: upper case only from rospy.
+    """Return the level of each of a node's loggers, as spelled by the node. Only rospy uses upper case.
 
     Raises:
         GraphError: no node with this name responds.
@@ -27,7 +27,7 @@ def levels_of(master: MasterClient, node: str) -> dict[str, str]:
 
 
 def set_level(master: MasterClient, node: str, logger: str, level: str) -> None:
-    """Set the level of one logger of a node, unless it is set already.
+    """Set the level of one of a node's loggers, unless it already has this level.
 
     Raises:
         GraphError: no node with this name responds, or it lacks the logger.

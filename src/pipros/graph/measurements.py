@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 NO_NEW_MESSAGES = "no new messages"
 
 BANDWIDTH_WINDOW = 100
-"""Default window of `bw`, in messages."""
+"""Default window for `bw`, in messages."""
 
 
 class Rates:
-    """Rates of several topics. Thread-safe."""
+    """The rates of several topics. Thread-safe."""
 
     def __init__(self, topics: Sequence[str], window: int = DEFAULT_WINDOW, *, say: Say) -> None:
-        """Create empty windows; `say` is called with a line when time jumps back."""
+        """Create empty windows. `say` is called with a line when time jumps back."""
         self._say = say
         self._topics = tuple(topics)
         self._rates = {topic: RateWindow(window) for topic in topics}

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 class MessageFilter:
     """Evaluates an expression over `m`, the message, and `topic`, its topic name.
 
-    A message for which the expression fails is not selected, and each distinct reason is passed to `complain`
-    once. An expression may therefore use a field that only some messages have.
+    If the expression fails for a message, the message is not selected. Each distinct reason is passed to
+    `complain` once. An expression can therefore use a field that only some messages have.
     """
 
     def __init__(self, expression: str, *, complain: Say = to_stderr) -> None:

@@ -1,4 +1,6 @@
-"""Parts of messages, addressed by a path after a topic: `/stamp`, `/ranges[1:3]`, `/status[:]/name`."""
+"""Parts of messages, addressed by a path that follows a topic: `/stamp`, `/ranges[1:3]`,
+`/status[:]/name`.
+"""
 
 from __future__ import annotations
 
@@ -23,9 +25,9 @@ class PathStep:
     """One field of a path, with its index.
 
     Attributes:
-        text: field and index as written: `ranges[0]`.
-        name: name of the field.
-        index: element or slice of the array; None for the whole field.
+        text: the field and index as written, such as `ranges[0]`.
+        name: the field name.
+        index: an element or slice of the array; None for the whole field.
     """
 
     text: str
@@ -38,8 +40,8 @@ class Part:
     """A part of a message.
 
     Attributes:
-        value: a message, a time, a plain value, or a list of those.
-        type_name: ROS type, such as `float32[]` or `std_msgs/Header`; None if unknown.
+        value: a message, a time, a plain value, or a list of these.
+        type_name: the ROS type, such as `float32[]` or `std_msgs/Header`; None if unknown.
     """
 
     value: Any
@@ -86,14 +88,15 @@ def _integer(text: str, complaint: str) -> int:
 
 
 def describe_path(path: Sequence[PathStep]) -> str:
-    """Return the path as written after a topic."""
+    """Return the path as it is written after a topic."""
     return "".join(f"/{step.text}" for step in path)
 
 
 def extract(message: Message, path: Sequence[PathStep]) -> Part:
-    """Return the part of the message at the end of the path; after a slice, the list of these parts.
+    """Return the part of the message to which the path leads, or a list of parts if the path contains a
+    slice.
 
-    An element of a slice that lacks the part counts as None.
+    If an element in a slice lacks the part, it is represented by None.
 
     Raises:
         NotFound: the message lacks a field.
@@ -141,7 +144,7 @@ def _element_type(type_name: str | None) -> str | None:
 
 
 def has_field(message_class: type[Message], path: Sequence[PathStep]) -> bool:
-    """Return whether messages of the class have the field, provided that their arrays are long enough."""
+    """Return whether messages of the class have the field, assuming that their arrays are long enough."""
     type_name = message_class._type
     for step in path:
         fields = field_types(type_name, message_class)
@@ -154,7 +157,7 @@ def has_field(message_class: type[Message], path: Sequence[PathStep]) -> bool:
 
 
 def field_types(type_name: str, top: type[Message] | None = None) -> dict[str, str]:
-    """Return the types of a type's fields by name; empty for types without fields, such as arrays."""
+    """Return the types of a type's fields by name; empty for types that have no fields, such as arrays."""
     if type_name in ("time", "duration"):
         return {"secs": "int32", "nsecs": "int32"}
     if top is not None and type_name == top._type:

@@ -1,4 +1,4 @@
-"""Text of `rosnode info`: the registrations of a node, and the connections it reports."""
+"""The text that `rosnode info` prints: a node's registrations, and the connections that it reports."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 RULE = "-" * 80
 ANSWER_DEADLINE_S = 10.0
-"""Timeout for the answer of a node, so that a hanging node does not block the command."""
+"""Timeout for a node's answer, so that an unresponsive node does not block the command."""
 
 _SOCKET = re.compile(r"on port (?P<port>\d+) to \[(?P<peer>.+:\d+) on socket (?P<socket>\d+)\]")
 _DIRECTIONS = {"i": "inbound", "o": "outbound"}
@@ -30,7 +30,7 @@ _DIRECTIONS = {"i": "inbound", "o": "outbound"}
 def report_node(
     master: MasterClient, node: str, *, quiet: bool = False, say: Say = to_stdout, complain: Say = to_stderr
 ) -> None:
-    """Print the registrations of a node, then its connections, which the node itself reports.
+    """Print a node's registrations, then its connections, which the node itself reports.
 
     Raises:
         GraphError: the node does not answer.
@@ -48,9 +48,9 @@ def report_node(
 
 
 def describe_registrations(master: MasterClient, node: str) -> str:
-    """Describe the registrations of a node."""
+    """Describe a node's registrations."""
     state = SystemState.from_state(master.get_system_state())
-    # Noetic takes the types of published topics, so a topic without a publisher has an unknown type.
+    # Noetic uses the types of published topics, so the type of a topic that has no publisher is unknown.
     types: Mapping[str, str] = dict(master.get_published_topics())
     lines = [f"Node [{node}]"]
     for heading, topics in (("Publications", state.publishers), ("Subscriptions", state.subscribers)):
@@ -76,7 +76,8 @@ def describe_connections(master: MasterClient, api: str) -> str:
         with RpcClient(api, timeout_s=ANSWER_DEADLINE_S) as node:
             pid = _value(node.call("getPid", master.caller_id))
             connections = _value(node.call("getBusInfo", master.caller_id))
-    except (Unreachable, ValueError, TypeError):  # or the result is not [code, text, value]
+    except (Unreachable, ValueError, TypeError):
+        # the node is unreachable, or its response is not [code, text, value]
         raise GraphError(f"Communication with node[{listed(api)}] failed!") from None
     lines = [f"Pid: {listed(pid)}"]
     if connections and isinstance(connections, list):
@@ -107,7 +108,7 @@ def _describe_connection(connection: BusConnection, peers: _Peers) -> list[str]:
 
 
 class _Peers:
-    """Maps URIs of connections to names of nodes, with few calls to the master."""
+    """Maps the URIs of connections to node names, with few calls to the master."""
 
     def __init__(self, master: MasterClient) -> None:
         self._master = master
@@ -115,7 +116,9 @@ class _Peers:
         self._apis: dict[str, str] = {}
 
     def describe(self, destination: str, topic: str) -> str:
-        """Return the destination; prepend the node's name to the URI of a publisher of the topic."""
+        """Return the destination. If it is the URI of one of the topic's publishers, prepend the node's
+        name.
+        """
         if not destination.startswith("http://"):
             return destination
         for node in self._publishers.get(topic, ()):

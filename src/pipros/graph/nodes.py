@@ -1,4 +1,4 @@
-"""Nodes of a running system: lists, machines, shutdown and unregistration."""
+"""The nodes in a running system: lists, machines, shutdown and unregistration."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pipros.net.rpc_client import RpcClient
 UNKNOWN_API = "unknown address"
 
 SHUTDOWN_DEADLINE_S = 5.0
-"""Timeout for the answer to a shutdown request."""
+"""Timeout for a node's answer to a shutdown request."""
 
 
 def node_names(master: MasterClient, ns: str = "/") -> list[str]:
@@ -41,12 +41,12 @@ def listing(master: MasterClient, ns: str, *, uris: bool = False, both: bool = F
 
 
 def machines(master: MasterClient) -> list[str]:
-    """Return the host names that nodes registered, sorted."""
+    """Return the host names that nodes have registered, sorted."""
     return sorted(set(_hosts(master).values()))
 
 
 def nodes_on(master: MasterClient, machine: str) -> list[str]:
-    """Return the nodes on a machine, including those registered under another name or address of it.
+    """Return the nodes on a machine, including those registered under another of its names or addresses.
 
     Raises:
         GraphError: the machine's name does not resolve to an address.
@@ -58,14 +58,14 @@ def nodes_on(master: MasterClient, machine: str) -> list[str]:
 
 
 def _hosts(master: MasterClient) -> dict[str, str]:
-    """Map each node whose address is known to its host, sorted by node."""
+    """Return the host of each node whose address is known, sorted by node."""
     from pipros.net.address import split_uri
 
     hosts = {}
     for node in node_names(master):
         try:
             hosts[node] = split_uri(api_of(master, node))[0]
-        except ValueError:  # it unregistered meanwhile, or has an invalid address
+        except ValueError:  # the node has unregistered in the meantime, or has an invalid address
             continue
     return hosts
 
@@ -80,7 +80,7 @@ def _addresses(host: str) -> set[object]:
 
 
 def kill(master: MasterClient, nodes: Sequence[str]) -> tuple[list[str], dict[str, str]]:
-    """Request nodes to shut down. Return those that accepted, and the reason of each failure.
+    """Request nodes to shut down. Return those that accepted, and the reason for each failure.
 
     A node that does not answer counts as shut down.
     """
@@ -105,11 +105,11 @@ def kill(master: MasterClient, nodes: Sequence[str]) -> tuple[list[str], dict[st
 
 
 def unregister(master: MasterClient, node: str) -> None:
-    """Remove all registrations of a node, with calls in its name."""
+    """Remove all of a node's registrations, with calls made in its name."""
     state = SystemState.from_state(master.get_system_state())
     try:
         api = master.lookup_node(node)
-    except Refused:  # it unregistered meanwhile
+    except Refused:  # the node has unregistered in the meantime
         return
     itself = MasterClient(master.uri, node)
     try:

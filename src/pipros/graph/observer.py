@@ -1,7 +1,7 @@
 """Observes a running system at a bounded rate, so as not to disturb it.
 
 The master knows the registrations. Each node knows its connections (`getBusInfo`) and their traffic
-(`getBusStats`); rates are computed from the difference of two answers.
+(`getBusStats`); rates are computed from the difference between two answers.
 """
 
 from __future__ import annotations
@@ -33,19 +33,19 @@ class ObservedMaster(Protocol):
 
 
 CALLS_A_LOOK = 60
-"""Maximum number of nodes called per `poll`; the others wait for the next."""
+"""Maximum number of nodes called per `poll`. The other nodes are called in later polls."""
 ASKED_AT_ONCE = 6
 ANSWER_DEADLINE_S = 1.5
 NODE_INTERVAL_S = 1.0
-"""Time for which the answer of a node is used."""
+"""Time for which a node's answer is used."""
 RATE_ANSWERS = 6
-"""Number of answers of a node over which a rate is computed."""
+"""Number of a node's answers over which a rate is computed."""
 SLOWEST_RETRY_S = 8.0
 """Maximum pause before calling an unresponsive node again; the pause doubles with each failure."""
 
 
 class Traffic(NamedTuple):
-    """Traffic of a connection in messages and bytes per second."""
+    """A connection's traffic in messages and bytes per second."""
 
     rate: float
     bandwidth: float
@@ -56,7 +56,7 @@ class NodeState:
     """State of a node.
 
     Attributes:
-        uri: URI of its slave API; empty while unknown.
+        uri: the URI of the node's slave API; empty while unknown.
         error: why the last request failed; empty if the node responded.
     """
 
@@ -69,10 +69,10 @@ class Observation:
     """The running system at one moment.
 
     Attributes:
-        state: registrations known to the master.
-        types: type of each topic.
-        nodes: state of each registered node.
-        connections: connections with their traffic; None until measured.
+        state: the registrations known to the master.
+        types: the type of each topic.
+        nodes: the state of each registered node.
+        connections: the connections with their traffic, which is None until it has been measured.
         error: why the master did not respond; all other attributes are then unchanged.
     """
 
@@ -90,7 +90,7 @@ class Observation:
 
 @dataclass(slots=True)
 class _Node:
-    """Internal state of a node."""
+    """The observer's internal state for a node."""
 
     uri: str = ""
     error: str = ""
@@ -102,7 +102,7 @@ class _Node:
     )
 
     def traffic(self, link: str) -> Traffic | None:
-        """Return the average traffic of a connection since the oldest answer that contains it."""
+        """Return a connection's average traffic since the oldest answer that contains the connection."""
         known = [(moment_s, counts[link]) for moment_s, counts in self.counts if link in counts]
         if len(known) < 2:
             return None
@@ -128,12 +128,12 @@ class SystemObserver:
         ask: Ask | None = None,
         now_s: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Call nothing yet.
+        """Store the arguments. No calls are made before `poll`.
 
         Args:
             clients: connections to nodes; by default its own.
-            ask: function that returns the results of `getBusInfo` and `getBusStats` of the node at a URI.
-            now_s: clock for rates and retries.
+            ask: function that returns the responses to `getBusInfo` and `getBusStats` from the node at a URI.
+            now_s: the clock for rates and retries.
         """
         self._master = master
         self._clients = clients or NodeClients(ANSWER_DEADLINE_S)
@@ -145,7 +145,7 @@ class SystemObserver:
     def poll(self) -> Observation:
         """Query the master, and the nodes whose answers are stale.
 
-        Block until they answer or a deadline expires. Does not raise for an unreachable master.
+        Blocks until they answer or a deadline expires. Does not raise an error if the master is unreachable.
         """
         try:
             state = SystemState.from_state(self._master.get_system_state())

@@ -1,4 +1,4 @@
-"""Default output functions of `pipros.graph`."""
+"""Default output functions for `pipros.graph`."""
 
 from __future__ import annotations
 

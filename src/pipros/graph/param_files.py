@@ -1,4 +1,4 @@
-"""Parses parameter files (YAML documents) without a master."""
+"""Parses parameter files (YAML documents). No master is needed."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from pipros.graph.errors import GraphError
 from pipros.safe.yaml import load, load_all
 
 NAMESPACE_KEY = "_ns"
-"""Key of a document that holds the namespace of its values, relative to the requested one."""
+"""Key in a document that holds the namespace for its values, relative to the requested namespace."""
 
 
 def read_file(file: str, ns: str) -> list[tuple[Any, str]]:
-    """Return the documents of a file, each with its namespace.
+    """Return the documents in a file, each with its namespace.
 
     Raises:
         GraphError: the file does not exist or cannot be read.
@@ -31,7 +31,7 @@ def read_file(file: str, ns: str) -> list[tuple[Any, str]]:
 
 
 def read_text(text: str | bytes, file: str, ns: str) -> list[tuple[Any, str]]:
-    """Parse a text like `read_file`; `file` is its name in error messages."""
+    """Like `read_file`, but parse a text. `file` is its name in error messages."""
     documents = []
     for document in load_all(text, file):
         own_ns = document.pop(NAMESPACE_KEY, None) if isinstance(document, dict) else None
@@ -47,7 +47,7 @@ def _below(ns: str, name: str) -> str:
 
 
 def parse_value(text: str, name: str) -> Any:
-    """Parse a YAML value from the command line; an empty text is the empty string.
+    """Parse a YAML value from the command line. Empty text is the empty string.
 
     Raises:
         YamlError: the text is not valid YAML, or not plain data.

@@ -1,4 +1,4 @@
-"""Formats parameters as text, without a master. PyYAML is imported only for values that need it."""
+"""Formats parameters as text. No master is needed. PyYAML is imported only for values that need it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pipros.basics.printable import listed, printable_lines
 from pipros.graph.plain_yaml import NotPlain, plain_document
 
 END_OF_SCALAR = "...\n"
-"""End of a YAML document that is a single plain scalar."""
+"""The line that ends a YAML document that is a single plain scalar."""
 
 
 def as_document(value: Any) -> str:
@@ -25,13 +25,13 @@ def as_document(value: Any) -> str:
 
 
 def as_shown(value: Any) -> str:
-    """Format the value as Noetic prints it: plain scalars alone, others followed by an empty line."""
+    """Format the value as Noetic prints it. Values other than plain scalars are followed by an empty line."""
     text = as_document(value)
     return text.removesuffix(END_OF_SCALAR) if text.endswith(END_OF_SCALAR) else text + "\n"
 
 
 def as_pretty_text(tree: Mapping[str, Any], indent: str = "") -> str:
-    """Format a namespace for reading; not valid YAML, because strings have no quotes.
+    """Format a namespace for reading. The result is not valid YAML, because strings have no quotes.
 
     Control characters other than line breaks and tabs are escaped.
     """

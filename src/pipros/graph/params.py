@@ -1,4 +1,4 @@
-"""Reads and writes parameters; missing parameters and invalid values raise `GraphError`."""
+"""Reads and writes parameters. Missing parameters and invalid values raise `GraphError`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class ParameterNotSet(GraphError):
 
 
 def leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the single parameters in a value at `name`; dictionaries are namespaces.
+    """Yield the individual parameters in a value at `name`. Dictionaries are namespaces.
 
     >>> list(leaves("/wheels", {"left": 1, "rear": {"left": 2}}))
     [('/wheels/left', 1), ('/wheels/rear/left', 2)]
@@ -34,7 +34,7 @@ def leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
 
 
 def read(master: MasterClient, name: str) -> Any:
-    """Return the value, or the dictionary of a namespace; binary values are `bytes`.
+    """Return the value, or a namespace as a dictionary. Binary values are `bytes`.
 
     Raises:
         ParameterNotSet: the parameter is not set.
@@ -61,7 +61,7 @@ def _plain(value: Any) -> Any:
 
 
 def write(master: MasterClient, name: str, value: Any) -> list[tuple[str, Any]]:
-    """Set a parameter. The values of a dictionary are set one by one, which keeps other keys.
+    """Set a parameter. The values in a dictionary are set one by one, which keeps other keys.
 
     Return the names and values that were set.
 
@@ -80,7 +80,7 @@ def write(master: MasterClient, name: str, value: Any) -> list[tuple[str, Any]]:
 
 
 def delete(master: MasterClient, name: str) -> None:
-    """Delete a parameter or a namespace; `/`, which the server does not delete, is emptied.
+    """Delete a parameter or a namespace. `/`, which the server does not delete, is emptied.
 
     Raises:
         ParameterNotSet: the parameter is not set.

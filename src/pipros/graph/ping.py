@@ -22,7 +22,7 @@ PERIOD_S = 1.0
 
 
 def ask_pid(api: str, caller_id: str) -> object:
-    """Call `getPid` of the node at this URI. Raise the same errors as `RpcClient.call`."""
+    """Call `getPid` on the node at this URI. Raises the same errors as `RpcClient.call`."""
     with RpcClient(api, timeout_s=TIMEOUT_S) as client:
         return client.call("getPid", caller_id)
 
@@ -40,11 +40,11 @@ def ping(
 ) -> bool:
     """Ping a node once a second, `count` times, or endlessly if `count` is None or 0.
 
-    Ctrl-C ends it. If a ping fails, return False and pass the reason to `complain`.
+    Ctrl-C ends the pings. If a ping fails, return False and pass the reason to `complain`.
 
     Args:
         ask: function that calls the node at a URI on behalf of a caller.
-        clock: measures the round trip, in seconds.
+        clock: function that returns the time in seconds, for measuring round trips.
 
     Raises:
         Unreachable: the *master* does not answer.
@@ -87,7 +87,7 @@ def ping_all(
 
 
 class _Pings:
-    """The pings to one node so far."""
+    """The pings sent to one node so far."""
 
     def __init__(
         self,
@@ -108,7 +108,7 @@ class _Pings:
         self._api = ""
 
     def find(self) -> bool:
-        """Look up the URI of the node; return False if the master does not know it."""
+        """Look up the node's URI; return False if the master does not know the node."""
         try:
             self._api = self._master.lookup_node(self._node)
         except Refused:
@@ -117,7 +117,7 @@ class _Pings:
         return True
 
     def repeat(self, count: int | None, pause: Callable[[float], object]) -> bool:
-        """Ping until `count` pings were answered; return False after one without an answer."""
+        """Ping until `count` pings were answered; return False if a ping is not answered."""
         if self._say:
             self._say(f"pinging {listed(self._node)} with a timeout of {TIMEOUT_S}s")
         is_first = True
@@ -130,14 +130,14 @@ class _Pings:
         return True
 
     def send(self) -> bool:
-        """Ping once; return False without an answer."""
+        """Ping once; return False if there is no answer."""
         start = self._clock()
         try:
             self._ask(self._api, self._master.caller_id)
         except (Unreachable, ValueError) as error:
             return self._explain(error)
         except Fault:
-            pass  # the node answers, although getPid failed
+            pass  # the node answered, although getPid failed
         duration_ms = (self._clock() - start) * 1000
         self.durations_ms.append(duration_ms)
         if self._say:

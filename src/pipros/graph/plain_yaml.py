@@ -8,24 +8,24 @@ from __future__ import annotations
 
 import re
 
-# Strings, which `re` compiles on first use and caches: a number needs none of them.
+# These are strings, which `re` compiles on first use and caches, because a number needs none of them.
 _WORD = r"[A-Za-z/_][A-Za-z0-9_./:+=@()<>-]*(?<!:)"
 _PLAIN = rf"{_WORD}(?: [A-Za-z0-9_/.]+)*"
 _LINE = r"[!-~]+(?: [!-~]+)*"
 _RESERVED = frozenset(("y", "n", "yes", "no", "true", "false", "on", "off", "null"))
 _WIDTH = 70
-"""PyYAML breaks lines at blanks beyond 80 columns."""
+"""PyYAML breaks lines at the first blank beyond 80 columns."""
 _KEY_CHARACTERS = 60
 _MAX_INDENT = 30
-"""Maximum columns of indentation; PyYAML moves deeply nested text."""
+"""Maximum indentation in columns, because PyYAML moves deeply nested text."""
 
 
 class NotPlain(Exception):
-    """A part of the value can only be written by PyYAML."""
+    """Part of the value can only be written by PyYAML."""
 
 
 def plain_document(value: object) -> str:
-    """Return the text of `yaml.safe_dump(value)`, except for the `...` line after a plain scalar.
+    """Return the text that `yaml.safe_dump(value)` returns, except for the `...` line after a plain scalar.
 
     Raises:
         NotPlain: the value requires PyYAML.
@@ -36,7 +36,7 @@ def plain_document(value: object) -> str:
 
 
 def _lines(value: dict[object, object] | list[object], indent: int, seen: set[int]) -> list[str]:
-    """Return the lines of a non-empty dictionary or list; `seen` has the ids of its parents."""
+    """Return the lines for a non-empty dictionary or list. `seen` contains the ids of its parents."""
     if id(value) in seen or indent > _MAX_INDENT:  # PyYAML writes an alias for a repeated object
         raise NotPlain
     seen.add(id(value))
@@ -73,7 +73,7 @@ def _sequence(value: list[object], indent: int, seen: set[int]) -> list[str]:
 
 
 def _scalar(value: object, column: int, indent: int) -> str:
-    """Return a scalar or empty container that starts at `column`; further lines are indented."""
+    """Return the text for a scalar or empty container that starts at `column`. Further lines are indented."""
     if value is None:
         return "null"
     if isinstance(value, bool):
@@ -114,7 +114,7 @@ def _text(text: str, column: int, indent: int) -> str:
 
 
 def _broken(lines: list[str], indent: str) -> str:
-    """Join the lines of a quoted scalar: each run of line breaks is written with one break more."""
+    """Join the lines of a quoted scalar. Each run of line breaks is written with one additional break."""
     text, breaks = lines[0], 0
     for line in lines[1:]:
         breaks += 1

@@ -1,6 +1,6 @@
 """Decodes messages of any type.
 
-A command subscribes with the wildcard type, so it can receive any topic; the publisher's connection header
+A command subscribes with the wildcard type, so it can receive any topic. The publisher's connection header
 names the actual type.
 """
 
@@ -25,7 +25,7 @@ def decode_as(raw: AnyMsg, topic: str, message_class: type[Message]) -> Any:
     """Decode the message as `message_class`, for callers that access its fields.
 
     Raises:
-        WrongDefinition: the publisher's definition differs, whatever the name of the type.
+        WrongDefinition: the publisher's definition differs, regardless of the type's name.
         DeserializationError: the bytes do not fit the announced type.
     """
     header = raw.header
@@ -39,7 +39,9 @@ def decode_as(raw: AnyMsg, topic: str, message_class: type[Message]) -> Any:
 
 
 class RawDecoder:
-    """Decodes with the installed class if its definition equals the publisher's, else with the latter."""
+    """Decodes with the installed class if its definition equals the publisher's; otherwise, uses the
+    publisher's definition.
+    """
 
     def __init__(self) -> None:
         self._classes = ClassFinder()

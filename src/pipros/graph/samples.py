@@ -15,8 +15,8 @@ class Figures:
     """Statistics of a window of samples.
 
     Attributes:
-        mean, minimum, maximum, deviation: in the unit of the samples.
-        count: number of samples.
+        mean, minimum, maximum, deviation: in the same unit as the samples.
+        count: the number of samples.
     """
 
     mean: float
@@ -39,7 +39,7 @@ class Samples:
         self._values.clear()
 
     def figures(self) -> Figures | None:
-        """Return the statistics; None without samples."""
+        """Return the statistics; None if there are no samples."""
         values = list(self._values)
         if not values:
             return None
@@ -49,16 +49,18 @@ class Samples:
 
 
 class RateWindow:
-    """The rate of events, computed from their times."""
+    """The rate of events, computed from the times at which they occurred."""
 
     def __init__(self, window: int = DEFAULT_WINDOW) -> None:
-        """Create an empty window of `window` events, which span one interval fewer."""
+        """Create an empty window of `window` events, between which there is one interval fewer."""
         self._intervals = Samples(window - 1)
         self._last: float | None = None
         self.has_new = False
 
     def add(self, moment_s: float) -> bool:
-        """Add an event. If time went back, as in simulations, clear the window and return False."""
+        """Add an event. If time moved backwards, as it can in simulations, clear the window and return
+        False.
+        """
         last, self._last = self._last, moment_s
         if last is None:
             return True
@@ -70,7 +72,7 @@ class RateWindow:
         return True
 
     def figures(self) -> Figures | None:
-        """Return the statistics of the intervals in seconds; `count` is the number of events."""
+        """Return the statistics of the intervals, in seconds; `count` is the number of events."""
         self.has_new = False
         found = self._intervals.figures()
         if found is None:
@@ -79,7 +81,7 @@ class RateWindow:
 
 
 class BandwidthWindow:
-    """Bandwidth in bytes per second, computed from sizes and arrival times of messages."""
+    """The bandwidth in bytes per second, computed from the sizes and arrival times of messages."""
 
     def __init__(self, window: int = DEFAULT_WINDOW) -> None:
         self._sizes = Samples(window)
@@ -92,7 +94,9 @@ class BandwidthWindow:
         self._total.append(size)
 
     def figures(self, now_s: float) -> tuple[float, Figures] | None:
-        """Return bytes per second until now, and statistics of the sizes; None before the second message."""
+        """Return the bytes per second until now and the statistics of the sizes; None before the second
+        message.
+        """
         found = self._sizes.figures()
         if found is None or found.count < 2 or now_s <= self._moments[0]:
             return None

@@ -36,10 +36,10 @@ class ServiceCaller:
         *,
         calls: OpenCalls | None = None,
     ) -> None:
-        """Look up the type at the server, unless the class is given.
+        """Query the server for the type, unless the class is given.
 
         Args:
-            calls: interrupts this lookup and later calls.
+            calls: the group of calls that can interrupt this lookup and later calls.
 
         Raises:
             GraphError: the service is not available, or its type is not installed.

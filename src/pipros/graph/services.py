@@ -1,4 +1,4 @@
-"""Looks up services at the master and at their servers."""
+"""Looks up services by querying the master and their servers."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def uri_of(master: MasterClient, service: str) -> str | None:
 
 
 def header_of(master: MasterClient, service: str, calls: OpenCalls | None = None) -> Mapping[str, str] | None:
-    """Return the connection header of the server: `type`, `md5sum`, …; None without a server.
+    """Return the server's connection header: `type`, `md5sum`, …; None if there is no server.
 
     Raises:
         GraphError: the server does not answer.
@@ -46,7 +46,7 @@ def header_at(uri: str, service: str, caller_id: str, calls: OpenCalls | None = 
     """Return the connection header that the server at a URI sends for a service.
 
     Args:
-        calls: interrupts the lookup.
+        calls: the group of calls that can interrupt the lookup.
 
     Raises:
         GraphError: the server does not answer, or the URI is invalid.
@@ -80,10 +80,10 @@ def type_of(master: MasterClient, service: str, calls: OpenCalls | None = None) 
 
 
 def service_class_of(master: MasterClient, service: str, calls: OpenCalls | None = None) -> ServiceClass:
-    """Return the class of a service; its type is the server's.
+    """Return the class of a service. Its type is determined by querying the server.
 
     Args:
-        calls: interrupts the lookup.
+        calls: the group of calls that can interrupt the lookup.
 
     Raises:
         GraphError: the service is not available, or its type is not installed.
@@ -109,7 +109,7 @@ def argument_names(service_class: ServiceClass) -> str:
 
 
 def services_of_type(master: MasterClient, type_name: str) -> list[str]:
-    """Return the services of a type, in the order of registration; unresponsive servers are skipped."""
+    """Return the services of a type, in the order of registration. Unresponsive servers are skipped."""
     found = []
     for service in nodes_by_service(master):
         try:

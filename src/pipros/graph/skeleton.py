@@ -1,4 +1,4 @@
-"""Messages as YAML templates: the completion of `rostopic pub /topic type` in shells."""
+"""Messages as YAML templates, for shell completion of `rostopic pub /topic type`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from pipros.msg.language.spec import FLOATS, INTEGERS
 from pipros.msg.time import TVal
 
 SMALL = 4
-"""From the first message with more fields or elements onwards, flat values are written on one line."""
+"""Starting with the first message that has more fields or elements than this, flat values are written on one
+line.
+"""
 
 
 def skeleton(
@@ -27,8 +29,9 @@ def skeleton(
 
     Args:
         message: the message to show.
-        flow_style: True for brackets everywhere, False for none, None for parts of larger messages only.
-        excluded: names of fields to leave out on every level.
+        flow_style: True for brackets everywhere, False for none, None for brackets only in parts of larger
+            messages.
+        excluded: names of fields to leave out at every level.
         fill_arrays: whether to show one element in arrays that would be empty.
     """
     fields = _Skeleton(frozenset(excluded), fill_arrays).fields(message)
@@ -51,7 +54,7 @@ class _Fields(dict[str, Any]):
 
 
 class _Dumper(yaml.SafeDumper):
-    """Writes fields in order, and small parts in one line from the first large message on."""
+    """Writes fields in order. Starting with the first large message, small parts are written on one line."""
 
     is_mixed = True
 
@@ -73,7 +76,7 @@ class _Skeleton:
         self._fill_arrays = fill_arrays
 
     def fields(self, value: Message | TVal) -> _Fields:
-        """Return the fields of a message or a time, with those of nested messages."""
+        """Return the fields of a message or a time, including those of nested messages."""
         if isinstance(value, TVal):
             named = {"secs": ("int32", value.secs), "nsecs": ("int32", value.nsecs)}
         else:
@@ -92,7 +95,7 @@ class _Skeleton:
         return value
 
     def _element(self, kind: str) -> Any:
-        """Return the element shown in an empty array."""
+        """Return the element to show in an empty array."""
         if kind in INTEGERS or kind in FLOATS:
             return 0
         if kind in ("bool", "string"):

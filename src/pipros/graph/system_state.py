@@ -1,4 +1,4 @@
-"""Registrations of a running system as one value: publishers, subscribers and services."""
+"""A running system's registrations as one value: publishers, subscribers and services."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 Registrations = Mapping[str, Sequence[str]]
-"""The nodes of each topic or service, both in the order of registration."""
+"""The nodes for each topic or service. Both topics and nodes are in the order of registration."""
 
 
 class SystemState(NamedTuple):
     """A snapshot of the graph.
 
     Attributes:
-        publishers: nodes that publish each topic.
-        subscribers: nodes that subscribe to each topic.
-        services: node that offers each service, as a list of one.
+        publishers: the nodes that publish each topic.
+        subscribers: the nodes that subscribe to each topic.
+        services: the node that offers each service, as a list with one element.
     """
 
     publishers: Registrations
@@ -24,16 +24,16 @@ class SystemState(NamedTuple):
 
     @classmethod
     def from_state(cls, state: Sequence[Sequence[Sequence[object]]]) -> SystemState:
-        """Convert the result of the Master API's `getSystemState`."""
+        """Convert the response to the Master API's `getSystemState`."""
         publishers, subscribers, services = (_registrations(kind) for kind in state)
         return cls(publishers, subscribers, services)
 
     def topics(self) -> list[str]:
-        """Return all topics with a publisher or subscriber, sorted."""
+        """Return all topics that have a publisher or subscriber, sorted."""
         return sorted({*self.publishers, *self.subscribers})
 
     def nodes(self) -> list[str]:
-        """Return all nodes with a registration, sorted."""
+        """Return all nodes that have a registration, sorted."""
         kinds = (self.publishers, self.subscribers, self.services)
         return sorted({node for kind in kinds for nodes in kind.values() for node in nodes})
 
@@ -55,12 +55,12 @@ def _each(nodes: object) -> Iterator[object]:
 
 
 def of_node(node: str, kind: Registrations) -> list[str]:
-    """Return the topics or services of `node`, sorted."""
+    """Return the topics or services for which `node` is registered, sorted."""
     return sorted(name for name, nodes in kind.items() if node in nodes)
 
 
 def is_below(name: str, ns: str) -> bool:
-    """Return whether `name` is the namespace or in it; every name is in `/`.
+    """Return whether `name` is `ns` or is inside it. Every name is in `/`.
 
     >>> is_below("/robot/scan", "/robot"), is_below("/robot2", "/robot"), is_below("/x", "/")
     (True, False, True)

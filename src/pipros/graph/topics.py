@@ -1,4 +1,4 @@
-"""Topics of a running system: types, types of fields (`/scan/ranges`), publishers, subscribers."""
+"""The topics in a running system: their types, field types (`/scan/ranges`), publishers and subscribers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pipros.net.master_client import MasterClient
 
 
 def topic_type(master: MasterClient, name: str) -> tuple[str | None, str]:
-    """Return the type of the topic at the start of `name`, and that topic.
+    """Return the type of the topic with which `name` starts, and the topic.
 
     `/scan/ranges` is the field `ranges` of `/scan`, unless a topic `/scan/ranges` exists.
     Return `(None, name)` if the topic is unknown or does not have a type yet.
@@ -27,7 +27,7 @@ def topic_type(master: MasterClient, name: str) -> tuple[str | None, str]:
 
 
 def field_type(type_name: str, path: Sequence[str]) -> str:
-    """Return the type of a field of a message, nested fields included: `header/stamp` is `time`.
+    """Return the type of a message's field, which may be nested: `header/stamp` is `time`.
 
     Raises:
         NotFound: the field or the message type does not exist.
@@ -43,12 +43,12 @@ def field_type(type_name: str, path: Sequence[str]) -> str:
 
 
 def topics_of_type(master: MasterClient, type_name: str) -> list[str]:
-    """Return the topics of a message type, in the order of the master's list."""
+    """Return the topics that have a message type, in the order of the master's list."""
     return [topic for topic, found in master.get_topic_types() if found == type_name]
 
 
 def describe_topic(master: MasterClient, topic: str) -> str:
-    """Return the text of `rostopic info`.
+    """Return the text that `rostopic info` prints.
 
     Raises:
         GraphError: the topic has neither publishers nor subscribers.
@@ -72,5 +72,5 @@ def describe_topic(master: MasterClient, topic: str) -> str:
 def _api(master: MasterClient, node: str) -> str:
     try:
         return master.lookup_node(node)
-    except Refused:  # it unregistered meanwhile
+    except Refused:  # the node has unregistered in the meantime
         return "unknown"

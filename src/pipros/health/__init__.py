@@ -1,6 +1,6 @@
-"""Diagnosis of a machine's setup and of a running system, with a cure for each problem.
+"""Diagnoses a machine's setup and a running system, with a cure for each problem.
 
 `gather_machine` and `gather_system` read the environment, the network and every registered node into plain
-values. `machine_checks` and `graph_checks` are pure: values in, findings out. `pipros doctor` prints the
-findings.
+values. `machine_checks` and `graph_checks` do no I/O: they take these values and return findings. `pipros
+doctor` prints the findings.
 """

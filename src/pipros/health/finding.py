@@ -9,7 +9,7 @@ from typing import Any
 
 
 class FindingSeverity(Enum):
-    """An error keeps something from working; a warning may be intended."""
+    """An error prevents something from working. A warning may be about something that is intended."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -20,7 +20,7 @@ class Finding:
     """One problem.
 
     Attributes:
-        rule: machine-readable name of the check, such as `ghost-node`.
+        rule: the machine-readable name of the check, such as `ghost-node`.
         severity: error or warning.
         summary: the problem in one sentence, with names and values.
         cure: instructions for the user.

@@ -1,4 +1,4 @@
-"""Gather the setup of this machine and this shell into a `MachineReport`."""
+"""Gathers the setup of this machine and this shell into a `MachineReport`."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _SOURCED = re.compile(r"(?m)^\s*(?:source|\.)\s+(/opt/ros/[\w./-]+)")
 
 
 def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: float = 3.0) -> MachineReport:
-    """Return the setup of a program started now.
+    """Return the setup that a program started now would have.
 
     `variables` is the environment; defaults to `os.environ`. Blocks while host names are resolved, and up to
     `timeout_s` for the master.
@@ -75,7 +75,7 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
 
 
 def own_addresses(hostname: str) -> tuple[str, ...]:
-    """Return the addresses of this machine, loopback first.
+    """Return this machine's addresses, loopback first.
 
     Only addresses that can be found without listing the network interfaces are included.
     """
@@ -84,7 +84,7 @@ def own_addresses(hostname: str) -> tuple[str, ...]:
 
 
 def _error_of_master(uri: str, timeout_s: float) -> str:
-    """Return why no master answers at a URI; empty if one does."""
+    """Return why no master answers at a URI; an empty string if one answers."""
     client = MasterClient(uri, CALLER_ID, timeout_s=timeout_s)
     try:
         client.get_pid()
@@ -116,7 +116,7 @@ def _kind(path: Path, *, is_written: bool) -> PathKind:
 
 
 def _foreign_programs(variables: Mapping[str, str]) -> dict[str, Path]:
-    """Return the programs in PATH for ROS commands that do not belong to pipros."""
+    """Return the programs in PATH that are run for ROS commands but do not belong to pipros."""
     path = variables.get("PATH", os.defpath)
     found = {name: shutil.which(name, path=path) for name in COMMANDS}
     return {name: Path(program) for name, program in found.items() if program and not _is_own(program)}
@@ -132,7 +132,9 @@ def _is_own(program: str) -> bool:
 
 
 def _python_packages(variables: Mapping[str, str]) -> dict[str, Path]:
-    """Return the folders from which Python imports the ROS packages; folders in PYTHONPATH come first."""
+    """Return the folders from which Python imports the ROS packages. Folders in PYTHONPATH take
+    precedence.
+    """
     places: dict[str, Path] = {}
     for name in PACKAGES:
         for entry in filter(None, variables.get("PYTHONPATH", "").split(os.pathsep)):
@@ -147,7 +149,9 @@ def _python_packages(variables: Mapping[str, str]) -> dict[str, Path]:
 
 
 def _is_ours(package: Path) -> bool:
-    """Return whether an import package belongs to pipros, and so has types; genuine ROS has none."""
+    """Return whether an import package belongs to pipros, which is the case if it has type information;
+    genuine ROS has none.
+    """
     return (package / "py.typed").is_file()
 
 
@@ -159,7 +163,9 @@ def _workspace_around(folder: Path) -> Path | None:
 
 
 def _missing_setup_files(variables: Mapping[str, str]) -> dict[str, str]:
-    """Return the start files of shells that source a missing setup file below /opt/ros, with that file."""
+    """Return the shell start files that source a missing setup file below /opt/ros, each with the missing
+    file.
+    """
     found = {}
     for name in _START_FILES:
         try:

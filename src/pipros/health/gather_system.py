@@ -1,4 +1,6 @@
-"""Query the master and every registered node, publisher and service of a running system. Read-only."""
+"""Queries the master and every registered node, publisher and service in a running system. Nothing is
+changed.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +38,7 @@ _CHUNK_BYTES = 16 * 1024
 
 
 def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> SystemReport:
-    """Return the current state of the system at a master.
+    """Return the current state of the system that uses a master.
 
     Blocks up to `timeout_s` for each node that does not answer; nodes are queried concurrently.
 
@@ -106,7 +108,7 @@ def _ask_node(master: MasterClient, node: str, timeout_s: float) -> NodeReport:
 
 
 def _value(client: RpcClient, method: str) -> Any:
-    """Return the value of a node's answer; None if the node reports an error or lacks the method."""
+    """Return the value in a node's answer; None if the node reports an error or lacks the method."""
     try:
         answer = client.call(method, CALLER_ID)
     except Unreachable:
@@ -143,7 +145,9 @@ def failure_of(problem: Exception) -> Failure:
 
 
 def _origin(problem: Exception) -> Exception:
-    """Return the operating system error behind an exception; otherwise the first exception in the chain."""
+    """Return the operating system error that caused an exception; if there is none, the first exception in
+    the chain.
+    """
     while not isinstance(problem, OSError) and isinstance(problem.__context__, Exception):
         problem = problem.__context__
     return problem
@@ -203,7 +207,7 @@ def _has_stamp(fields: Any) -> bool:
 
 
 def _stamp_offset(sock: socket.socket, begun: bytes) -> float | None:
-    """Return the stamp of the next message minus this machine's clock, in s; None if no message arrives."""
+    """Return the next message's stamp minus this machine's clock, in s; None if no message arrives."""
     data = begun
     until = time.monotonic() + STAMP_WAIT_S
     while len(data) < _FIRST_BYTES.size:

@@ -1,4 +1,4 @@
-"""Checks of a running system. Pure: a `SystemReport` in, findings out."""
+"""Checks for a running system, which take a `SystemReport` and return findings. No I/O."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ STAMP_TOLERANCE_S = 10.0
 normal."""
 _DAY_S = 86_400.0
 
-_CLOSE_NAMES = 0.75  # minimum similarity of two names for one to count as a misspelling of the other
+_CLOSE_NAMES = 0.75  # minimum similarity at which a name counts as a misspelling of another name
 
 
 def check_graph(system: SystemReport) -> list[Finding]:
-    """Run all checks and return the findings in their order."""
+    """Run all checks and return the findings, in the order of the checks."""
     return [finding for check in CHECKS for finding in check(system)]
 
 
@@ -47,22 +47,22 @@ def _why_node(api: str, failure: Failure) -> tuple[str, str]:
     host = _host(api)
     if failure.is_unknown_host:
         return "unknown-host", (
-            f"The name [{host}] cannot be resolved here. Set ROS_IP to an address on the machine of the node "
-            f"and start it again, or add a line 'ADDRESS {host}' to /etc/hosts of this machine."
+            f"The name [{host}] cannot be resolved here. Set ROS_IP to an address of the node's machine "
+            f"and start the node again, or add a line 'ADDRESS {host}' to /etc/hosts on this machine."
         )
     if failure.is_refused:
         return "ghost-node", (
-            "The node has ended without unregistering: remove it with `rosnode cleanup`, and start it "
+            "The node has ended without unregistering. Remove it with `rosnode cleanup`, and start it "
             "again if it is needed."
             + (
-                " If it runs on another machine, set ROS_IP there: the address that it registered is local "
-                "on every machine."
+                " If it runs on another machine, set ROS_IP there, because the address that it registered is "
+                "local on every machine."
                 if is_loopback(host)
                 else ""
             )
         )
     return "silent-node", (
-        f"The node hangs, or a firewall or a wrong address keeps it out of reach: try `ping {host}`, set "
+        f"The node hangs, or a firewall or a wrong address keeps it out of reach. Try `ping {host}`, set "
         "ROS_IP on its machine to an address that can be reached from here, or restart the node."
     )
 
@@ -77,7 +77,7 @@ def nodes_of_other_masters(system: SystemReport) -> Findings:
                 "other-master",
                 f"Node [{listed(node)}] is registered here, but says that its master is "
                 f"[{listed(report.master_uri)}]",
-                "The registration is left over, or ports are forwarded: run `rosnode cleanup`, or restart "
+                "The registration is left over, or ports are forwarded. Run `rosnode cleanup`, or restart "
                 "the node.",
                 node,
             )
@@ -94,18 +94,19 @@ def unreachable_publishers(system: SystemReport) -> Findings:
             yield error(
                 "no-publisher",
                 f"{what} by its registration, but refuses subscribers: {failure.reason}",
-                "The registration is left over from an earlier run: restart the node, or `rosnode cleanup`.",
+                "The registration is left over from an earlier run. Restart the node, or run `rosnode "
+                "cleanup`.",
                 topic,
                 node,
             )
             continue
         host = report.address.rpartition(":")[0]
         cure = (
-            f"The name [{host}] cannot be resolved here: set ROS_IP on the machine of the node, or add the "
-            "name to /etc/hosts."
+            f"The name [{host}] cannot be resolved here. Set ROS_IP on the node's machine, or add the name "
+            "to /etc/hosts."
             if failure.is_unknown_host
-            else "A firewall, a container or a wrong ROS_IP is in the way: nodes choose any free port for "
-            f"data, so all ports of [{host}] must be open; in a container, use the network of the host."
+            else "A firewall, a container or a wrong ROS_IP is in the way. Nodes choose any free port for "
+            f"data, so all ports of [{host}] must be open. In a container, use the host's network."
         )
         yield error(
             "unreachable-publisher",
@@ -117,7 +118,9 @@ def unreachable_publishers(system: SystemReport) -> Findings:
 
 
 def connections(system: SystemReport) -> Findings:
-    """Find pairs that should be connected, but are not, or only according to one of them."""
+    """Find pairs of nodes that should be connected, but are not, or are connected according to only one of
+    them.
+    """
     for topic, publisher, subscriber in system.pairs():
         by_publisher, by_subscriber = system.is_connected(topic, publisher, subscriber)
         if by_publisher and by_subscriber:
@@ -130,8 +133,8 @@ def connections(system: SystemReport) -> Findings:
                 "one-sided-connection",
                 f"Only one side knows of the connection {pair}: {listed(one)} has it, {listed(other)} does "
                 "not",
-                "The network was cut, or a machine was switched off, in the middle: restart "
-                f"[{listed(other)}]; if it happens again, check the network between their machines.",
+                "The connection was interrupted by a network failure or because a machine was switched off. "
+                f"Restart [{listed(other)}]. If it happens again, check the network between their machines.",
                 *subjects,
             )
         elif _types_differ(system, topic, publisher, subscriber) is None:
@@ -150,15 +153,15 @@ def _not_connected(system: SystemReport, topic: str, publisher: str, subscriber:
         return error(
             "md5-mismatch",
             f"{summary}. It connects to a publisher of any type, so their definitions of [{report.type}] "
-            f"differ; that of the publisher has the md5 sum {report.md5sum}",
-            f"Compare `rosmsg md5 {report.type}` where both run, build both against the same definition and "
-            "restart them.",
+            f"differ; the publisher's definition has the md5 sum {report.md5sum}",
+            f"Compare `rosmsg md5 {report.type}` on both machines, build both nodes against the same "
+            "definition and restart them.",
             *subjects,
         )
     api = system.nodes[publisher].api
     reach = (
-        f"The machine of [{listed(subscriber)}] does not reach [{listed(api)}]: try `rosnode ping "
-        f"{publisher}` there, and set ROS_IP of the publisher to an address that all machines can reach."
+        f"The subscriber's machine does not reach [{listed(api)}]. Try `rosnode ping {publisher}` there, and "
+        "set the publisher's ROS_IP to an address that all machines can reach."
     )
     if (topic, subscriber) in system.tried_back:
         return error(
@@ -170,7 +173,7 @@ def _not_connected(system: SystemReport, topic: str, publisher: str, subscriber:
     return error(
         "not-connected",
         summary,
-        f"{reach} Or their definitions of the type differ: `pipros doctor --both-ways` finds out.",
+        f"{reach} Or their definitions of the type differ; `pipros doctor --both-ways` checks this.",
         *subjects,
     )
 
@@ -211,7 +214,7 @@ def type_mismatches(system: SystemReport) -> Findings:
 def _types_differ(
     system: SystemReport, topic: str, publisher: str, subscriber: str
 ) -> tuple[str, str] | None:
-    """Return the types of publisher and subscriber if they are known and differ."""
+    """Return the publisher's and subscriber's types if they are known and differ."""
     report = system.publishers.get((topic, publisher))
     sent = (report.type if report else "") or system.nodes[publisher].publications.get(topic, "")
     wanted = system.nodes[subscriber].subscriptions.get(topic, "")
@@ -231,8 +234,8 @@ def definitions(system: SystemReport) -> Findings:
                 "unknown-type",
                 f"Type [{listed(type_name)}] of {', '.join(map(listed, topics))} is not defined by any "
                 "package that is set up here",
-                f"source devel/setup.bash of the workspace with package [{listed(package)}], or install it; "
-                "programs that publish, subscribe or decode the type need it.",
+                f"source devel/setup.bash of the workspace that contains package [{listed(package)}], "
+                "or install it; programs that publish, subscribe or decode the type need it.",
                 type_name,
                 *topics,
             )
@@ -242,8 +245,8 @@ def definitions(system: SystemReport) -> Findings:
             yield error(
                 "definition-differs",
                 f"[{listed(node)}] publishes [{listed(topic)}] with another definition of [{report.type}] "
-                f"(md5 sum {report.md5sum}) than the one on this machine ({ours}): programs of this machine "
-                "cannot subscribe to it",
+                f"(md5 sum {report.md5sum}) than the one on this machine ({ours}), so programs on this "
+                "machine cannot subscribe to it",
                 "Build both from the same source, restart the nodes, and source the setup file of that "
                 "workspace.",
                 topic,
@@ -252,7 +255,7 @@ def definitions(system: SystemReport) -> Findings:
 
 
 def topics_without_publishers(system: SystemReport) -> Findings:
-    """Find topics with subscribers but without a publisher."""
+    """Find topics that have subscribers but no publisher."""
     for topic, subscribers in sorted(system.state.subscribers.items()):
         alive = [node for node in subscribers if system.is_alive(node)]
         if not alive or system.state.publishers.get(topic) or _needs_no_publisher(system, topic, alive):
@@ -275,10 +278,11 @@ def _needs_no_publisher(system: SystemReport, topic: str, subscribers: Sequence[
     publishers = system.state.publishers
     if topic in ("/rosout", "/clock"):  # `clocks` reports a missing /clock
         return True
-    if topic in ("/tf", "/tf_static"):  # listeners subscribe to both, and many systems need only one
+    # listeners subscribe to both topics, and many systems need only one of them
+    if topic in ("/tf", "/tf_static"):
         return bool(publishers.get("/tf") or publishers.get("/tf_static"))
     action, _, part = topic.rpartition("/")
-    # An action server without a client.
+    # These are the topics of an action server that has no client.
     return part in ("goal", "cancel") and any(
         node in publishers.get(f"{action}/status", ()) for node in subscribers
     )
@@ -292,8 +296,8 @@ def services(system: SystemReport) -> Findings:
                 "service-failed",
                 f"Service [{listed(service)}] of [{listed(report.node)}] does not answer at "
                 f"[{listed(report.uri)}]: {report.failure.reason}",
-                "Restart its node; if it runs on another machine, its ROS_IP or a firewall may be in the "
-                "way.",
+                "Restart its node. If the node runs on another machine, its ROS_IP may be wrong, "
+                "or a firewall may block it.",
                 service,
                 report.node,
             )
@@ -305,7 +309,7 @@ def clocks(system: SystemReport) -> Findings:
     if system.is_time_simulated and not publishers:
         yield error(
             "no-clock",
-            "/use_sim_time is set, but no node publishes /clock: time does not advance for nodes started "
+            "/use_sim_time is set, but no node publishes /clock, so time does not advance for nodes started "
             "since",
             "Start the simulator or `rosbag play --clock`, or `rosparam set /use_sim_time false` and "
             "restart the nodes.",
@@ -314,8 +318,8 @@ def clocks(system: SystemReport) -> Findings:
     if publishers and not system.is_time_simulated:
         yield warning(
             "clock-unused",
-            f"{', '.join(map(listed, publishers))} publishes /clock, but /use_sim_time is not set: nodes use "
-            "the wall clock",
+            f"{', '.join(map(listed, publishers))} publishes /clock, but /use_sim_time is not set, so nodes "
+            "use the wall clock",
             "rosparam set /use_sim_time true, before the nodes are started.",
             "/clock",
         )
@@ -331,9 +335,9 @@ def clocks(system: SystemReport) -> Findings:
     if offset is not None and abs(offset) > CLOCK_TOLERANCE_S:
         yield error(
             "clock-differs",
-            f"The clock of the master's machine is {_ahead(offset)} that of this one",
-            "Synchronize both with NTP (chrony or systemd-timesyncd): timestamps of the two machines are "
-            "not comparable.",
+            f"The clock of the master's machine is {_ahead(offset)} this machine's clock",
+            "Synchronize both with NTP (chrony or systemd-timesyncd), because their timestamps cannot be "
+            "compared.",
             system.master_uri,
         )
     if not system.is_time_simulated:
@@ -343,8 +347,8 @@ def clocks(system: SystemReport) -> Findings:
                 is_of_another_clock = abs(ahead) > _DAY_S
                 yield warning(
                     "stamps-differ",
-                    f"[{listed(node)}] stamps [{listed(topic)}] {_ahead(ahead)} the clock of this machine",
-                    "Stamp with rospy.Time.now(), not with a clock of a device or a simulation; if data is "
+                    f"[{listed(node)}] stamps [{listed(topic)}] {_ahead(ahead)} this machine's clock",
+                    "Stamp with rospy.Time.now(), not with the clock of a device or a simulation; if data is "
                     "played back, use simulated time (/use_sim_time and `rosbag play --clock`)."
                     if is_of_another_clock
                     else "Synchronize the clocks of both machines with NTP; if data is played back, use "

@@ -1,4 +1,4 @@
-"""Detection of pipros' import packages that changed since pip installed them."""
+"""Detects pipros's import packages that have changed since pip installed them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ NAME = "pipros"
 
 
 def changed_packages(name: str = NAME) -> dict[str, str]:
-    """Map changed import packages to the distribution that replaced their files: `rospy` to `py3rosmsgs`.
+    """Map changed import packages to the distribution that replaced their files, such as `rospy` to
+    `py3rosmsgs`.
 
     The distribution is empty if unknown. Compares modules with the checksums that pip recorded; finds nothing
     in a checkout, for which pip records no modules. Blocks while reading the modules, and the records of all
@@ -35,7 +36,7 @@ def changed_packages(name: str = NAME) -> dict[str, str]:
 
 
 def _recorded_sums(installed: Distribution) -> dict[str, str]:
-    """Map modules to `algorithm=sum`, as in the `RECORD` of a distribution (PEP 376)."""
+    """Map modules to `algorithm=sum`, as in a distribution's `RECORD` file (PEP 376)."""
     rows = csv.reader((installed.read_text("RECORD") or "").splitlines())
     return {
         row[0]: row[1]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 class PathKind(Enum):
-    """Kind of file system entry at a path."""
+    """The kind of file system entry at a path."""
 
     FOLDER = "folder"
     READ_ONLY = "read-only folder"
@@ -19,26 +19,27 @@ class PathKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class MachineReport:
-    """Input of the machine checks.
+    """Input for the machine checks.
 
     Attributes:
         variables: the environment variables.
-        hostname: the name of this machine.
+        hostname: this machine's name.
         addresses: the machine's known IP addresses, loopback first.
-        resolved: host name to its addresses, empty if it cannot be resolved: for the name of this machine
-            and the hosts of `ROS_MASTER_URI` and `ROS_HOSTNAME`.
-        own_hosts: the hosts and addresses among these that refer to this machine.
+        resolved: maps this machine's name and the hosts in `ROS_MASTER_URI` and `ROS_HOSTNAME` to their
+            addresses, which are empty if the host cannot be resolved.
+        own_hosts: those of these hosts and addresses that refer to this machine.
         address_towards_master: the address from which this machine reaches the master; empty if unknown.
-        paths: path to its kind, for the entries of path variables and the folders for logs.
-        foreign_programs: ROS command to the program in `PATH` that runs, if it is not pipros's program.
-        own_programs: the folder of pipros' programs.
-        python_packages: import package to the folder from which Python imports it.
-        own_packages: the folders with pipros's import packages; one, except in a checkout.
-        changed_packages: import package of pipros that changed after its installation, to the distribution
-            that replaced its files; empty if unknown.
+        paths: maps the entries in path variables and the log folders to the kind of path.
+        foreign_programs: maps ROS commands to the program in `PATH` that runs, if it is not pipros's program.
+        own_programs: the folder that contains pipros's programs.
+        python_packages: maps import packages to the folder from which Python imports them.
+        own_packages: the folders that contain pipros's import packages; a single folder, except in a
+            checkout.
+        changed_packages: maps each pipros import package that changed after its installation to the
+            distribution that replaced its files; empty if unknown.
         master_error: why the master cannot be reached; empty if it answers, None if it was not called.
-        has_local_master: whether a master answers at the default address of this machine.
-        missing_setup_files: start file of a shell to a setup file of ROS that it sources, and that does not
+        has_local_master: whether a master answers at this machine's default address.
+        missing_setup_files: maps shell start files to the ROS setup file that they source, and that does not
             exist.
         workspace: the devel space of the workspace around the current folder, if there is one.
     """

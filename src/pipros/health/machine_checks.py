@@ -1,4 +1,4 @@
-"""Checks of the setup of a machine and a shell. Pure: a `MachineReport` in, findings out."""
+"""Checks for the setup of a machine and a shell, which take a `MachineReport` and return findings. No I/O."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _PATH_VARIABLES = ("ROS_PACKAGE_PATH", "CMAKE_PREFIX_PATH", "PYTHONPATH")
 
 
 def check_machine(machine: MachineReport) -> list[Finding]:
-    """Run all checks and return the findings in their order."""
+    """Run all checks and return the findings, in the order of the checks."""
     return [finding for check in CHECKS for finding in check(machine)]
 
 
 def mixed_programs(machine: MachineReport) -> Findings:
-    """Find commands of another implementation in PATH."""
+    """Find ROS commands in PATH that belong to another implementation."""
     foreign = machine.foreign_programs
     if not foreign:
         return
@@ -31,7 +31,7 @@ def mixed_programs(machine: MachineReport) -> Findings:
         listing += f" and {len(foreign) - 3} more"
     yield warning(
         "mixed-programs",
-        f"PATH finds programs of another ROS before those of pipros in {machine.own_programs}: {listing}",
+        f"PATH finds another ROS's programs before those of pipros in {machine.own_programs}: {listing}",
         f"Put pipros first: export PATH={machine.own_programs}:$PATH, or activate its environment again; "
         "open a new terminal in which only one of the two is set up.",
         *sorted(foreign),
@@ -39,7 +39,7 @@ def mixed_programs(machine: MachineReport) -> Findings:
 
 
 def mixed_python(machine: MachineReport) -> Findings:
-    """Check that `import rospy` and the like import pipros."""
+    """Check that `import rospy` and similar imports import pipros."""
     foreign = {
         name: place for name, place in machine.python_packages.items() if place not in machine.own_packages
     }
@@ -47,7 +47,7 @@ def mixed_python(machine: MachineReport) -> Findings:
         listing = ", ".join(f"{name} from {place}" for name, place in sorted(foreign.items()))
         yield error(
             "mixed-python",
-            f"Python imports packages of another ROS instead of those of pipros: {listing}",
+            f"Python imports packages from another ROS instead of pipros's packages: {listing}",
             "Remove the folders of the other ROS from PYTHONPATH: unset PYTHONPATH, or start from a "
             "terminal in which /opt/ros/…/setup.bash was not sourced.",
             *sorted(foreign),
@@ -71,7 +71,7 @@ def changed_packages(machine: MachineReport) -> Findings:
 
 
 def other_ros_set_up(machine: MachineReport) -> Findings:
-    """Find variables of ROS 2, or of genuine ROS 1, in the environment."""
+    """Find environment variables that belong to ROS 2 or genuine ROS 1."""
     if machine.variables.get("ROS_VERSION") == "2" or machine.variables.get("AMENT_PREFIX_PATH"):
         yield warning(
             "ros-2-environment",
@@ -94,7 +94,7 @@ def other_ros_set_up(machine: MachineReport) -> Findings:
 
 
 def missing_paths(machine: MachineReport) -> Findings:
-    """Find entries of path variables that do not exist."""
+    """Find entries in path variables that do not exist."""
     for name in _PATH_VARIABLES:
         for entry in filter(None, machine.variables.get(name, "").split(os.pathsep)):
             kind = machine.paths.get(entry, PathKind.FOLDER)
@@ -112,7 +112,9 @@ def missing_paths(machine: MachineReport) -> Findings:
 
 
 def missing_setup_files(machine: MachineReport) -> Findings:
-    """Find start files of shells that source a setup file of ROS that does not exist, as courses tell."""
+    """Find shell start files that source a ROS setup file that does not exist. Many courses tell students to
+    add such lines.
+    """
     for start_file, setup_file in machine.missing_setup_files.items():
         yield warning(
             "missing-setup-file",
@@ -198,12 +200,12 @@ def own_address(machine: MachineReport) -> Findings:
     elif ip:
         yield from _own_ip(machine, ip, is_master_here=is_master_here)
     elif not is_master_here:
-        yield from _own_name(machine, "the name of this machine", machine.hostname)
+        yield from _own_name(machine, "this machine's name", machine.hostname)
     advertised = hostname or ip
     if advertised and is_loopback(advertised) and not is_master_here:
         yield error(
             "loopback-advertised",
-            "The master is on another machine, but programs of this machine advertise "
+            "The master is on another machine, but programs on this machine advertise "
             f"[{advertised}], a loopback address: no program there can reach them",
             f"export ROS_IP={machine.address_towards_master or 'ADDRESS'}, the address by which the others "
             "reach this machine, and unset ROS_HOSTNAME.",
@@ -247,8 +249,8 @@ def _own_ip(machine: MachineReport, ip: str, *, is_master_here: bool) -> Finding
     elif good and not is_master_here and not is_loopback(ip) and ip != good:
         yield warning(
             "ip-of-another-network",
-            f"ROS_IP [{ip}] is an address of this machine, but it reaches the master from [{good}]: other "
-            "machines may have no route to ROS_IP",
+            f"ROS_IP [{ip}] is an address of this machine, but this machine reaches the master from "
+            f"[{good}], so other machines may have no route to ROS_IP",
             f"export ROS_IP={good}",
             "ROS_IP",
         )

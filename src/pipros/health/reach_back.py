@@ -1,4 +1,4 @@
-"""Test whether subscribers reach this machine, by briefly advertising their topics."""
+"""Tests whether subscribers reach this machine, by briefly advertising their topics."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LOOK_EVERY_S = 0.1
 
 
 class _Arrivals:
-    """A `PeerListener` that collects which subscribers connected."""
+    """A `PeerListener` that collects the subscribers that have connected."""
 
     def __init__(self) -> None:
         self.seen: set[tuple[str, str]] = set()
@@ -49,7 +49,7 @@ class _Arrivals:
 def reach_back(pairs: Iterable[tuple[str, str]], environment: Environment, *, wait_s: float = 3.0) -> Pairs:
     """Return the (topic, subscriber) pairs that connect to a publisher in this process within `wait_s`.
 
-    The publisher accepts any type and sends nothing. Meanwhile it is registered at the master.
+    The publisher accepts any type and sends nothing. During this time, it is registered with the master.
     """
     wanted = frozenset(pairs)
     arrivals = _Arrivals()

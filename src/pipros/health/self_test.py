@@ -21,8 +21,8 @@ class SelfTest:
 
     Attributes:
         findings: the problems; empty if there were none.
-        first_message_s: time from the start of the talker to the first received message.
-        heard: number of received messages.
+        first_message_s: the time from the start of the talker to the first received message.
+        heard: the number of received messages.
     """
 
     findings: list[Finding]
@@ -56,7 +56,7 @@ def run_self_test(duration_s: float = 1.0, environment: Environment | None = Non
                 finding = error(
                     "self-test",
                     "A listener received nothing from a talker in the same process",
-                    "Programs of this machine cannot connect to each other at 127.0.0.1: check for a "
+                    "Programs on this machine cannot connect to each other at 127.0.0.1. Check for a "
                     "firewall, or a sandbox without a loopback interface.",
                 )
                 return SelfTest([finding], 0.0, 0)

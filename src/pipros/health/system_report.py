@@ -1,4 +1,6 @@
-"""A running system as values: the master's registrations, and answers of nodes, publishers and services."""
+"""A running system as values: the master's registrations, and the answers from nodes, publishers and
+services.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,7 @@ class Failure:
     """Why a peer could not be reached.
 
     Attributes:
-        reason: the error of the operating system or of the peer.
+        reason: the error from the operating system or the peer.
         is_unknown_host: the host name cannot be resolved here.
         is_refused: the machine answers, but no process listens on the port.
     """
@@ -26,15 +28,15 @@ class Failure:
 
 @dataclass(frozen=True, slots=True)
 class NodeReport:
-    """The answers of a registered node.
+    """A registered node's answers.
 
     Attributes:
         api: the node's XML-RPC address according to the master.
-        failure: why it did not answer; None if it did.
-        master_uri: the master that it reports to use; empty if it reports none.
+        failure: why the node did not answer; None if it did.
+        master_uri: the master that the node reports using; empty if it reports none.
         connections: the node's connections.
-        subscriptions: topic to subscribed type, as reported by the node.
-        publications: topic to published type, as reported by the node.
+        subscriptions: maps topics to subscribed types, as reported by the node.
+        publications: maps topics to published types, as reported by the node.
     """
 
     api: str
@@ -47,13 +49,13 @@ class NodeReport:
 
 @dataclass(frozen=True, slots=True)
 class PublisherReport:
-    """The answers of a publisher to a subscriber of its topic.
+    """A publisher's answers to a subscriber.
 
     Attributes:
-        address: `host:port` of its data; empty if it did not answer.
+        address: the `host:port` of its TCPROS server; empty if it did not answer.
         failure: why no connection was established; None if one was.
-        type, md5sum: type and md5 sum of its messages, from its connection header.
-        stamp_offset_s: the stamp of a message minus the clock of this machine, in seconds.
+        type, md5sum: the type and md5 sum of its messages, from its connection header.
+        stamp_offset_s: a message's stamp minus this machine's clock, in seconds.
     """
 
     address: str = ""
@@ -85,15 +87,17 @@ class SystemReport:
     Attributes:
         master_uri: the URI of the master.
         state: all registrations.
-        types: topic to type, according to the master.
-        nodes: node to its answers.
-        publishers: (topic, node) to the publisher's answers.
-        services: service to its answer.
-        installed: type to the md5 sum of its definition on this machine; None if it is not installed.
-        is_time_simulated: the parameter `/use_sim_time`.
+        types: maps topics to types, according to the master.
+        nodes: maps nodes to their answers.
+        publishers: maps (topic, node) to the publisher's answers.
+        services: maps services to their answers.
+        installed: maps types to the md5 sum of the definition on this machine; None if the type is not
+            installed.
+        is_time_simulated: whether the parameter `/use_sim_time` is true.
         clock_offset_s: the clock of the master's machine minus this machine's; None if unknown.
-        reached_back: (topic, node) of the subscribers that connected to a publisher on this machine.
-        tried_back: (topic, node) of the subscribers for which this was tested.
+        reached_back: the (topic, node) pairs of the subscribers that connected to a publisher on this
+            machine.
+        tried_back: the (topic, node) pairs of the subscribers for which this was tested.
     """
 
     master_uri: str
@@ -109,7 +113,7 @@ class SystemReport:
     tried_back: frozenset[tuple[str, str]] = frozenset()
 
     def nodes_at(self, peer: str) -> set[str]:
-        """Return the nodes at the other end of a connection; `peer` is a node's name or address."""
+        """Return the nodes at the other end of a connection. `peer` is a node's name or address."""
         if "://" not in peer:
             return {peer}
         wanted = peer.rstrip("/")
@@ -121,11 +125,11 @@ class SystemReport:
         return report is not None and report.failure is None
 
     def sends(self, publisher: str, topic: str) -> set[str]:
-        """Return the nodes to which a publisher reports to send a topic."""
+        """Return the nodes to which a publisher reports sending a topic."""
         return self._peers(publisher, topic, "o")
 
     def receives(self, subscriber: str, topic: str) -> set[str]:
-        """Return the nodes from which a subscriber reports to receive a topic."""
+        """Return the nodes from which a subscriber reports receiving a topic."""
         return self._peers(subscriber, topic, "i")
 
     def _peers(self, node: str, topic: str, direction: str) -> set[str]:

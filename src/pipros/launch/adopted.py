@@ -1,4 +1,4 @@
-"""Processes that other code starts, and that a launch watches, restarts and ends."""
+"""Manages processes that other code starts, and that a launch watches, restarts and ends."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Adopted(Protocol):
         ...
 
     def restart_delay_s(self) -> float | None:
-        """Return the time left until the ended process is restarted; None if it is not."""
+        """Return the time left until the ended process is restarted; None if it is not restarted."""
         ...
 
     def describe_end(self) -> str: ...
@@ -37,12 +37,12 @@ class Adopted(Protocol):
     def start(self) -> object: ...
 
     def stop(self, errors: list[str]) -> None:
-        """End the process; append problems to `errors`."""
+        """End the process. Problems are appended to `errors`."""
         ...
 
 
 class Printer(Protocol):
-    """Where reports are printed; see `pipros.launch.console.Console`."""
+    """Prints reports; implemented by `pipros.launch.console.Console`."""
 
     def say(self, text: str) -> None: ...
     def bold(self, text: str) -> None: ...
@@ -53,15 +53,17 @@ _Process = TypeVar("_Process", bound=Adopted)
 
 
 class AdoptedProcesses(Generic[_Process]):
-    """The adopted processes of a launch. One thread calls `check` and `end`; any may call the others."""
+    """A launch's adopted processes. One thread calls `check` and `end`; any thread may call the other
+    methods.
+    """
 
     def __init__(
         self, printer: Printer, on_end: Callable[[str, int | None], None], on_error: Callable[[], None]
     ) -> None:
         """
         Args:
-            on_end: called with name and exit code of each process after its end was reported.
-            on_error: called in the handler of an exception that ending a process raised.
+            on_end: called with the name and exit code of each process after its end was reported.
+            on_error: called in the exception handler if ending a process raised an exception.
         """
         self._printer = printer
         self._on_end = on_end
@@ -75,7 +77,7 @@ class AdoptedProcesses(Generic[_Process]):
             return iter(list(self._processes))
 
     def add(self, process: _Process, *, ends_last: bool = False) -> None:
-        """Watch a process; with `ends_last`, end it after those without."""
+        """Watch a process. Processes with `ends_last` are ended after all others."""
         with self._lock:
             self._processes.append(process)
             if ends_last:
@@ -89,7 +91,7 @@ class AdoptedProcesses(Generic[_Process]):
     def check(self) -> list[_Process] | None:
         """Report ended processes, and restart them when it is time.
 
-        Return those that are no longer watched; None if a required process has ended.
+        Return the processes that are no longer watched; None if a required process has ended.
         """
         gone = []
         for process in self:
@@ -122,7 +124,7 @@ class AdoptedProcesses(Generic[_Process]):
             self._printer.say(f"[{process.name}] killing on exit")
             try:
                 process.stop(errors)
-            except Exception:  # code of a script
+            except Exception:  # the process is code from a script, which can raise anything
                 self._on_error()
         with self._lock:
             self._processes.clear()

@@ -1,4 +1,6 @@
-"""Limits what a launch reads and generates: 3 kB can double a text, or include a file twice, 40 times."""
+"""Limits what a launch reads and generates, because a file of 3 kB can double a text, or include a file
+twice, 40 times in a row.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +11,12 @@ from pipros.basics.limits import Limits, limit_text, process_limits
 
 
 class OverBudget(PiprosError, ValueError):
-    """The files of a launch read or generate more than the limits allow."""
+    """A launch's files read or generate more than the limits allow."""
 
 
 @dataclass(slots=True)
 class Budget:
-    """Resources that the files of one launch have consumed so far.
+    """Resources that one launch's files have consumed so far.
 
     Attributes:
         read_bytes: size of all files and command outputs, plus the characters inserted by substitutions.

@@ -42,7 +42,9 @@ class LaunchBuilder:
         self._warnings.extend(warnings)
 
     def add_param(self, key: str, value: Any) -> None:
-        """Set a parameter. The last one of a name wins; one below a non-dictionary value causes a warning."""
+        """Set a parameter. The last value for a name wins. A parameter below a non-dictionary value causes a
+        warning.
+        """
         parent = key.rpartition("/")[0]
         while parent:
             if parent in self._params and not isinstance(self._params[parent], dict):

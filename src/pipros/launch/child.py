@@ -1,10 +1,10 @@
-"""A launch child: starts nodes on this computer for a parent roslaunch on another one.
+"""A launch child: starts nodes on this computer for a parent roslaunch on another computer.
 
 This is Noetic's protocol. The parent logs in by ssh and starts `roslaunch -c NAME -u URI --run_id ID`. The
-child opens an XML-RPC server and calls `register(NAME, its URI)` of the parent. Once its master runs, the
-parent calls `launch(XML)`; the answer names the started nodes. From then on the child calls
-`log(NAME, level, text)` and `process_died(process, exit code)`, until the parent calls `shutdown()` or ends,
-or all nodes have ended.
+child opens an XML-RPC server and calls the parent's `register(NAME, its URI)`. Once the master is running,
+the parent calls `launch(XML)`; the response names the started nodes. From then on the child calls `log(NAME,
+level, text)` and `process_died(process, exit code)`, until the parent calls `shutdown()` or ends, or all
+nodes have ended.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ from pipros.workspace.index import PackageIndex
 
 @dataclass(frozen=True, slots=True)
 class _Order:
-    """A call of `launch`, queued for the main thread, and the future of its answer."""
+    """A call to `launch`, queued for the main thread, and the future for its response."""
 
     xml: str
     answer: Future[list[Any]]
 
 
 class Child:
-    """Call `start`, `wait` and `stop`, in this order; call `stop` even if `start` fails."""
+    """A launch child. Call `start`, `wait` and `stop`, in this order; call `stop` even if `start` fails."""
 
     def __init__(
         self,
@@ -58,7 +58,8 @@ class Child:
         environment: Environment | None = None,
         index: PackageIndex | None = None,
     ) -> None:
-        """Validate the parent's URI; connect and start nothing yet.
+        """Validate the parent's URI. No connection is opened and no process is started until `start()` is
+        called.
 
         Args:
             name: the parent's name for this child.
@@ -83,7 +84,7 @@ class Child:
         """Open the log file and the server, and register with the parent.
 
         Raises:
-            PiprosError, OSError: on failure; nothing is left running once `stop` was called.
+            PiprosError, OSError: starting failed. Nothing is left running once `stop` has been called.
         """
         if not is_run_id(self._run_id):
             problem = run_id_problem(self._run_id, "--run_id")
@@ -120,7 +121,7 @@ class Child:
             self._run.request_stop()
 
     def stop(self) -> None:
-        """End the nodes and report that to the parent. Harmless if nothing was started."""
+        """End the nodes and report this to the parent. May be called even if nothing was started."""
         if self._run is not None:
             self._run.stop()
         if self._server is not None:
@@ -173,11 +174,12 @@ class Child:
         return [1, "success", 1]
 
     def _admits(self, caller: Caller) -> bool:
-        """Return whether a caller may connect. `launch` runs programs as our user, so few callers may.
+        """Return whether a caller may connect. Few callers may, because `launch` runs programs as this
+        process's user.
 
-        On this machine only the parent's user, our own user and root may connect. If the system does not
-        report the user of a connection, every user of this machine may connect if the parent runs here too.
-        Other machines may connect from the addresses of the parent and of its ssh login.
+        On this machine, only the parent's user, this process's user and root may connect. If the system does
+        not report a connection's user, every user on this machine may connect if the parent runs here
+        too. Other machines may connect from the addresses of the parent and of its ssh login.
         """
         parent = self._link.addresses
         if not caller.is_here:

@@ -1,4 +1,6 @@
-"""Builds the command that starts a node: arguments, environment, folder. Starts nothing itself."""
+"""Builds the command that starts a node: arguments, environment and folder. This module starts no
+processes.
+"""
 
 from __future__ import annotations
 
@@ -85,7 +87,9 @@ class CommandMaker:
 
     @property
     def tag(self) -> str:
-        """The variable `NAME=value` common to all commands of this launcher and no others: its log file."""
+        """A variable `NAME=value` that only this launcher's commands have, and all of them have: its log
+        file.
+        """
         log = self._environment.get("ROS_LOG_FILENAME")
         return f"ROS_LOG_FILENAME={log}" if log else ""
 
@@ -101,8 +105,8 @@ class CommandMaker:
         """Return a node's command: prefix, program, arguments, remappings, name and log file, in this order.
 
         Args:
-            log_stem: the path of the node's log file without `.log`; empty for none.
-            machine: the machine that runs it; None for this computer.
+            log_stem: the path of the node's log file without `.log`; empty for no log file.
+            machine: the machine that runs the node; None for this computer.
             extra_arguments: words appended to the node's arguments.
 
         Raises:

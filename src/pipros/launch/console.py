@@ -1,4 +1,4 @@
-"""Prints the output of roslaunch on the terminal, in Noetic's format, and copies it to the log file.
+"""Prints roslaunch's output on the terminal, in Noetic's format, and copies it to the log file.
 
 Standard output and standard error are looked up for each line, so that rostest can capture them.
 Every line is flushed, because the output is often read through a pipe.
@@ -43,7 +43,7 @@ class Console:
         self._log = LogFile(file)
 
     def relay_to(self, relay: Callable[[str, bool], None]) -> None:
-        """Pass each further text, and whether it is an error, to `relay` instead of printing it."""
+        """From now on, pass each text to `relay`, together with a flag for errors, instead of printing it."""
         self._relay = relay
 
     @property
@@ -51,7 +51,7 @@ class Console:
         return self._log is not None
 
     def close(self) -> None:
-        """Close the log file. May be repeated."""
+        """Close the log file. May be called repeatedly."""
         with self._lock:
             log, self._log = self._log, None
             if log is not None:
@@ -64,13 +64,13 @@ class Console:
         self._emit(sys.stdout, f"{_BOLD}{text}{_PLAIN}", text)
 
     def detail(self, text: str) -> None:
-        """Print a line with `-v` only, and write it to the log file."""
+        """Write a line to the log file, and print it if `-v` is given."""
         if self._is_verbose:
             self._print(sys.stdout, text)
         self.record(text)
 
     def error(self, text: str) -> None:
-        """Print a line in red on standard error."""
+        """Print a line in red to standard error."""
         self._emit(sys.stderr, f"{_RED}{text}{_PLAIN}", text, is_error=True)
 
     def title(self, text: str) -> None:
@@ -79,7 +79,7 @@ class Console:
             self._print(sys.stdout, f"\033]2;{text}\007")
 
     def record(self, text: str, level: str = "INFO") -> None:
-        """Write a line to the log file only."""
+        """Write a line only to the log file."""
         with self._lock:
             if self._log is not None:
                 now = time.time()
@@ -100,5 +100,5 @@ class Console:
             try:
                 write_line(stream, text)
             except (OSError, ValueError):
-                # The reader of our output has exited. The nodes must still be ended in order.
+                # The reader of the output has exited. The nodes must still be ended in order.
                 return

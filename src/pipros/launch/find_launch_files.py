@@ -25,7 +25,7 @@ def resolve_files(words: Sequence[str], index: PackageIndex) -> list[str]:
     """Return the paths of the launch files; `-` (standard input) is kept.
 
     Raises:
-        LaunchError: a file is missing or ambiguous, in Noetic's words.
+        LaunchError: a file is missing or ambiguous. The text is Noetic's.
     """
     if not words:
         return []
@@ -45,7 +45,9 @@ def resolve_files(words: Sequence[str], index: PackageIndex) -> list[str]:
 
 
 def find_in_package(package_name: str, name: str, index: PackageIndex) -> str:
-    """Return the only file with the given name in a package; `launch/x.launch` is relative to its folder."""
+    """Return the only file with the given name in a package. A path such as `launch/x.launch` is relative to
+    the package's folder.
+    """
     nothing = (
         f"[{name}] is neither a launch file in package [{package_name}] nor is [{package_name}] "
         "a launch file name"

@@ -1,15 +1,15 @@
-"""Ends all processes of a launcher when the launcher ends, even if it is killed.
+"""Ends all of a launcher's processes when the launcher ends, even if it is killed.
 
 The launcher starts one small interpreter and writes the ids of running process groups to its standard input.
-When that pipe closes, the launcher has ended for whatever reason; the guardian sends SIGTERM to everything
+When that pipe closes, the launcher has ended for some reason. The guardian then sends SIGTERM to everything
 still running, and SIGKILL a second later. On Linux it also looks for processes with a tag in their
 environment, which finds those started just as the launcher was killed, and those that left their group.
 
-Why not the parent-death signal of Linux: it reaches only the direct child, not the programs behind a launch
-prefix or a shell script; it is sent when the *thread* that started the child ends; setting it requires code
-between fork and exec, which is unsafe in a process with threads; and macOS lacks it.
+Linux's parent-death signal is not used for several reasons: it reaches only the direct child, not the
+programs behind a launch prefix or a shell script; it is sent when the *thread* that started the child ends;
+setting it requires code between fork and exec, which is unsafe in a process with threads; and macOS lacks it.
 
-This file is also that small program, run as a script with `python -I -S`; so it imports little.
+This file is also that small program, which is run as a script with `python -I -S`, so it imports little.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ class Guardian:
     """
 
     def __init__(self, tag: str = "") -> None:
-        """Do nothing until `start()` is called.
+        """Create a guardian, whose process `start()` starts.
 
         Args:
-            tag: a variable `NAME=value` common to all processes of this launcher and to no others.
+            tag: a variable `NAME=value` that all of this launcher's processes have, and no others.
         """
         self._tag = tag
         self._process: subprocess.Popen[bytes] | None = None
@@ -60,7 +60,7 @@ class Guardian:
         )
 
     def started(self, group: int) -> None:
-        """Add a process group; its number is the id of its first process."""
+        """Add a process group, whose number is the id of its first process."""
         self._send(f"+{group}\n")
 
     def ended(self, group: int) -> None:
@@ -77,7 +77,7 @@ class Guardian:
     def _send(self, line: str) -> None:
         if self._process is None or self._process.stdin is None:
             return
-        # One write of a few bytes is atomic: lines of several threads cannot mix.
+        # A single write of a few bytes is atomic, so lines from several threads cannot mix.
         with contextlib.suppress(OSError, ValueError):
             os.write(self._process.stdin.fileno(), line.encode())
 
@@ -94,7 +94,9 @@ def read_groups(lines: IO[str]) -> set[int]:
 
 
 def end(groups: set[int], tag: str = "") -> None:
-    """Send SIGTERM to groups and tagged processes, and SIGKILL to those still running after a second."""
+    """Send SIGTERM to groups and tagged processes, then SIGKILL to those that are still running after a
+    second.
+    """
     deadline = time.monotonic() + _GRACE_S
     left = {group for group in groups if _signal_group(group, signal.SIGTERM)}
     for process in tagged_processes(tag):

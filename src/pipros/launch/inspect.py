@@ -1,4 +1,4 @@
-"""Lists nodes, arguments, parameters and commands of launch files, without starting anything."""
+"""Lists the nodes, arguments, parameters and commands in launch files, without starting anything."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ def command_words(
 
 
 def params_text(params: Mapping[str, Any]) -> str:
-    """Format full names and values of parameters as YAML."""
+    """Format the full names and values of parameters as YAML."""
     import yaml
 
     return yaml.safe_dump(dict(params), default_flow_style=False, allow_unicode=True)
 
 
 def arguments_text(arguments: Iterable[Argument]) -> str:
-    """List the required and the optional arguments of files, as printed by `--ros-args`.
+    """List the required and optional arguments of files, as printed by `--ros-args`.
 
     As in Noetic, an argument with an empty default is listed as required.
     """

@@ -1,6 +1,6 @@
-"""Everything that the loader of launch files needs from its computer, as one value.
+"""Everything that the launch file loader needs from the computer, as one value.
 
-`LoadContext.of_process()` is the real one; tests pass their own.
+`LoadContext.of_process()` is the real context; tests pass their own.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class CommandFailed(PiprosError, ValueError):
-    """The command of a `<param command="…">` could not be run, or failed."""
+    """The command in a `<param command="…">` could not be run, or failed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class LoadContext:
 
     @classmethod
     def of_process(cls, index: PackageIndex | None = None) -> LoadContext:
-        """Return the context of this computer, with the environment of this process."""
+        """Return the context for this computer, with this process's environment."""
         index = index or PackageIndex.from_environment()
 
         def find(package: str, path: str) -> str:
@@ -54,7 +54,9 @@ class LoadContext:
         return cls(find, os.environ, anonymous_name, _read_file, _run_command)
 
     def within(self, budget: Budget) -> LoadContext:
-        """Return a context that counts everything read against `budget` and raises OverBudget beyond it."""
+        """Return a context that counts everything read against `budget`, and raises OverBudget when `budget`
+        is exceeded.
+        """
 
         def read(path: str) -> bytes:
             content = self.read_file(path)
@@ -70,7 +72,8 @@ class LoadContext:
 
 
 def find_resource(index: PackageIndex, package: str, path: str) -> str:
-    """Resolve `$(find package)/path`: to a built program of that name, else to a path below the package.
+    """Resolve `$(find package)/path` to a built program of that name if there is one, otherwise to a path
+    below the package.
 
     Raises:
         NotFound: the package is unknown.
@@ -112,7 +115,7 @@ def _run_command(command_line: str) -> str:
 
 
 def _read_output(process: subprocess.Popen[bytes], command: list[str]) -> bytes:
-    """Return the output of a command; kill it if it prints too much or Ctrl-C interrupts the read."""
+    """Return a command's output. Kill the command if it prints too much or Ctrl-C interrupts the read."""
     limit_bytes = process_limits().file_bytes
     if process.stdout is None:
         return b""

@@ -1,4 +1,6 @@
-"""Log files of a run, in the folder `<log folder>/<run_id>`; a link `latest` points to the newest."""
+"""A run's log files, in the folder `<log folder>/<run_id>`. A link `latest` points to the newest such
+folder.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,7 @@ from pipros.launch.console import Console
 
 _GIGABYTE = 1_000_000_000
 
-# The launch waits for this measurement, and an old log folder has a hundred thousand files.
+# The launch waits for this measurement, and an old log folder can have a hundred thousand files.
 _MEASURING_TIME_S = 0.05
 
 
@@ -26,13 +28,13 @@ class LogFolderUnusable(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class LogFolder:
-    """The folder for the log files of all processes of one run. `path` exists."""
+    """The folder for the log files of all processes in one run. `path` exists."""
 
     path: Path
 
     @classmethod
     def of_run(cls, environment: Environment, run_id: str) -> LogFolder:
-        """Create the folder of a run and point `latest` to it.
+        """Create a run's folder and point `latest` to it.
 
         Raises:
             LogFolderUnusable: the folder cannot be created; the error says what to do.
@@ -53,7 +55,9 @@ class LogFolder:
         return self.path / f"{program}-{socket.gethostname()}-{os.getpid()}.log"
 
     def stem(self, process_name: str) -> str:
-        """Return the path of a process's log files without suffix; `g/talker-2` becomes `…/g-talker-2`."""
+        """Return the path of a process's log files without the suffix; `g/talker-2` becomes
+        `…/g-talker-2`.
+        """
         return str(self.path / process_name.replace("/", "-"))
 
     def check_writable(self) -> None:
@@ -75,7 +79,7 @@ class LogFolder:
 
 @dataclass(frozen=True, slots=True)
 class LauncherLog:
-    """The log of one launcher.
+    """One launcher's log.
 
     Attributes:
         folder: the log folder of the run.
@@ -87,7 +91,7 @@ class LauncherLog:
 
     @classmethod
     def open(cls, environment: Environment, run_id: str, console: Console) -> LauncherLog:
-        """Create the folder of a run, and copy the console's output to a file in it.
+        """Create a run's folder, and copy the console's output to a file in it.
 
         Raises:
             LogFolderUnusable: the folder cannot be written to; the error says what to do.
@@ -117,7 +121,9 @@ def _point_latest(link: Path, folder: Path) -> None:
 
 
 def measure(root: Path) -> tuple[int, bool]:
-    """Return the bytes below a folder, and whether all were counted within the short time limit."""
+    """Return the total size in bytes of the files below a folder, and whether all were counted within the
+    short time limit.
+    """
     deadline = time.monotonic() + _MEASURING_TIME_S
     total = 0
     for folder, _, files in os.walk(root):

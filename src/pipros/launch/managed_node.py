@@ -13,10 +13,10 @@ from pipros.launch.process import NodeProcess
 
 @dataclass(frozen=True, slots=True)
 class ProcessInfo:
-    """A snapshot of one process of a launch; of the latest one if its node was restarted.
+    """A snapshot of one process in a launch. If its node was restarted, it describes the latest process.
 
     Attributes:
-        name: name in messages, such as `talker-2`.
+        name: the process's name in messages, such as `talker-2`.
         exit_code: negative for the signal that ended it; None while running.
         spawn_count: number of times the node was started.
         environment: the variables that the launch file and the launcher set.
@@ -39,7 +39,7 @@ class ProcessInfo:
         return self.exit_code is None
 
     def as_struct(self) -> dict[str, Any]:
-        """Return the result of the call `process_info`, under Noetic's names."""
+        """Return the result for the call `process_info`, using Noetic's names."""
         struct = {
             "name": self.name,
             "package": self.package,

@@ -23,14 +23,14 @@ def master_environment(
     `ROS_MASTER_URI` with that name opens it to the network.
 
     Args:
-        is_core: whether the session is `roscore`.
-        port: port of the master; by default 11311 for `roscore`, else the port in `ROS_MASTER_URI`.
+        is_core: whether this is a `roscore` session.
+        port: the master's port; defaults to 11311 for `roscore`, otherwise to the port in `ROS_MASTER_URI`.
         bind: address that `roscore` listens on; by default derived from the environment.
     """
     if is_core:
         port = port or DEFAULT_MASTER_PORT
         if bind in (address.ANY, address.ANY_IPV6):
-            # Opened explicitly: the URI has the name of this computer, as in Noetic.
+            # The master is opened explicitly, so the URI has this computer's name, as in Noetic.
             host = environment.hostname or environment.ip or socket.gethostname()
         elif bind is not None:
             host = bind
@@ -55,7 +55,7 @@ def _uri_here(environment: Environment, port: int) -> str:
 
 
 def run_id_of(client: MasterClient) -> str | None:
-    """Return the run id of the master; an empty string if it has none, None if no master answers.
+    """Return the master's run id; an empty string if the master has none, None if no master answers.
 
     Raises:
         LaunchError: the server at that address is not a master.

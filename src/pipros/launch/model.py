@@ -30,7 +30,7 @@ class LaunchError(PiprosError):
     """A launch file is invalid or cannot be executed.
 
     Attributes:
-        reason: the mistake, in Noetic's words if Noetic has the same error.
+        reason: the mistake, with Noetic's text if Noetic has the same error.
         places: the faulty element first, then the includes that led to it.
         element: the faulty element as written, shortened; empty if no element is at fault.
     """
@@ -67,7 +67,7 @@ class Node:
         namespace: the namespace, with a leading and a trailing slash.
         arguments: the arguments as written; split into words by shell rules when the node is started.
         remappings: pairs (from, to) in order of declaration, outer scopes first.
-        environment: pairs (name, value); later ones win.
+        environment: pairs (name, value); later pairs win.
         machine: the name of a `Machine`; empty for this computer.
         output: None if unspecified, which means the log.
         working_folder: None if unspecified, which means ROS_HOME.
@@ -108,7 +108,7 @@ class Test:
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """A computer to start nodes on, through ssh unless it is this one.
+    """A computer on which nodes are started, through ssh unless it is this computer.
 
     Attributes:
         env_loader: a script on that computer that sets up ROS and runs its arguments.
@@ -133,7 +133,7 @@ class ParameterAction(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class ParameterCommand:
-    """A `<rosparam>` that dumps or deletes parameters of the running server, before any is set."""
+    """A `<rosparam>` that dumps or deletes parameters on the running server before any are set."""
 
     action: ParameterAction
     key: str
@@ -142,7 +142,7 @@ class ParameterCommand:
 
 @dataclass(frozen=True, slots=True)
 class Argument:
-    """An `<arg>`: fixed if it has a value, optional if it has a default, else required."""
+    """An `<arg>`: fixed if it has a value, optional if it has a default, otherwise required."""
 
     name: str
     default: str | None = None
@@ -159,11 +159,11 @@ class Launch:
     """The contents of a set of launch files.
 
     Attributes:
-        files: the files in the order of reading.
+        files: the files in the order in which they were read.
         includes: pairs (file, included file).
-        params: values by full name, in the order of setting.
+        params: values by full name, in the order in which they were set.
         clear_params: namespaces to delete first, each with a trailing slash.
-        arguments: the `<arg>`s of the files themselves, not of includes.
+        arguments: the `<arg>`s of the files themselves, excluding those of includes.
         warnings: errors that do not prevent the launch.
     """
 
@@ -183,7 +183,7 @@ class Launch:
         return next((node for node in self._nodes_and_tests() if node.full_name == full_name), None)
 
     def check_machines(self) -> None:
-        """Check that all machines of nodes are defined; call it before starting anything.
+        """Check that all machines used by nodes are defined. Call this before starting anything.
 
         Tools that only inspect a launch may skip this check.
 

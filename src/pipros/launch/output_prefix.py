@@ -20,7 +20,7 @@ from pipros.basics.terminals import HAS_PTYS, is_raw, open_pty
 _COLOURS = (36, 32, 35, 33, 34, 96, 92, 95)
 _CHUNK_BYTES = 65536
 
-# Loggers reset the colour of a line after its line end.
+# Loggers reset a line's colour after the end of the line.
 _COLOURS_ALONE = re.compile(rb"(?:\033\[[\d;]*m)+")
 
 _BARE_LINE_END = re.compile(rb"(?<!\r)\n")
@@ -44,7 +44,7 @@ class LinePrefix:
     is_in_line: bool = False
 
     def format(self, text: bytes) -> bytes:
-        """Return the piece with the prefix before each line. Colour codes alone do not begin a line."""
+        """Return the piece with the prefix before each line. Colour codes alone do not start a line."""
         pieces = []
         for line in text.splitlines(keepends=True):
             if not self.is_in_line and _COLOURS_ALONE.fullmatch(line):
@@ -65,7 +65,7 @@ class PrefixedOutput:
         """Open the pty; `number` selects the colour.
 
         Raises:
-            OSError: the system has no pty left.
+            OSError: the system has no free pty.
         """
         self._read_end, self.write_end = open_pty(sys.stdout.fileno())
         colour = _COLOURS[number % len(_COLOURS)]
@@ -102,7 +102,7 @@ class PrefixedOutput:
         os.close(self._read_end)
 
     def _show(self, text: bytes) -> bytes:
-        """Write a piece of output and return the new pending text, which is empty."""
+        """Write a piece of output. Return the text that is still pending, which is empty."""
         if text:
             shown = self._prefix.format(text)
             # Nodes that read single keys restore the terminal before they print, but it may be raw again.

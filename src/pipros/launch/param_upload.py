@@ -1,4 +1,4 @@
-"""Sets the parameters of a launch on the parameter server."""
+"""Sets a launch's parameters on the parameter server."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def apply_parameters(launch: Launch, master_uri: str) -> None:
 
 
 class ParameterServer(Protocol):
-    """The calls made by an upload. They raise `Refused` if a parameter does not exist."""
+    """The calls that an upload makes. They raise `Refused` if a parameter does not exist."""
 
     def get_param(self, key: str) -> Any: ...
 

@@ -1,7 +1,7 @@
-"""Reports of a launch child to its parent roslaunch: calls in order, one at a time.
+"""Sends a launch child's reports to its parent roslaunch, in order and one at a time.
 
 A separate thread makes the calls, so that a hanging or disconnected parent delays no node. If there is
-nothing to report, it checks once a second that the parent still answers.
+nothing to report, it checks once a second whether the parent still answers.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ _CALL_TIMEOUT_S = 5.0
 _CHECK_EVERY_S = 1.0
 _LAST_CALLS_S = 1.0
 
-# The parent is considered ended after this many refused connections in a row. A computer that does not
-# answer at all may just be out of reach for a while, as robots are.
+# The parent is considered to have ended after this many refused connections in a row. A computer that does
+# not answer at all may just be out of reach for a while, as robots often are.
 _REFUSALS = 3
 
 
@@ -42,7 +42,7 @@ class ParentLink:
     """
 
     def __init__(self, name: str, uri: str, on_lost: Callable[[], None]) -> None:
-        """Validate the URI; do not connect yet.
+        """Validate the URI. The connection is opened by `register`.
 
         Args:
             name: the parent's name for this child.
@@ -69,14 +69,15 @@ class ParentLink:
 
     @property
     def addresses(self) -> tuple[str, ...]:
-        """The IP addresses of the parent; empty before `register`."""
+        """The parent's IP addresses; empty before `register`."""
         return self._client.server_addresses
 
     @property
     def user_id(self) -> int:
-        """The user id of a parent on this machine; ours if it runs elsewhere or is unknown.
+        """The user id of a parent on this machine; this process's user id if the parent runs elsewhere or is
+        unknown.
 
-        Looked up once: after the parent has ended, another user may take its port.
+        It is looked up only once, because another user may take the parent's port after the parent has ended.
         """
         if self._user_id is None:
             for host in filter(has_address, self.addresses):
@@ -84,7 +85,7 @@ class ParentLink:
         return user_id() if self._user_id is None else self._user_id
 
     def register(self, uri: str) -> None:
-        """Register our URI with the parent, and start reporting.
+        """Register this child's URI with the parent, and start reporting.
 
         Raises:
             LaunchError: the parent does not answer, or refuses this child.
@@ -143,7 +144,7 @@ class ParentLink:
             self._refusals = 0
 
     def _watch_input(self) -> None:
-        """Wait for the end of standard input, if that is a connection: it means that ssh has ended."""
+        """If standard input is a connection, wait for its end, which means that ssh has ended."""
         with suppress(OSError, ValueError, AttributeError):
             number = sys.stdin.fileno()
             mode = os.fstat(number).st_mode

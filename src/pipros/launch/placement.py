@@ -12,12 +12,12 @@ class Placement:
     """Maps nodes to machines. The address of each machine is looked up at most once."""
 
     def __init__(self, machines: Mapping[str, Machine]) -> None:
-        """Store the machines of the launch, keyed by name."""
+        """Store the launch's machines, keyed by name."""
         self._machines = machines
         self._is_local: dict[str, bool] = {}
 
     def remote_machine(self, node: Node) -> Machine | None:
-        """Return the machine of a node that runs on another computer; None for a local node."""
+        """Return the machine for a node that runs on another computer; None for a local node."""
         machine = self._machines.get(node.machine)
         if machine is None:
             return None
@@ -27,13 +27,15 @@ class Placement:
 
 
 def is_local(machine: Machine) -> bool:
-    """Return whether a machine's nodes start without ssh: it is this computer, and its user is ours."""
+    """Return whether a machine's nodes start without ssh, because it is this computer and its user is this
+    process's user.
+    """
     if machine.user:
         import getpass
 
         try:
             own = getpass.getuser()
-        except (KeyError, OSError):  # a user id without a name
+        except (KeyError, OSError):  # the user id has no name
             return False
         if machine.user != own:
             return False

@@ -1,4 +1,4 @@
-"""One process of a launch: started in its own process group, watched, and ended step by step."""
+"""One process in a launch, which is started in its own process group, watched, and ended step by step."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class NodeProcess:
     """A started process. A thread waits for it to exit and then calls `on_exit`.
 
     Attributes:
-        name: name in messages, such as `talker-2`.
+        name: the process's name in messages, such as `talker-2`.
         pid: the process id, which is also the id of the process group.
     """
 
@@ -48,9 +48,9 @@ class NodeProcess:
 
         Args:
             stdout_log, stderr_log: files for its standard output and error; None to inherit the launcher's.
-            restarts: whether this restarts a node, so that output is appended to the files.
-            colour: number of the colour in which its name prefixes its lines on the terminal; None to pass
-                the terminal on.
+            restarts: whether this restarts a node; output is then appended to the files.
+            colour: the number of the colour for the name that prefixes the process's lines on the terminal;
+                None to pass the terminal on to the process.
 
         Raises:
             CannotLaunch, CannotStart: the operating system refuses; the error says what to try.
@@ -76,12 +76,12 @@ class NodeProcess:
 
     @property
     def exit_code(self) -> int | None:
-        """The exit code, negative for the signal that ended it; None while it runs."""
+        """The exit code, negative for the signal that ended the process; None while it is running."""
         return self._popen.returncode if self._exited.is_set() else None
 
     @property
     def has_group(self) -> bool:
-        """Whether the process, or something that it started in its group, still runs."""
+        """Whether the process, or a process that it started in its group, is still running."""
         if not self._has_group or _ON_WINDOWS:
             return not self._exited.is_set()
         return _is_group_alive(self.pid)
@@ -102,7 +102,7 @@ class NodeProcess:
         return self._exited.wait(timeout_s)
 
     def release(self) -> None:
-        """Kill whatever the ended process left running in its group, and drop the group."""
+        """Kill any processes that the ended process left running in its group, and drop the group."""
         if self._has_group and self._exited.is_set():
             self.send_signal(SIGKILL)
             self._forget_group()
@@ -112,8 +112,8 @@ class NodeProcess:
         if self._prefixed is not None:
             self._prefixed.finish()
         self._exited.set()
-        # A group that still has a process stays guarded, and its number cannot be reused: a script may have
-        # started the real node in the background.
+        # A group that still has a process stays guarded, because a script may have started the real node in
+        # the background. The group's number cannot be reused.
         if not self.has_group:
             self._forget_group()
         self._on_exit(self)
@@ -161,7 +161,7 @@ def _opened(log: Path, *, append: bool) -> IO[bytes]:
 
 
 def _check_first_line(command: NodeCommand) -> None:
-    """Check the shebang of a script first: the error of the operating system is unhelpful."""
+    """Check a script's shebang first, because the operating system's error is unhelpful."""
     program = Path(command.argv[0])
     reason = why_not_startable(program) if program.is_file() else None
     if reason is not None:
@@ -171,7 +171,8 @@ def _check_first_line(command: NodeCommand) -> None:
 
 
 def _is_group_alive(group: int) -> bool:
-    """Return whether a process of the group runs. Zombies are members of the group, but do not run.
+    """Return whether a process in the group is running. Zombies are members of the group, but are not
+    running.
 
     Zombies remain if the init process does not reap orphans, as in many containers.
     """

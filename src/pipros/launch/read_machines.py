@@ -9,7 +9,7 @@ _BEFORE_FUERTE = ("ros-root", "ros-package-path", "ros-ip", "ros-host-name")
 
 
 def read_machine(reader: ElementReader) -> None:
-    """Add the machine; a default one becomes the machine of later nodes."""
+    """Add the machine. A default machine becomes the machine for later nodes."""
     if any(map(reader.has, _BEFORE_FUERTE)):
         raise reader.error(
             "<machine>: ros-* attributes are not supported since ROS Fuerte.\nPlease use env-loader instead."

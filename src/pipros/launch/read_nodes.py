@@ -89,7 +89,7 @@ def _read(reader: ElementReader, name: str) -> Node:
 
 
 def _working_folder(reader: ElementReader) -> WorkingFolder | None:
-    # Noetic accepts this spelling and no other.
+    # Noetic accepts only this spelling.
     if reader.text("cwd") == "ros_home":
         return WorkingFolder.ROS_HOME
     return reader.choice("cwd", WorkingFolder)
@@ -98,8 +98,8 @@ def _working_folder(reader: ElementReader) -> WorkingFolder | None:
 def _read_children(reader: ElementReader, inner: LaunchScope, private: LaunchScope) -> None:
     """Read the children of a node.
 
-    As in Noetic, parameters of `<param>` are set after those of `<rosparam>`, regardless of their order in
-    the file; private parameters declared outside, which every node gets, are set before both.
+    As in Noetic, parameters from `<param>` are set after those from `<rosparam>`, regardless of their order
+    in the file; private parameters declared outside, which every node gets, are set before both.
     """
     params: dict[str, Any] = {
         private.resolve_param(key[1:]): value for key, value in inner.private_params.items()
@@ -126,7 +126,7 @@ def _read_children(reader: ElementReader, inner: LaunchScope, private: LaunchSco
 
 
 def _of_node(private: LaunchScope, key: str) -> str:
-    """Resolve a parameter name inside a node; `~name` is private to the node, like `name`."""
+    """Resolve a parameter name inside a node. `~name` is private to the node, like `name`."""
     return private.resolve_param(key[1:]) if names.is_private(key) else key
 
 

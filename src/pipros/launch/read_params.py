@@ -44,7 +44,9 @@ def _run(reader: ElementReader, name: str, command: str) -> str:
 
 
 def read_rosparam(reader: ElementReader) -> dict[str, Any]:
-    """Return the parameters that a `<rosparam>` loads, by name. Dumps and deletions go to the builder."""
+    """Return the parameters that a `<rosparam>` loads, by name. Dumps and deletions are added to the
+    builder.
+    """
     reader.allow("command", "file", "param", "ns", "subst_value")
     command = reader.text("command") or "load"
     file = reader.text("file")
@@ -67,9 +69,9 @@ def read_rosparam(reader: ElementReader) -> dict[str, Any]:
 
 
 def _load(reader: ElementReader, param: str, file: str | None) -> dict[str, Any]:
-    from pipros.safe.yaml import YamlError  # costs 10 ms, and not every launch file needs it
+    from pipros.safe.yaml import YamlError  # this import takes 10 ms, and not every launch file needs it
 
-    # Blank lines before the text make YAML errors report the line numbers of the launch file.
+    # Blank lines before the text make YAML errors report line numbers in the launch file.
     text, source = "\n" * (reader.element.line - 1) + reader.element.text, reader.scope.file
     if file is not None:
         source = file
@@ -79,7 +81,7 @@ def _load(reader: ElementReader, param: str, file: str | None) -> dict[str, Any]
             raise _error(reader, f"file does not exist [{file}]") from None
         except OSError as error:
             raise _error(reader, f"cannot read [{file}]: {error.strerror or error}") from None
-        except ValueError as error:  # not UTF-8, or too large
+        except ValueError as error:  # the file is not UTF-8, or is too large
             raise _error(reader, f"cannot read [{file}]: {error}") from None
     if reader.flag("subst_value"):
         text = reader.resolve(text)

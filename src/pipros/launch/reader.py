@@ -25,9 +25,9 @@ class ElementReader:
 
     Attributes:
         element: the element as written.
-        scope: inherited by the element, which may change it for later elements.
-        builder: collects the contents of the element.
-        context: access to packages, files and commands of this computer.
+        scope: the scope that the element inherits, and may change for later elements.
+        builder: collects the element's contents.
+        context: access to this computer's packages, files and commands.
     """
 
     element: Element
@@ -44,7 +44,7 @@ class ElementReader:
         return self.element.tag
 
     def inside(self, scope: LaunchScope) -> ElementReader:
-        """Return a reader of the same element in another scope."""
+        """Return a reader for the same element in another scope."""
         return ElementReader(self.element, scope, self.builder, self.context)
 
     def children(self) -> Iterator[ElementReader]:
@@ -132,7 +132,7 @@ class ElementReader:
             raise self.error(str(error)) from None
 
     def resolve(self, written: str) -> str:
-        """Return any text of this element after substitution."""
+        """Return any text from this element after substitution."""
         try:
             return self.scope.substitution.resolve(written)
         except UnsetArgument as error:
@@ -143,7 +143,7 @@ class ElementReader:
     # ---- namespaces, warnings, errors
 
     def open_namespace(self) -> LaunchScope:
-        """Return the scope for the children, extended by the `ns` of this element."""
+        """Return the scope for the children, extended by this element's `ns`."""
         namespace = self.text("ns")
         if namespace == "":
             raise self.error(f"<{self.tag}> tag has an empty 'ns' attribute")

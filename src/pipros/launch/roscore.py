@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 ROS_DISTRO = "noetic"
 ROS_COMM_VERSION = "1.15.15"
-"""Value of `/rosversion`: the ros_comm release whose behaviour pipros follows."""
+"""Value of `/rosversion`, the ros_comm release whose behaviour pipros follows."""
 
 STANDARD_PARAMETERS: dict[str, Any] = {
-    # In genuine ROS these are outputs of commands, including the line end.
+    # In genuine ROS, these are outputs of commands, including the line ending.
     "/rosdistro": f"{ROS_DISTRO}\n",
     "/rosversion": f"{ROS_COMM_VERSION}\n",
 }
@@ -33,7 +33,7 @@ STANDARD_PARAMETERS: dict[str, Any] = {
 class Core:
     """A master and, by default, the `/rosout` node. No other process is started.
 
-    A context manager that starts on entry and stops on exit. Several may run in one process.
+    Used as a context manager, a core starts on entry and stops on exit. Several cores can run in one process.
 
     Examples:
         >>> with Core(port=0) as core:  # doctest: +SKIP
@@ -51,11 +51,11 @@ class Core:
         environment: Environment | None = None,
         **settings: Unpack[MasterSettings],
     ) -> None:
-        """Open nothing until `start()` is called.
+        """Store the settings; `start` opens the port.
 
         Args:
-            options: all settings of the master as one value.
-            run_id: id of the run; by default a new one.
+            options: all of the master's settings as one value.
+            run_id: id of the run; by default, a new id.
             rosout: whether to run the `/rosout` node.
             log_folder: folder for the node's `rosout.log` and the master's `master.log`; None for no files.
             environment: defaults to `os.environ`.
@@ -79,7 +79,7 @@ class Core:
 
     @property
     def binding(self) -> str:
-        """Who can connect, in words: `listens on 127.0.0.1, for this computer only`."""
+        """A description of who can connect, such as `listens on 127.0.0.1, for this computer only`."""
         if self._master is None:
             raise RuntimeError("the core is not running; call start() first")
         return self._master.binding
@@ -99,7 +99,7 @@ class Core:
                 raise
 
     def start_master(self) -> None:
-        """Start only the master; it answers when this returns."""
+        """Start only the master. It answers calls when this method returns."""
         from pipros.master.log import MasterLog
         from pipros.master.master import Master
 
@@ -113,7 +113,7 @@ class Core:
         self._master = master
 
     def start_rosout(self) -> None:
-        """Start the `/rosout` node; it is ready when this returns."""
+        """Start the `/rosout` node. It is ready when this method returns."""
         from pipros.node.rosout import RosoutAggregator
 
         environment = replace(self._environment, master_uri=self.uri, namespace="/")

@@ -1,9 +1,9 @@
 """Executes a `Launch`: sets the parameters, starts the nodes, watches them, and ends them.
 
 Theory of operation: the threads that wait for processes, signal handlers and other threads put events
-(process ended, stop requested) into one queue. The thread that calls `wait` or `watch_once` takes them and
-makes all decisions: restart a node, give it up, end everything. Other threads may start and end nodes
-meanwhile.
+    (process ended, stop requested) into one queue. The thread that calls `wait` or `watch_once` takes these
+    events and makes all decisions, such as restarting a node, giving it up, or ending everything. Other
+    threads may start and end nodes in the meantime.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class RunOptions:
     """How to run a launch.
 
     Attributes:
-        output: destination of the standard output of all nodes; None leaves it to each node.
+        output: the destination for the standard output of all nodes; None leaves the choice to each node.
         all_required: whether to stop the launch when any node exits.
         local_only: whether to skip nodes on other machines.
         has_prefixes: whether lines that nodes print on the terminal are prefixed with their names.
@@ -61,11 +61,11 @@ class RunOptions:
 
 
 class _StopRequest:
-    """Queue entry for a request to stop."""
+    """A queued request to stop."""
 
 
 class LaunchRun:
-    """The execution of one launch, watched by one thread.
+    """The execution of a launch, which one thread watches.
 
     `start`, `end_one` and `request_stop` may be called from any thread.
 
@@ -89,12 +89,12 @@ class LaunchRun:
         numbers: Iterator[int] | None = None,
         on_end: Callable[[str, int], None] | None = None,
     ) -> None:
-        """Start nothing yet.
+        """Store the arguments. Nothing is started until `start_nodes` or `start` is called.
 
         Args:
-            placement: mapping of nodes to machines, if already looked up.
-            numbers: numbers for the names of processes; by default counted from 1.
-            on_end: called with name and exit code of each process after its end was reported.
+            placement: the mapping of nodes to machines, if it has already been looked up.
+            numbers: numbers for process names; by default, they are counted from 1.
+            on_end: called with the name and exit code of each process after its end was reported.
         """
         self._launch = launch
         self._maker = maker
@@ -122,10 +122,10 @@ class LaunchRun:
         apply_parameters(self._launch, self._master_uri)
 
     def start_nodes(self) -> list[str]:
-        """Start all nodes in file order. Return the names of the nodes without a program.
+        """Start all nodes in file order. Return the names of the nodes whose program could not be found.
 
         Raises:
-            LaunchError: a program exists but cannot be started; nodes started before it keep running.
+            LaunchError: a program exists but cannot be started; nodes that were started earlier keep running.
         """
         failed = []
         for node in self._launch.nodes:
@@ -149,7 +149,7 @@ class LaunchRun:
 
         Args:
             extra_arguments: words appended to the node's arguments.
-            output: destination of its standard output; by default chosen by the options or the node.
+            output: the destination for its standard output; by default, the options or the node determine it.
 
         Raises:
             CannotLaunch: the program does not exist, or cannot be started.
@@ -195,7 +195,7 @@ class LaunchRun:
             self._handle(self._next_event(None))
 
     def watch(self, process: NodeProcess, timeout_s: float | None = None) -> bool:
-        """Like `wait`, but return once this process has ended and its end was reported.
+        """Like `wait`, but return once this process has ended and its end has been reported.
 
         Return False on timeout, or if it is time to stop.
         """
@@ -232,11 +232,12 @@ class LaunchRun:
 
     @property
     def has_running(self) -> bool:
-        """Whether a node runs or waits for its restart."""
+        """Whether a node is running or waiting for its restart."""
         return not all(managed.is_done for managed in self._managed)
 
     def request_stop(self) -> None:
-        """Make `wait` return. While `stop` runs, each further request escalates to the next signal at once.
+        """Make `wait` return. While `stop` is running, each further request immediately escalates to the next
+        signal.
 
         May be called from a signal handler.
         """
@@ -244,7 +245,9 @@ class LaunchRun:
         self._events.put(_StopRequest())
 
     def stop(self) -> None:
-        """End all nodes: SIGINT, after a time SIGTERM, then SIGKILL. Return when all have ended."""
+        """End all nodes with SIGINT, then SIGTERM, then SIGKILL, with a timeout before each step. Return when
+        all have ended.
+        """
         self._handled_requests = self._stop_requests
         processes = []
         for managed in reversed(self._managed):
@@ -267,11 +270,13 @@ class LaunchRun:
         return {m.name: m.process.pid for m in self._managed if m.process and m.process.exit_code is None}
 
     def processes(self) -> list[ProcessInfo]:
-        """Return all processes in the order of their start. May be called from any thread."""
+        """Return all processes in the order in which they were started. May be called from any thread."""
         return [managed.info() for managed in list(self._managed)]
 
     def managed(self) -> list[ManagedNode]:
-        """Return all nodes in the order of their start, read-only. May be called from any thread."""
+        """Return all nodes in the order in which they were started. They must not be modified. May be called
+        from any thread.
+        """
         return list(self._managed)
 
     def _start(self, managed: ManagedNode) -> None:
@@ -300,7 +305,7 @@ class LaunchRun:
         now = time.monotonic()
         due = [SLICE_S if timeout_s is None else timeout_s]
         due += [managed.restart_at - now for managed in self._managed if managed.restart_at is not None]
-        # A process that is not our child must be polled to detect its end.
+        # A process that is not a child of this process must be polled to detect its end.
         due += [_CHECK_EVERY_S for managed in self._managed if managed.left_behind is not None]
         return get_within_slice(self._events, min(due))
 

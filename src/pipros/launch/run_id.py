@@ -1,4 +1,4 @@
-"""Identifies one run of a ROS system: the parameter `/run_id`, which also names the log folder."""
+"""The parameter `/run_id`, which identifies one run of a ROS system and also names the log folder."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 
 from pipros.basics.printable import printable
 
-# It names a folder beside the link `latest`, and any peer may set the parameter. Noetic uses UUIDs.
+# The id names a folder next to the link `latest`, and any peer can set the parameter. Noetic uses UUIDs.
 _RUN_ID = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
 

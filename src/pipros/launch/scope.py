@@ -1,4 +1,4 @@
-"""The scope that an element of a launch file inherits: namespace, arguments, remappings, environment.
+"""The scope that an element in a launch file inherits: namespace, arguments, remappings and environment.
 
 `<group>` and `<include>` open a new scope; declarations inside have no effect outside.
 """
@@ -22,12 +22,12 @@ class LaunchScope:
         file: the current file, as shown in messages.
         substitution: holds the arguments of this scope.
         declared: the names of the `<arg>`s read so far in this file.
-        given: arguments from the command line or the `<include>`, which a `value` may not override.
-        passed_all: whether a `value` may override them anyway, as with `pass_all_args`.
+        given: arguments from the command line or the `<include>`, which a `value` must not override.
+        passed_all: whether a `value` may override these arguments anyway, as with `pass_all_args`.
         remappings: pairs (from, to); a later pair replaces an earlier one with the same `from`.
         environment: pairs (name, value) in order.
         private_params: `~name` of `<param>`s outside of nodes, which every later node gets.
-        default_machine: the machine of nodes without a `machine` attribute.
+        default_machine: the machine for nodes that have no `machine` attribute.
     """
 
     namespace: str
@@ -47,7 +47,7 @@ class LaunchScope:
         return self.substitution.arguments
 
     def child(self, namespace: str = "") -> LaunchScope:
-        """Return a scope that inherits everything from this one and leaves it unchanged."""
+        """Return a scope that inherits everything from this scope. This scope stays unchanged."""
         return replace(
             self,
             namespace=self._below(namespace),
@@ -61,7 +61,9 @@ class LaunchScope:
     def included(
         self, namespace: str, file: str, folder: str | None, given: dict[str, str | None], *, passed_all: bool
     ) -> LaunchScope:
-        """Return the scope of an included file: a child with only the given arguments and no declarations."""
+        """Return the scope for an included file, which is a child with only the given arguments and no
+        declarations.
+        """
         scope = self.child(namespace)
         scope.file = file
         scope.declared = set()
@@ -74,7 +76,7 @@ class LaunchScope:
         """Declare an `<arg>` and set its value.
 
         Raises:
-            ValueError: it is already declared, or would override a given value.
+            ValueError: the argument is already declared, or would override a given value.
         """
         name = argument.name
         if name in self.declared:
@@ -110,7 +112,7 @@ class LaunchScope:
 
 
 def checked_remapping(source: str, target: str) -> tuple[str, str]:
-    """Return the names of a `<remap>` in canonical form.
+    """Return a `<remap>`'s names in canonical form.
 
     Raises:
         ValueError: a name is empty or illegal.

@@ -18,7 +18,9 @@ from pipros.net.this_machine import Caller
 
 
 class LaunchServer:
-    """Serves the methods of Noetic's roslaunch for tools: its process id, its processes, its nodes."""
+    """Serves the methods that Noetic's roslaunch offers to tools: its process id, its processes and its
+    nodes.
+    """
 
     def __init__(
         self,
@@ -28,12 +30,12 @@ class LaunchServer:
         *,
         admits: Callable[[Caller], bool] | None = None,
     ) -> None:
-        """Open nothing until `start()` is called.
+        """Store the settings; `start` opens the port.
 
         Args:
             processes: function that returns the current processes; called from another thread.
             methods: additional methods.
-            admits: whether a caller may connect; by default all may.
+            admits: decides whether a caller may connect; by default, all callers may.
         """
         self._environment = environment
         self._processes = processes
@@ -56,14 +58,14 @@ class LaunchServer:
 
     @property
     def parameter(self) -> str:
-        """Parameter that holds the URI: `/roslaunch/uris/host_127_0_0_1__4711`."""
+        """The parameter that holds the URI, such as `/roslaunch/uris/host_127_0_0_1__4711`."""
         host = address.advertised_host(self._environment)
         for character in ".-:":
             host = host.replace(character, "_")
         return f"/roslaunch/uris/host_{host}__{self._rpc.port}"
 
     def start(self) -> None:
-        """Open a free port; the server answers when this returns.
+        """Open a free port. The server answers calls when this method returns.
 
         Raises:
             OSError: no port is free, or the address does not belong to this computer.
@@ -76,10 +78,10 @@ class LaunchServer:
             raise
 
     def check_address(self, timeout_s: float) -> None:
-        """Check the advertised address: if it is wrong, no other program can connect.
+        """Check the advertised address, because no other program can connect if it is wrong.
 
         Raises:
-            LaunchError: the server is not reachable at it from here.
+            LaunchError: the server cannot be reached at this address from here.
         """
         try:
             with RpcClient(self.uri, timeout_s=timeout_s) as client:
@@ -96,7 +98,7 @@ class LaunchServer:
         self._loop.stop()
 
     def _list_processes(self) -> list[Any]:
-        """Return names and spawn counts, first of running and then of ended processes."""
+        """Return the names and spawn counts of the running processes, then those of the ended processes."""
         lists: tuple[list[Any], list[Any]] = ([], [])
         for process in self._processes():
             lists[0 if process.is_alive else 1].append([process.name, process.spawn_count])

@@ -1,7 +1,7 @@
-"""One `roslaunch` or `roscore` from start to end: log folder, launch files, master, nodes.
+"""One run of `roslaunch` or `roscore` from start to end: log folder, launch files, master and nodes.
 
 The steps print the same output as Noetic's roslaunch, in the same order. Users wait for the first node to
-start, so everything that can be postponed is done after that.
+start, so everything that can be postponed is done afterwards.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ class SessionOptions:
     """Options from the command line.
 
     Attributes:
-        is_core: whether this is `roscore`, which has no files and requires that no master runs yet.
-        port: port of the master; by default taken from the environment.
-        master: other settings of a master that the session starts.
+        is_core: whether this is `roscore`, which has no files and requires that no master is running yet.
+        port: the master's port; by default taken from the environment.
+        master: other settings for a master that the session starts.
         run_id: id of the run; defaults to the running master's run id, or to a new one.
         has_summary: whether to print the summary.
         checks_log_folder: whether to check the size of the log folder.
@@ -80,10 +80,10 @@ class LaunchSession:
         has_server: bool = True,
         on_end: Callable[[str, int], None] | None = None,
     ) -> None:
-        """Start nothing yet.
+        """Store the arguments. Nothing is started until `start()` is called.
 
         Args:
-            load_launch: function that returns the launch, if it is not simply read from the files.
+            load_launch: function that returns the launch, if the launch is not simply read from the files.
             numbers, on_end: see `LaunchRun`.
             has_server: whether other programs can query the session's processes.
         """
@@ -126,7 +126,7 @@ class LaunchSession:
 
     @property
     def failed(self) -> Sequence[str]:
-        """Names of the nodes without a program. Valid after `start`."""
+        """Names of the nodes whose program could not be found. Valid after `start`."""
         return tuple(self._failed)
 
     @property
@@ -138,7 +138,7 @@ class LaunchSession:
         """Start everything: server, master, nodes.
 
         Raises:
-            PiprosError, OSError: on failure; nothing is left running once `stop` was called.
+            PiprosError, OSError: starting failed. Nothing is left running once `stop` has been called.
         """
         self._is_interruptible = True
         run_id = choose_run_id(self._options.run_id, self._master.find(), self._console)
@@ -167,7 +167,8 @@ class LaunchSession:
     def wait(self) -> None:
         """Block until a stop is requested, a required node exits, or all nodes have exited.
 
-        A session that started the master continues without nodes, because others may use the master.
+        A session that started the master continues even if all nodes have exited, because others may use the
+        master.
         """
         self.run.wait(until_all_ended=not self.owns_master)
 
@@ -175,7 +176,8 @@ class LaunchSession:
         """Make `wait` or `start` return. May be called repeatedly, and from a signal handler.
 
         Raises:
-            KeyboardInterrupt: in the main thread while it reads files, which can be aborted anywhere.
+            KeyboardInterrupt: the main thread called this while reading files, which can be aborted at any
+                point.
         """
         self._is_stop_requested = True
         if self._run is not None:
@@ -184,7 +186,7 @@ class LaunchSession:
             raise KeyboardInterrupt
 
     def stop(self) -> None:
-        """End the nodes, then `/rosout`, then the master. Harmless if nothing was started."""
+        """End the nodes, then `/rosout`, then the master. May be called even if nothing was started."""
         say = self._console.say
         if self._run is not None:
             self._run.stop()
@@ -226,7 +228,7 @@ class LaunchSession:
         return launch
 
     def _start_server(self) -> None:
-        children: list[str] = []  # other computers are reached by ssh alone
+        children: list[str] = []  # other computers are reached only by ssh
         server = LaunchServer(
             self._environment, self._processes, {"list_children": lambda: [1, "roslaunch children", children]}
         )
@@ -263,7 +265,7 @@ class LaunchSession:
             self._console.bold(f"setting /run_id to {run_id}")
 
     def _start_nodes(self, launch: Launch, placement: Placement, log: LauncherLog) -> None:
-        """Start the nodes and, while they start up, `/rosout`, which gets the first process number."""
+        """Start the nodes. While they start up, start `/rosout`, which gets the first process number."""
         if self.owns_master:
             next(self._numbers)  # as in Noetic, `/rosout` counts as the first process
         run = LaunchRun(

@@ -1,4 +1,4 @@
-"""The master of a launch session: a running one, or one that the session starts and ends."""
+"""A launch session's master, which is either already running, or is started and stopped by the session."""
 
 from __future__ import annotations
 
@@ -22,11 +22,12 @@ _ANSWER_S = 5.0
 
 
 class SessionMaster:
-    """Call `find`, `start` and `stop`, in this order; call `stop` even if `start` fails.
+    """A session's master. Call `find`, `start` and `stop`, in this order; call `stop` even if `start` fails.
 
     Attributes:
-        environment: environment of the session, with the URI of its master.
-        sets_run_id: whether `start` sets `/run_id`: on our own master, or on one that has none.
+        environment: the session's environment, including its master's URI.
+        sets_run_id: whether `start` sets `/run_id`, which it does on the session's own master, or on a master
+            that has no run id.
     """
 
     def __init__(
@@ -39,11 +40,11 @@ class SessionMaster:
         port: int | None,
         on_shutdown: Callable[[], None],
     ) -> None:
-        """Contact and start nothing yet.
+        """Store the arguments. No master is contacted or started yet.
 
         Args:
-            environment: environment of the process.
-            options: options of a master to start; `port`, `known_as` and `on_shutdown` are set here.
+            environment: the process's environment.
+            options: options for a master that is started; `port`, `known_as` and `on_shutdown` are set here.
             is_core: whether a running master is an error, as for `roscore`.
             port: see `master_environment`.
             on_shutdown: called from another thread when a process on this computer shuts the master down.
@@ -68,11 +69,12 @@ class SessionMaster:
 
     @property
     def binding(self) -> str:
-        """Who can connect to our own master; empty for another one."""
+        """A description of who can connect to the session's own master; empty if it uses another master."""
         return "" if self._core is None else self._core.binding
 
     def find(self) -> str | None:
-        """Return the run id of the running master; an empty string if it has none, None if no master answers.
+        """Return the running master's run id; an empty string if the master has none, None if no master
+        answers.
 
         Raises:
             InvalidEnvironment: ROS_MASTER_URI is not the URI of a master.
@@ -90,11 +92,11 @@ class SessionMaster:
         return run_id
 
     def start(self, run_id: str, log_folder: Path) -> None:
-        """Start a master unless `find` found one; set the run id of a found master that has none.
+        """Start a master unless `find` found one. If the found master has no run id, set it.
 
         Raises:
-            LaunchError: a master already runs but a core was requested; the master would be on another
-                computer; the port is in use.
+            LaunchError: a master is already running but a core was requested; the master would be on another
+                computer; or the port is in use.
             Unreachable: the master found earlier has ended.
         """
         if self._is_running:
@@ -135,14 +137,14 @@ class SessionMaster:
         self._console.bold(f"process[master]: started with pid [{os.getpid()}]")
 
     def start_rosout(self) -> None:
-        """Start `/rosout` of our own master."""
+        """Start the `/rosout` node of the session's own master."""
         if self._core is not None:
             self._core.start_rosout()
 
     def stop_rosout(self) -> None:
-        """Stop the `/rosout` node of our own master, and announce that the master is shutting down.
+        """Stop the `/rosout` node of the session's own master, and announce that the master is shutting down.
 
-        Does nothing if it was not started.
+        Does nothing if the node was not started.
         """
         if self._core is not None:
             self._console.say("[rosout-1] killing on exit")
@@ -150,7 +152,7 @@ class SessionMaster:
             self._console.say("[master] killing on exit")
 
     def stop(self) -> None:
-        """Stop our own master. Does nothing if it was not started."""
+        """Stop the session's own master. Does nothing if it was not started."""
         if self._core is not None:
             self._core.stop()
 
@@ -170,7 +172,7 @@ class SessionMaster:
 
 
 def choose_run_id(requested: str | None, running: str | None, console: Console) -> str:
-    """Return the id of the run that a launch joins: the requested one, the running master's, or a new one.
+    """Return the id of the run that a launch joins: the requested id, the running master's id, or a new id.
 
     Args:
         requested: value of `--run_id`.

@@ -2,7 +2,7 @@
 
 The remote command is `[env-loader] env VARIABLE=value… rosrun package type argument…`, which any ROS 1
 installation can run. The client requests a remote terminal, so that the node gets SIGHUP when the connection
-ends, for whatever reason.
+ends for any reason.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from pipros.launch.model import Machine, Node
 def remote_command(
     machine: Machine, node: Node, overlay: Mapping[str, str], arguments: Sequence[str]
 ) -> list[str]:
-    """Return the command line of the ssh client that runs a node on a machine.
+    """Return the ssh command line that runs a node on a machine.
 
-    The password of a machine is ignored: an ssh client does not take one from the command line, where every
+    The machine's password is ignored, because ssh does not take a password from the command line, where every
     user could read it. roslaunch logs in with a key or an agent.
     """
     prefix = ["--prefix", node.launch_prefix] if node.launch_prefix else []
@@ -37,7 +37,7 @@ def remote_command(
 
 
 def ssh_command(machine: Machine, words: Sequence[str]) -> list[str]:
-    """Return the command line of the ssh client that runs words on a machine, in their own terminal."""
+    """Return the ssh command line that runs `words` on a machine, in a terminal of their own."""
     destination = f"{machine.user}@{machine.address}" if machine.user else machine.address
     return [
         "ssh",

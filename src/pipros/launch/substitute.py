@@ -1,6 +1,6 @@
 """Substitution arguments: `$(find pkg)`, `$(arg x)`, `$(env X)`, `$(anon x)`, `$(eval …)` and others.
 
-Text in, text out. Packages and environment are passed in, see `LoadContext`.
+This module does no I/O; packages and environment are passed in (see `LoadContext`).
 Rules: http://wiki.ros.org/roslaunch/XML#substitution_args, with the details of Noetic.
 """
 
@@ -31,7 +31,7 @@ class SubstitutionError(PiprosError, ValueError):
 
 
 class UnsetArgument(SubstitutionError):
-    """`$(arg x)` of an argument without a value."""
+    """`$(arg x)` refers to an argument that has no value."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -51,13 +51,13 @@ class FindResource(Protocol):
 
 @dataclass(slots=True)
 class Substitution:
-    """The substitutions of one file, and the values they may refer to.
+    """The substitutions in one file, and the values to which they may refer.
 
     Attributes:
-        arguments: values of `<arg>`s; None for those without a value.
-        folder: the folder of the file, for `$(dirname)`; None for text from standard input.
+        arguments: values of `<arg>`s; None for those that have no value.
+        folder: the file's folder, for `$(dirname)`; None for text from standard input.
         anonymous: names generated for `$(anon x)` so far in this file.
-        unset_as: value of unset arguments; None to reject them.
+        unset_as: the value to use for unset arguments; None to reject them.
         budget: budget shared by all files of a launch.
     """
 
@@ -75,8 +75,8 @@ class Substitution:
 
         Raises:
             SubstitutionError: a command is unknown or has the wrong number of words; a variable or argument
-                is unset; or the substitutions of this text insert too much.
-            OverBudget: the substitutions of the whole launch insert too much.
+                is unset; or the substitutions in this text insert too much.
+            OverBudget: the substitutions in the whole launch insert too much.
             ExpressionError: an `$(eval …)` is invalid.
             NotFound: a package is unknown.
         """
@@ -88,12 +88,14 @@ class Substitution:
             self.budget.add_bytes(len(value))
             return value
         self._check_brackets(text)
-        # `find` runs second, so that `$(find pkg)/$(arg x)` is one path.
+        # `find` is substituted second, so that `$(find pkg)/$(arg x)` is one path.
         text = _SUBSTITUTION.sub(self._limit_growth(self._replace), text)
         return _FIND.sub(self._limit_growth(self._replace_find), text)
 
     def _limit_growth(self, replace: Callable[[re.Match[str]], str]) -> Callable[[re.Match[str]], str]:
-        """Limit the growth of one text while it grows: `$(arg a)$(arg a)` doubles `a` with each `<arg>`."""
+        """Limit the growth of one text while it is substituted, because `$(arg a)$(arg a)` doubles `a` with
+        each `<arg>`.
+        """
         limit = self.budget.limits.launch_insert_characters
         inserted = 0
 

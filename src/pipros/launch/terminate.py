@@ -17,7 +17,7 @@ _LEFT_BEHIND_TIMEOUT_S = 1.0
 _CHECK_EVERY_S = 0.01
 
 AwaitEnds = Callable[[Sequence[NodeProcess], float], list[NodeProcess]]
-"""Waits a number of seconds for processes to end; returns those still running."""
+"""Waits a number of seconds for processes to end, and returns those that are still running."""
 
 
 def end(
@@ -29,7 +29,7 @@ def end(
     sigterm_timeout_s: float = SIGTERM_TIMEOUT_S,
     is_announced: bool = True,
 ) -> None:
-    """End processes and their child processes, all in parallel: SIGINT, SIGTERM, SIGKILL.
+    """End processes and their child processes, all in parallel, with SIGINT, SIGTERM and SIGKILL.
 
     Return when all have ended, or if even SIGKILL had no effect.
     """
@@ -68,7 +68,7 @@ def _end_left_behind(processes: Sequence[NodeProcess]) -> None:
 
 
 def report_end(process: NodeProcess, log_stem: str, console: Console, *, is_required: bool) -> None:
-    """Report how a process ended, in Noetic's words; on failure also print its last output."""
+    """Report how a process ended, with Noetic's text. If it failed, also print its last output."""
     log = f"log file: {log_stem}*.log"
     if process.exit_code == 0:
         text = f"process has finished cleanly\n{log}"
@@ -86,7 +86,7 @@ def report_end(process: NodeProcess, log_stem: str, console: Console, *, is_requ
         console.error(f"[{process.name}] {text}")
     if process.exit_code == 0:
         return
-    # The error log comes first: it was not shown on a terminal.
+    # The error log is read first, because it was not shown on a terminal.
     logs = [log for log in (process.stderr_log, process.stdout_log) if log is not None]
     lines: list[str] = next(filter(None, map(last_lines, logs)), [])
     if lines:

@@ -1,7 +1,7 @@
 """Loads launch files: the XML language of http://wiki.ros.org/roslaunch/XML, as interpreted by Noetic.
 
-Files in, a `Launch` out. Elements are processed in document order, each in its scope. Nothing is started
-here, and the parameter server is not contacted.
+This module reads files and returns a `Launch`. Elements are processed in document order, each in its scope.
+No process is started, and the parameter server is not contacted.
 """
 
 from __future__ import annotations
@@ -43,15 +43,15 @@ def load(
     """Load launch files into one `Launch`.
 
     Args:
-        arguments: `name:=value` from the command line, for every file.
-        texts: contents of launch files, such as standard input; read after the files.
-        unset_as: value of unset arguments, for tools that only inspect the file; by default they are
-            an error.
+        arguments: `name:=value` arguments from the command line, for every file.
+        texts: contents of launch files, such as text from standard input, which are read after the files.
+        unset_as: the value to use for unset arguments, for tools that only inspect the file; by default,
+            unset arguments are an error.
         arguments_only: whether to read only the `<arg>`s of the files themselves.
         limits: defaults to the process-wide limits.
 
     Raises:
-        LaunchError: Noetic would reject a file too; the error has file, line and element.
+        LaunchError: a file is invalid, also for Noetic. The error has the file, line and element.
     """
     loader = Loader(
         context or LoadContext.of_process(),
@@ -84,11 +84,11 @@ class Loader:
         builder: LaunchBuilder | None = None,
         limits: Limits | None = None,
     ) -> None:
-        """Read nothing yet.
+        """Store the arguments. Files are read by `load_file`.
 
         Args:
             unset_as, arguments_only, limits: see `load`.
-            builder: collects the contents; by default an empty one.
+            builder: collects the contents; by default, an empty builder is used.
         """
         self._budget = Budget(limits or process_limits())
         self._context = context.within(self._budget)
@@ -99,13 +99,13 @@ class Loader:
         self._depth = 0
 
     def load_file(self, file: str) -> LaunchScope:
-        """Read a file and return its outermost scope in its final state."""
+        """Read a file and return its outermost scope, in its final state."""
         scope = self._root_scope(file, os.path.dirname(os.path.abspath(file)))
         self._load(file, scope)
         return scope
 
     def load_text(self, text: str) -> LaunchScope:
-        """Read the content of a file, like `load_file`."""
+        """Like `load_file`, but read the launch file's content from a string."""
         scope = self._root_scope("<stdin>", None)
         self._process_root(_parse(text, "<stdin>"), scope)
         return scope

@@ -41,12 +41,15 @@ _SUBGRAPH = empty_or_valid_name("subgraph")
 
 @dataclass(frozen=True, slots=True)
 class Arguments:
-    """The checks of one master. Long names and URIs are refused: parsing them would delay other callers."""
+    """One master's argument checks. Long names and URIs are refused, because parsing them would delay other
+    callers.
+    """
 
     name_characters: int
 
     def guarded(self, name: str, method: Callable[..., Answer], error_value: Any) -> Callable[..., Answer]:
-        """Return `method` with checks of caller_id and number of arguments, and errors turned into answers.
+        """Return `method` with checks for the caller_id and the number of arguments, and with errors turned
+        into responses.
 
         Calls with invalid arguments are logged; at level DEBUG, all calls are.
         """
@@ -81,11 +84,11 @@ class Arguments:
         return resolved_name(parameter, self._bounded(parameter, name), caller)
 
     def topic(self, name: Any, caller: str) -> str:
-        """Return the global name of a topic, as `resolved`."""
+        """Return the global name of a topic, like `resolved`."""
         return str(_TOPIC(self._bounded("topic", name), caller))
 
     def service(self, name: Any, caller: str) -> str:
-        """Return the global name of a service, as `resolved`."""
+        """Return the global name of a service, like `resolved`."""
         return str(_SERVICE(self._bounded("service", name), caller))
 
     def topic_type(self, name: Any) -> str:

@@ -5,13 +5,14 @@ could not be delivered to it. The result decides:
 
 - it answers: it is alive, and its process id is stored;
 - the connection is refused, or a different process answers although the node has not registered anything
-  since: the node is a suspect and is probed again; after `CONFIRMATIONS` such results in a row it counts as
-  gone;
-- no answer in time, or no route to its host: it stays registered and is listed as unreachable. A node that
+  since: the node is a suspect and is probed again. After `CONFIRMATIONS` such results in a row, it is
+      considered to have ended;
+- it does not answer in time, or there is no route to its host: it stays registered and is listed as
+unreachable. A node that
   hangs, is being debugged or has temporarily lost its network is not removed.
 
-A node that has never answered stays and is listed as unreachable, whatever the result: it may run in a
-container whose address is valid only there, and other nodes may well reach it.
+A node that has never answered stays registered and is listed as unreachable, whatever the result, because it
+may run in a container whose address is valid only there, and other nodes may well reach it.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ SLOW_S: Final = 0.1
 
 
 Ask = Callable[[str, str, float], Awaitable[Any]]
-"""Calls a method of an API with a timeout and returns the value of the answer; see `ask_node`."""
+"""Calls an API method with a timeout and returns the value from the response; see `ask_node`."""
 
 
 class ProbeResult(Enum):
@@ -51,7 +52,7 @@ class ProbeResult(Enum):
 
 
 class Liveness:
-    """Probes nodes, on the event loop on which it was started."""
+    """Probes nodes on the event loop on which it was started."""
 
     def __init__(
         self,
@@ -63,7 +64,7 @@ class Liveness:
     ) -> None:
         """
         Args:
-            on_gone: called with the name and the API of each node that has gone.
+            on_gone: called with the name and API of each node that has ended.
             ask: `ask_node`, or a test's replacement.
         """
         self._registry = registry
@@ -86,7 +87,7 @@ class Liveness:
 
     @property
     def met_count(self) -> int:
-        """The number of nodes that have ever answered."""
+        """The number of nodes that have answered at least once."""
         return sum(self._is_current(*key) for key in self._met)
 
     @property
@@ -119,8 +120,8 @@ class Liveness:
     async def is_at(self, node: str, api: str) -> bool:
         """Return whether `api` still belongs to the node of that name, as far as known.
 
-        The result is False if nothing answers there, if another registered node has that API by now, or if
-        the answer has a different name (only Python nodes give one) or process id than the node had.
+        The result is False if nothing answers there, if another registered node now has that API, or if the
+        response has a different name (only Python nodes report their name) or process id than the node had.
         """
         if any(entry.api == api and entry.name != node for entry in self._registry.nodes.values()):
             return False
@@ -221,7 +222,7 @@ class Liveness:
 
 
 class _ProbeSlots:
-    """Limits the concurrent probes, so that calls are answered meanwhile.
+    """Limits the number of concurrent probes, so that calls are answered in the meantime.
 
     A slot is held for at most `SLOW_S`, so that silent nodes do not delay the probes of others.
     """
@@ -245,7 +246,7 @@ class _ProbeSlots:
 
 
 async def ask_node(api: str, method: str, timeout_s: float) -> Any:
-    """Call a method without arguments; return its value, or None if the answer is not `[1, text, value]`.
+    """Call a method without arguments. Return the value, or None if the response is not `[1, text, value]`.
 
     Raises:
         Unreachable, ProtocolError, Fault: as in `call_async`.

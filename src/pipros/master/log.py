@@ -1,7 +1,7 @@
 """The log file of a master: registrations, parameter changes, refused peers and nodes that have ended.
 
-It records Python's loggers `rosmaster.…` and, for refused peers, `pipros.rpc`, with the texts of Noetic's
-`master.log`. Single calls and notices are logged at level DEBUG.
+It records Python's loggers `rosmaster.…` and, for refused peers, `pipros.rpc`, using the texts from Noetic's
+`master.log`. Individual calls and notices are logged at level DEBUG.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ _FORMAT: Final = "[%(name)s][%(levelname)s] %(asctime)s: %(message)s"
 
 
 class MasterLog(logging.Handler):
-    """Writes the log of all masters of this process to a file, until `close`.
+    """Writes the log of all masters in this process to a file until `close` is called.
 
-    A thread writes the queued lines every `PAUSE_S`: writing each line at once would make `setParam` calls
-    take 50 % longer.
+    A thread writes the queued lines every `PAUSE_S`, because writing each line at once would make `setParam`
+    calls take 50 % longer.
     """
 
     def __init__(
@@ -45,9 +45,9 @@ class MasterLog(logging.Handler):
 
         Args:
             level: one of `LEVELS`, for the master's own messages; defaults to `info`.
-            loggers: the loggers to record, with their children; "" means all of the process.
-            limits: `log_bytes` and `log_files` limit the file and its predecessors `x.log.1`, …; by default
-                the limits of the process.
+            loggers: the loggers to record, including their children; "" means all loggers in the process.
+            limits: `log_bytes` and `log_files` limit the file and its predecessors `x.log.1`, …; defaults to
+                the process-wide limits.
 
         Raises:
             OSError: the folder or the file cannot be created.
@@ -103,12 +103,13 @@ class MasterLog(logging.Handler):
     def _line(self, record: logging.LogRecord) -> str:
         try:
             return self.format(record)
-        except Exception as error:  # the arguments do not fit; the other lines of the batch must not be lost
+        except Exception as error:
+            # the arguments do not fit the format; the other lines in the batch must not be lost
             return f"[{record.name}][{record.levelname}] cannot be shown: {record.msg!r:.200} ({error})"
 
 
 class _Lines(logging.Formatter):
-    """Formats each message as one line, whatever characters peers use in names."""
+    """Formats each message as one line, regardless of the characters that peers use in names."""
 
     def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802  # logging's name
         record.message = printable(record.message, MESSAGE_LIMIT)

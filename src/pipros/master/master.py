@@ -30,7 +30,8 @@ _DESCRIPTORS: Final = 65536
 class Master:
     """A ROS master with its parameter server, in its own thread.
 
-    Several may run in one process. As a context manager, it starts on entry and stops on exit.
+    Several masters can run in one process. Used as a context manager, a master starts on entry and stops on
+    exit.
 
     Examples:
         >>> with Master(port=0) as master:  # doctest: +SKIP
@@ -38,7 +39,7 @@ class Master:
         http://127.0.0.1:40123/
 
     Attributes:
-        host: the address it listens on; `127.0.0.1` is for this machine only.
+        host: the address that the master listens on; `127.0.0.1` is reachable only from this machine.
     """
 
     def __init__(
@@ -64,7 +65,7 @@ class Master:
         self.host = host or address.bind_host(environment)
         self._hosts = [self.host]
         if self.host == address.LOOPBACK_IPV6 and not (host or environment.hostname or environment.ip):
-            self._hosts.append(address.LOOPBACK)  # `localhost` in ROS_MASTER_URI may mean either
+            self._hosts.append(address.LOOPBACK)  # `localhost` in ROS_MASTER_URI may mean either IPv4 or IPv6
         elif not host and address.is_loopback(self.host):
             self._hosts = list(
                 dict.fromkeys([self.host, *_loopback_addresses(environment, options.known_as)])
@@ -91,7 +92,7 @@ class Master:
 
     @property
     def binding(self) -> str:
-        """Who can connect, in words: `listens on 127.0.0.1, for this computer only`."""
+        """A description of who can connect, such as `listens on 127.0.0.1, for this computer only`."""
         listens = f"listens on {' and '.join(self._hosts)}"
         if address.is_loopback(self.host):
             return f"{listens}, for this computer only"
@@ -100,7 +101,7 @@ class Master:
         return f"{listens}, open to everybody who can reach this computer"
 
     def start(self) -> None:
-        """Open the port; the master answers when this returns.
+        """Open the port. The master answers calls when this method returns.
 
         Raises:
             OSError: the port is in use, the address does not belong to this machine, or the store cannot be
@@ -132,7 +133,7 @@ class Master:
 
 
 def _loopback_addresses(environment: Environment, known_as: Sequence[str]) -> Iterator[str]:
-    """Yield the IPv4 loopback addresses that the host of the master URI and the other names resolve to."""
+    """Yield the IPv4 loopback addresses to which the master URI's host and the other names resolve."""
     hosts = list(known_as)
     with contextlib.suppress(InvalidEnvironment):
         hosts.insert(0, split_master_uri(environment.master_uri)[0])
@@ -146,11 +147,12 @@ def _loopback_addresses(environment: Environment, known_as: Sequence[str]) -> It
 def tune_for_master() -> None:
     """Tune process-wide settings for a dedicated master. Call it from commands only, not from libraries.
 
-    - The limit of descriptors is raised as far as possible, because a robot has many nodes.
-    - Threads switch more often, so that decoding a large value in one does not delay the answers of others.
-    - The garbage collector rarely makes a full pass: one takes 10 ms for 100,000 objects, and a master
-      creates no reference cycles except in connections, which are collected while they are young. (Ten
-      thousand short connections are 127 ms of garbage at once.)
+    - The descriptor limit is raised as far as possible, because a robot has many nodes.
+    - Threads switch more often, so that decoding a large value in one thread does not delay responses from
+    others.
+    - The garbage collector rarely makes a full pass, because a full pass takes 10 ms for 100,000 objects, and
+    a master creates no reference cycles except in connections, which are collected while they are young.
+    (Collecting ten thousand short connections at once would take 127 ms.)
     """
     sys.setswitchinterval(0.0005)
     gc.set_threshold(2_000, 10, 10_000)

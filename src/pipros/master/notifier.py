@@ -1,12 +1,12 @@
-"""Delivers the master's notices: in order for each node, and no node waits for another.
+"""Delivers the master's notices, in order for each node, without making any node wait for another.
 
 Theory of operation: each API with a pending notice has a queue. A new notice supersedes a queued one about
-the same topic or parameter, because each contains the whole new state; so a queue cannot exceed the
-subscriptions of its node, and a node that hung receives the current state afterwards.
+the same topic or parameter, because each contains the whole new state. So a queue cannot have more entries
+than its node has subscriptions, and a node that was unresponsive receives the current state afterwards.
 
-The queues take turns, one notice a turn and `TURNS_AT_A_TIME` at once, so that thousands of notices do not
-keep the loop from answering calls. A node that does not answer within `SLOW_S` no longer counts towards
-`TURNS_AT_A_TIME`; its turn continues until it answers or times out, and delays no other node.
+The queues take turns, with one notice per turn and `TURNS_AT_A_TIME` turns at once, so that thousands of
+notices do not keep the loop from answering calls. A node that does not answer within `SLOW_S` no longer
+counts towards `TURNS_AT_A_TIME`; its turn continues until it answers or times out, and delays no other node.
 """
 
 from __future__ import annotations
@@ -26,30 +26,32 @@ from pipros.wire.xmlrpc import ValueTooLarge, encode_call
 _log = logging.getLogger("rosmaster.master")
 
 TURNS_AT_A_TIME: Final = 16
-"""How many notices are sent concurrently, not counting those to slow nodes."""
+"""Maximum number of notices sent concurrently, not counting those to slow nodes."""
 QUEUED_AT_A_TIME: Final = 500
-"""How many notices are queued in one iteration of the event loop."""
+"""Maximum number of notices queued in one iteration of the event loop."""
 SLOW_S: Final = 0.1
 """A node that takes longer to answer counts as slow, and the next queue takes its turn."""
 LARGE_VALUE: Final = 2_000
-"""Values of more elements are encoded in a thread."""
+"""Values with more elements are encoded in a thread."""
 KEEP_CONNECTION_S: Final = 30.0
-"""How long the connection to a node is kept after its last notice."""
+"""How long the connection to a node is kept after the last notice to it."""
 
 
 class Recipients(Protocol):
     """The registered nodes, as recipients of notices. Called on the notifier's loop."""
 
     def is_current(self, notice: Notice) -> bool:
-        """Return whether the node still has the API of the notice. Called before an update is delivered."""
+        """Return whether the node still has the notice's API. Called before an update is delivered."""
         ...
 
     async def may_shut_down(self, notice: Notice) -> bool:
-        """Return whether the notice's process is still that node. Called before delivering a `shutdown`."""
+        """Return whether the process at the notice's API is still that node. Called before a `shutdown` is
+        delivered.
+        """
         ...
 
     def on_delivered(self, notice: Notice) -> None:
-        """Handle an answer of the node."""
+        """Handle a response from the node."""
         ...
 
     def on_failed(self, notice: Notice, error: PiprosError) -> None:
@@ -57,7 +59,7 @@ class Recipients(Protocol):
         ...
 
     def on_finished(self, notice: Notice) -> None:
-        """Handle the completion of a notice, whatever the outcome. Not called for superseded ones."""
+        """Handle the completion of a notice, whatever the outcome. Not called for superseded notices."""
         ...
 
 
@@ -65,13 +67,13 @@ class NoticeClient(Protocol):
     """A connection to one API."""
 
     async def post(self, document: bytes, *, timeout_s: float) -> object:
-        """Send an encoded call and wait for the answer. Raises PiprosError."""
+        """Send an encoded call and wait for the response. Raises PiprosError if the call fails."""
 
     def close(self) -> None: ...
 
 
 class Notifier:
-    """Delivers notices, in the event loop that uses it. `notify` returns at once.
+    """Delivers notices in the event loop in which it is used. `notify` returns at once.
 
     Attributes:
         delivered: number of notices that their nodes answered.
@@ -88,8 +90,8 @@ class Notifier:
     ) -> None:
         """
         Args:
-            limits: `notices` may be queued for a node, which has `notice_s` to answer each; by default the
-                limits of the process.
+            limits: at most `notices` are queued for a node, which has `notice_s` to answer each; defaults to
+                the process-wide limits.
             connect: function that returns the client for an API; raises ValueError for an invalid URI.
         """
         self._recipients = recipients
@@ -145,7 +147,8 @@ class Notifier:
         if queue is None:
             try:
                 queue = self._queues[notice.api] = _Queue(notice.api, self._connect(notice.api))
-            except ValueError as error:  # genuine masters register such APIs, and fail to call them
+            except ValueError as error:
+                # like genuine masters, which register such APIs and then fail to call them
                 self._recipients.on_failed(notice, Unreachable(notice.api, str(error)))
                 self._recipients.on_finished(notice)
         return queue
@@ -222,7 +225,7 @@ class Notifier:
         self._recipients.on_delivered(notice)
 
     async def _document(self, notice: Notice) -> bytes:
-        """Return the encoded call. It is encoded once for all subscribers, and in a thread if it is large."""
+        """Return the encoded call. A call is encoded once for all subscribers, in a thread if it is large."""
         async with self._encoding:
             params, document = self._encoded
             if params is not notice.params:

@@ -1,4 +1,4 @@
-"""The settings of a master as one value, which launcher, core and master pass on unchanged."""
+"""A master's settings as one value, which the launcher, core and master pass on unchanged."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from pipros.basics.limits import Limits, process_limits
 
 @dataclass(frozen=True, slots=True)
 class Probing:
-    """When nodes are probed.
+    """The times at which nodes are probed.
 
     Attributes:
-        round_s: the interval at which every node is probed, unless the master is too busy.
+        round_s: the interval at which each node is probed, unless the master is too busy.
         newcomers_s: the delay of a node's first probe.
         answer_s: the timeout of a probe.
-        confirmation_pause_s: the time between two probes of a suspect.
+        confirmation_pause_s: the time between probes of a suspect.
     """
 
     round_s: float = 3.0
@@ -34,14 +34,15 @@ class MasterOptions:
     """The settings of a master.
 
     Attributes:
-        host: the address to listen on; by default from the environment: loopback while everything is local
-            (see `pipros.net.address`).
-        port: the port; 0 selects a free one.
-        advertised_host: the host in the URI of the master; by default from the environment.
+        host: the address to listen on. By default, it is taken from the environment: loopback if everything
+            is local (see `pipros.net.address`).
+        port: the port; 0 selects a free port.
+        advertised_host: the host in the master's URI; by default taken from the environment.
         known_as: further host names and addresses under which programs on this machine look for the master,
-            besides the host in the environment's master URI. A master for this machine only listens there,
-            too.
-        allow: networks that may connect, besides this machine: `10.0.0.0/8`, `192.168.1.7`. Empty for all.
+            besides the host in the environment's master URI. A master that is reachable only from this
+            machine also listens on these addresses.
+        allow: networks that may connect, besides this machine: `10.0.0.0/8`, `192.168.1.7`. If empty, all
+            networks may connect.
         parameters: keys and values to set before the port is opened.
         limits: limits on the resources that peers can use; defaults to the process-wide limits.
         store: a file that stores parameters and registrations, and from which they are restored on start.
@@ -81,7 +82,7 @@ class MasterSettings(TypedDict, total=False):
 
 
 def limits_with_timeout(timeout_s: float | None) -> Limits:
-    """Return the limits of the process with `notice_s` set from the `-t` of roscore and rosmaster.
+    """Return the process-wide limits with `notice_s` set from the `-t` option of roscore and rosmaster.
 
     As in Noetic, a timeout that is not a positive number has no effect.
     """

@@ -13,12 +13,12 @@ from pipros.master.registry import MASTER_ID, Notice, Registry, Role
 def param_notices(registry: Registry, key: str, value: Any, *, except_node: str) -> Iterator[Notice]:
     """Return the `paramUpdate` notices after `key` changed to `value` (`{}` if it was deleted).
 
-    A subscriber at or above the key receives the key and its value; one below receives its own part of the
-    value, `{}` if there is none. `except_node`, which made the change, receives nothing. Announced keys end
-    with a slash, as in genuine masters.
+    A subscriber at or above the key receives the key and its value. A subscriber below the key receives its
+    own part of the value, or `{}` if there is none. `except_node`, which made the change, receives nothing.
+    Announced keys end with a slash, as in genuine masters.
 
-    The subscribed keys are looked up at once, their nodes lazily as the notices are consumed, because a key
-    may have thousands of subscribers.
+    The subscribed keys are looked up at once, but their nodes only as the notices are consumed, because a key
+    can have thousands of subscribers.
     """
     return _notices(registry, registry.param_keys_around(key), key, value, except_node)
 
@@ -33,7 +33,7 @@ def _notices(
             params = (MASTER_ID, changed, value)
         else:
             params = (MASTER_ID, own, value_below(value, own[len(changed) :], {}))
-        # One tuple for all subscribers of a key, so that it is encoded once.
+        # All subscribers to a key share one tuple, so that it is encoded only once.
         for name in registry.names_of(Role.PARAM_SUBSCRIBER, subscribed):
             if name != except_node:
                 yield Notice(name, registry.nodes[name].api, "paramUpdate", params)

@@ -8,7 +8,7 @@ VALUE_BYTES: Final = 32
 ENTRY_BYTES: Final = 32
 """Weight of a value, and of a dictionary entry, in addition to their text."""
 _SMALL: Final = 2_000
-"""Maximum number of elements of a value that is weighed on the event loop."""
+"""Maximum number of elements in a value that is weighed on the event loop."""
 _UTF8_BYTES: Final = 4
 
 
@@ -56,5 +56,7 @@ def entry_weight(key: str) -> int:
 
 
 def _text_bytes(text: str) -> int:
-    """Return an upper bound of the encoded size of a string, because encoding it would take too long."""
+    """Return an upper bound for the encoded size of a string, because encoding the string would take too
+    long.
+    """
     return len(text) if text.isascii() else _UTF8_BYTES * len(text)

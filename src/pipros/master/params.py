@@ -1,4 +1,4 @@
-"""The parameter tree, without any IO.
+"""The parameter tree. This module does no I/O.
 
 A parameter is any value that XML-RPC can represent. Dictionaries are namespaces: a key is a path through
 them. Keys must be resolved (`/a/b`); doubled and trailing slashes do not matter.
@@ -18,7 +18,8 @@ from pipros.master.param_weight import VALUE_BYTES, entry_weight, weigh
 Tree = dict[str, Any]
 
 LEVELS_LIMIT: Final = 90
-"""Maximum components of a key. With the nesting limit of values, the whole tree still fits into one answer.
+"""Maximum number of components in a key. Together with the nesting limit for values, this ensures that the
+whole tree fits into one response.
 """
 
 
@@ -31,7 +32,7 @@ class TooDeep(PiprosError, ValueError):
 
 
 class ParamsFull(PiprosError, ValueError):
-    """A value would bring all parameters together above their limit."""
+    """A value would make all parameters together exceed their limit."""
 
 
 class NotSet(PiprosError, KeyError):
@@ -47,7 +48,7 @@ class ParamJournal(Protocol):
 
 
 class ParamTree:
-    """The parameters of one master. Not thread-safe.
+    """One master's parameters. Not thread-safe.
 
     Values are never changed, only replaced: `set` and `delete` copy the dictionaries on the path to the key.
     So a value that `get` returned never changes, and other threads may read it. In return, callers must not
@@ -58,7 +59,9 @@ class ParamTree:
     """
 
     def __init__(self, tree: Tree | None = None, *, limit_bytes: int | None = None) -> None:
-        """Limit the weight of all parameters to `limit_bytes`, by default the process's `parameter_bytes`."""
+        """Limit the weight of all parameters to `limit_bytes`; defaults to the process-wide
+        `parameter_bytes`.
+        """
         self._root: Tree = {} if tree is None else tree
         self._limit_bytes = process_limits().parameter_bytes if limit_bytes is None else limit_bytes
         self._known_weights: Mapping[int, int] = {}
@@ -66,7 +69,7 @@ class ParamTree:
         self.journal: ParamJournal | None = None
 
     def get(self, key: str) -> Any:
-        """Return a value, or the dictionary of a namespace; the key `/` is the whole tree.
+        """Return a value, or a namespace as a dictionary. The key `/` is the whole tree.
 
         Raises:
             NotSet: the parameter is not set.
@@ -98,7 +101,7 @@ class ParamTree:
         growth = self._weight_of(value) + sum(map(entry_weight, missing)) + VALUE_BYTES * len(missing[1:])
         if former is not _NOTHING:
             growth -= self._weight_of(former)
-            growth += VALUE_BYTES if missing else 0  # it becomes a namespace
+            growth += VALUE_BYTES if missing else 0  # the value becomes a namespace
         if growth > 0 and self.held_bytes + growth > self._limit_bytes:
             raise ParamsFull(
                 f"{key} would bring the parameters to {self.held_bytes + growth} bytes; "
@@ -113,7 +116,9 @@ class ParamTree:
             self.journal.param_set(key, value)
 
     def former(self, key: str) -> Any:
-        """Return the value that setting `key` would replace, which may be a plain one above it; else None."""
+        """Return the value that setting `key` would replace, which may be a plain value above `key`; None if
+        there is none.
+        """
         former = self._place(_parts(key))[0]
         return None if former is _NOTHING else former
 
@@ -153,7 +158,7 @@ class ParamTree:
         """Delete a value or a whole namespace.
 
         Raises:
-            NotSet: the parameter is not set, or `key` is `/`: the root cannot be deleted.
+            NotSet: the parameter is not set, or `key` is `/`, because the root cannot be deleted.
         """
         parts = _parts(key)
         if not parts or not self.has(key):
@@ -168,7 +173,9 @@ class ParamTree:
             self.journal.param_deleted(key)
 
     def names(self) -> list[str]:
-        """Return the full names of all values, in the order they were set. Empty namespaces are left out."""
+        """Return the full names of all values, in the order in which they were set. Empty namespaces are
+        omitted.
+        """
         found: list[str] = []
         stack = [("/", iter(self._root.items()))]
         while stack:
@@ -187,7 +194,7 @@ class ParamTree:
         """Return the full name of `key` in the namespace `ns` (`/a/node`) or above; None if not found.
 
         As in ROS, only the first component of the key has to exist: if `/a/x` is set, the result for `x/y` is
-        `/a/x/y`, whether or not that is set.
+        `/a/x/y`, whether or not that parameter is set.
         """
         if names.is_global(key):
             return key if self.has(key) else None

@@ -1,4 +1,4 @@
-"""The registered nodes as recipients of notices."""
+"""Connects the notifier to the registered nodes."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ _log = logging.getLogger("rosmaster.master")
 
 
 class RegisteredNodes:
-    """The `Recipients` of a master's `Notifier`:
+    """The `Recipients` of a master's `Notifier`.
 
-    decides whether notices are still due, and reports the outcome of deliveries to `Liveness`.
+    It decides whether notices are still due, and reports the outcome of deliveries to `Liveness`.
     """
 
     def __init__(self, registry: Registry, liveness: Liveness) -> None:

@@ -1,4 +1,4 @@
-"""The registrations of a master: the publishers, subscribers and servers of each name, without any IO.
+"""A master's registrations: the publishers, subscribers and servers for each name. This module does no I/O.
 
 A node is identified by its name, and has one API (the URI of its XML-RPC server) at a time. It is registered
 as long as it has at least one registration. A method that changes the registry returns the `Notice`s about
@@ -22,7 +22,7 @@ ANY_TYPE = "*"
 MASTER_ID = "/master"
 REPLACED = "new node registered with same name"
 REGISTRATION_BYTES: Final = 256
-"""Weight of a registration in addition to its text."""
+"""The weight of a registration, in addition to its text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Notice:
 
     Attributes:
         node: the name of the node.
-        api: the URI to call; the notice is dropped if the node has another one by then.
+        api: the URI to call. The notice is dropped if the node has another API by then.
         method: `publisherUpdate`, `paramUpdate` or `shutdown`.
         params: the arguments of the call, the master's own caller_id first.
     """
@@ -47,7 +47,7 @@ class RegistryFull(PiprosError, ValueError):
 
 
 class Role(Enum):
-    """The kind of a registration."""
+    """The kinds of registrations."""
 
     PUBLISHER = "publisher"
     SUBSCRIBER = "subscriber"
@@ -57,7 +57,7 @@ class Role(Enum):
 
 @dataclass(slots=True)
 class NodeEntry:
-    """The registrations of one node.
+    """One node's registrations.
 
     Attributes:
         registration_count: number of times the node has registered, including repetitions.
@@ -88,23 +88,25 @@ class RegistryJournal(Protocol):
 
 
 class Registry:
-    """The registrations of one master. Not thread-safe.
+    """One master's registrations. Not thread-safe.
 
-    Names of topics, services and nodes must be resolved and checked by the caller.
+    The caller must resolve and check the names of topics, services and nodes.
 
     A node that registers under another process's name takes the name over. The other process is `replaced`
-    until its `shutdown` notice is done, and its registrations meanwhile are ignored: a roscpp node subscribes
-    to a parameter when it logs the shutdown request, and would so take its name back and end its successor.
+    until its `shutdown` notice is done. Its registrations are ignored in the meantime, because a roscpp node
+    subscribes to a parameter when it logs the shutdown request, and would thus take its name back and end its
+    successor.
 
     The type of a topic is kept after its last publisher and subscriber have unregistered, as in genuine
-    masters, but only for as many such topics as the limits allow: the longest unused one is forgotten.
+    masters, but only for as many such topics as the limits allow. The topic that has been unused longest is
+    forgotten first.
 
     The methods that register raise `RegistryFull`, and change nothing, when all registrations together would
     exceed `registration_bytes`.
 
     Attributes:
-        replaced: name and API of the processes that lost their name and have not been shut down yet.
-        held_bytes: approximate memory of all registrations and topic types.
+        replaced: names and APIs of processes that lost their name and have not been shut down yet.
+        held_bytes: approximate memory used by all registrations and topic types.
     """
 
     def __init__(self, limits: Limits | None = None) -> None:
@@ -118,17 +120,17 @@ class Registry:
         self.topic_types: dict[str, str] = {}
         self._tables: dict[Role, dict[str, dict[str, None]]] = {role: {} for role in Role}
         self._service_apis: dict[str, str] = {}
-        self._param_namespaces: list[str] = []  # the subscribed keys, each with a trailing slash, sorted
+        self._param_namespaces: list[str] = []  # the subscribed keys, sorted, each with a trailing slash
 
     # ---- reading
 
     def api_of(self, node: str) -> str | None:
-        """Return the API of a node; None if it is not registered."""
+        """Return the API of a node; None if the node is not registered."""
         entry = self.nodes.get(node)
         return entry.api if entry else None
 
     def service_api_of(self, service: str) -> str | None:
-        """Return the `rosrpc://` URI of a service; None if no node offers it."""
+        """Return the `rosrpc://` URI of a service; None if no node offers the service."""
         return self._service_apis.get(service)
 
     def names_of(self, role: Role, key: str) -> list[str]:
@@ -136,11 +138,11 @@ class Registry:
         return list(self._tables[role].get(key, ()))
 
     def apis_of(self, role: Role, key: str) -> list[str]:
-        """Return the APIs of the nodes of `names_of`."""
+        """Return the APIs of the nodes that `names_of` returns."""
         return [self.nodes[name].api for name in self._tables[role].get(key, ())]
 
     def keys_of(self, role: Role) -> Iterator[str]:
-        """Return the topics, services or parameter keys with at least one node."""
+        """Return the topics, services or parameter keys that have at least one node."""
         return iter(self._tables[role])
 
     def param_keys_around(self, key: str) -> list[str]:
@@ -157,13 +159,13 @@ class Registry:
         return [*(found for found in above if found in subscribed), *below]
 
     def table(self, role: Role) -> list[list[Any]]:
-        """Return `[key, [node, …]]` for every key, as in the answer of `getSystemState`."""
+        """Return `[key, [node, …]]` for every key, as in the response to `getSystemState`."""
         return [[key, list(names)] for key, names in self._tables[role].items()]
 
     # ---- changing
 
     def register_publisher(self, node: str, topic: str, type_name: str, api: str) -> list[Notice]:
-        """Register a publisher and notify the subscribers, even if it was registered before."""
+        """Register a publisher and notify the subscribers, even if the publisher was registered before."""
         self._check_room(Role.PUBLISHER, node, topic, api, type_name, self.topic_types.get(topic))
         notices = self._enter(Role.PUBLISHER, node, topic, api)
         if type_name != ANY_TYPE or topic not in self.topic_types:
@@ -172,7 +174,7 @@ class Registry:
         return notices
 
     def register_subscriber(self, node: str, topic: str, type_name: str, api: str) -> list[Notice]:
-        """Register a subscriber. Its type is used only if the topic has none yet."""
+        """Register a subscriber. Its type is used only if the topic has no type yet."""
         self._check_room(Role.SUBSCRIBER, node, topic, api, type_name, self.topic_types.get(topic))
         notices = self._enter(Role.SUBSCRIBER, node, topic, api)
         if type_name != ANY_TYPE and topic not in self.topic_types:
@@ -180,7 +182,7 @@ class Registry:
         return notices
 
     def register_service(self, node: str, service: str, service_api: str, api: str) -> list[Notice]:
-        """Register the provider of a service; an earlier provider silently loses it."""
+        """Register the provider of a service. An earlier provider is silently replaced."""
         if (node, api) in self.replaced:
             return []
         self._check_room(Role.SERVICE, node, service, api, service_api, self._service_apis.get(service))
@@ -191,19 +193,21 @@ class Registry:
         return notices
 
     def subscribe_param(self, node: str, key: str, api: str) -> list[Notice]:
-        """Register a node for changes at, above and below a parameter key."""
+        """Subscribe a node to changes at, above and below a parameter key."""
         self._check_room(Role.PARAM_SUBSCRIBER, node, key, api)
         return self._enter(Role.PARAM_SUBSCRIBER, node, key, api)
 
     def unregister(self, role: Role, node: str, key: str, api: str) -> tuple[bool, list[Notice]]:
-        """Remove a registration if `api` is the API of the node; return whether one was removed."""
+        """Remove a registration if `api` is the node's API. Return whether a registration was removed, and
+        the notices.
+        """
         if self.api_of(node) != api or node not in self._tables[role].get(key, ()):
             return False, []
         self._remove(role, node, key)
         return True, self._publisher_updates(key) if role is Role.PUBLISHER else []
 
     def unregister_service(self, node: str, service: str, service_api: str) -> bool:
-        """Remove a service unless another provider has taken it over; return whether one was removed."""
+        """Remove a service unless another provider has taken it over. Return whether it was removed."""
         if self._service_apis.get(service) != service_api:
             return False
         if node not in self._tables[Role.SERVICE].get(service, ()):
@@ -228,7 +232,7 @@ class Registry:
             self.replaced.discard((notice.node, notice.api))
 
     def restore(self, role: Role, node: str, key: str, api: str, service_api: str | None) -> None:
-        """Restore a registration of a previous run of the master. No node is notified."""
+        """Restore a registration from a previous run of the master. No node is notified."""
         self._enter(role, node, key, api, service_api)
 
     def restore_type(self, topic: str, type_name: str) -> None:
@@ -265,7 +269,7 @@ class Registry:
             )
 
     def _note_unused(self, topic: str) -> None:
-        """Add a topic without nodes to those whose types may be forgotten."""
+        """If a topic has no nodes left, add it to the topics whose types may be forgotten."""
         type_name = self.topic_types.get(topic)
         if type_name is None or any(topic in self._tables[role] for role in _ROLES_WITH_TYPES):
             return
@@ -337,5 +341,5 @@ _ROLES_WITH_TYPES: Final = (Role.PUBLISHER, Role.SUBSCRIBER)
 
 
 def _weight(node: str, key: str, api: str) -> int:
-    """Return the approximate bytes of a registration: its strings and their dictionary entries."""
+    """Return the approximate size of a registration in bytes: its strings and their dictionary entries."""
     return REGISTRATION_BYTES + len(node) + len(key) + len(api)

@@ -28,11 +28,13 @@ from pipros.net.this_machine import Caller
 _log = logging.getLogger("rosmaster.master")
 
 RESUME_ANSWER_S: Final = 1.0
-"""How long the nodes of a previous run may take to answer."""
+"""How long nodes from a previous run may take to answer."""
 
 
 class MasterServer:
-    """A master on the event loop in which `start()` is awaited. Only the constructor may run elsewhere."""
+    """A master on the event loop in which `start()` is awaited. Only the constructor may be called
+    elsewhere.
+    """
 
     def __init__(
         self,
@@ -46,7 +48,7 @@ class MasterServer:
         Args:
             hosts: the addresses to listen on.
             advertised_host: the host in the URI.
-            admits: whether a caller may connect; by default all may.
+            admits: decides whether a caller may connect; by default, all callers may.
         """
         self._options = options
         self._advertised_host = advertised_host
@@ -79,7 +81,7 @@ class MasterServer:
         return self._api.uri
 
     async def start(self) -> None:
-        """Restore the contents of the store, set the parameters, then open the port.
+        """Restore the store's contents, set the parameters, then open the port.
 
         Raises:
             OSError: the port is in use, the address does not belong to this machine, or the store cannot be
@@ -130,24 +132,26 @@ class MasterServer:
     def _shut_down(self, reason: str) -> bool:
         if not self._options.on_shutdown or not current_caller.get().is_here:
             return False
-        # Shortly after the answer was sent.
+        # Stop shortly after the response has been sent.
         asyncio.get_running_loop().call_later(0.05, self._options.on_shutdown, printable(reason))
         return True
 
     async def _get_param_names(self, *params: Any) -> Any:
-        """Walk the tree in a thread, because a large one takes long. Its values are never changed."""
+        """Walk the tree in a thread, because a large tree takes long. This is safe, because its values are
+        never changed.
+        """
         answer = self._api.methods["getParamNames"]
         return await asyncio.get_running_loop().run_in_executor(self.rpc.large_values, answer, *params)
 
     def _change_param(self, method: str, *params: Any) -> Any:
-        """Set or delete a parameter; return an awaitable if the new or the replaced value is large."""
+        """Set or delete a parameter. Return an awaitable if the new or the replaced value is large."""
         value, former = params[2] if len(params) > 2 else None, self._former(params)
         if is_small(value) and is_small(former):
             return self._api.methods[method](*params)
         return self._change_large_param(method, params)
 
     async def _change_large_param(self, method: str, params: tuple[Any, ...]) -> Any:
-        """Weigh large values in a thread. Meanwhile another call may replace the former value."""
+        """Weigh large values in a thread. In the meantime, another call may replace the former value."""
         loop = asyncio.get_running_loop()
         weighed: list[Any] = []  # keeps the values alive, so that each `id` stays unique
         weights: dict[int, int] = {}
@@ -161,7 +165,7 @@ class MasterServer:
             return self._api.methods[method](*params)
 
     def _former(self, params: tuple[Any, ...]) -> Any:
-        """Return the value that a call would replace; None also if the arguments are invalid."""
+        """Return the value that a call would replace; None if there is none or the arguments are invalid."""
         if len(params) < 2 or type(params[0]) is not str or type(params[1]) is not str:
             return None
         if not params[1] or max(map(len, params[:2])) > self._limits.name_characters:

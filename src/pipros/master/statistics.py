@@ -1,4 +1,4 @@
-"""The statistics of a master, as an XML-RPC value and as text."""
+"""A master's statistics, as an XML-RPC value and as text."""
 
 from __future__ import annotations
 

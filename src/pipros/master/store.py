@@ -1,12 +1,12 @@
-"""Stores the state of a master in a file, to restore it after a crash.
+"""Stores a master's state in a file, so that it can be restored after a crash.
 
-An SQLite database in WAL mode: a process that is killed loses at most the changes of the last `PAUSE_S`, and
-leaves no partial change. Parameters are stored as the calls that set them, in order; a call deletes those
-that it supersedes, so the file does not grow over time.
+The file is an SQLite database in WAL mode. A process that is killed loses at most the changes made during the
+last `PAUSE_S`, and leaves no partial change. Parameters are stored as the calls that set them, in order. A
+call deletes the calls that it supersedes, so the file does not grow over time.
 
-A thread writes the file: at once under low load, else every `PAUSE_S`. Callers never wait for it, and it does
-not wait for the disk: written changes survive the end of the process; after a power failure the file is
-intact, but the last changes may be missing.
+A thread writes the file, at once under low load, otherwise every `PAUSE_S`. Callers never wait for the
+thread, and the thread does not wait for the disk. Written changes survive the end of the process. After a
+power failure, the file is intact, but the last changes may be missing.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _log = logging.getLogger("rosmaster.master")
 
 PAUSE_S: Final = 0.02
 APPLICATION_ID: Final = 0x70697072
-"""`pipr`; marks the SQLite files that are stores."""
+"""Identifies SQLite files that are stores. The bytes spell `pipr`."""
 FORMAT: Final = 1
 
 _SCHEMA: Final = """
@@ -83,7 +83,7 @@ class Absence(Enum):
 
 
 class StoreUntrusted(PiprosError):
-    """Another user could have written the file of a store."""
+    """Another user could have written a store's file."""
 
 
 class Store:
@@ -125,21 +125,22 @@ class Store:
 
     def param_set(self, key: str, value: Any) -> None:
         self._supersede(key)
-        # Encoded by the writer: the tree never changes a value that it holds.
+        # The writing thread encodes the value later. This is safe, because the tree never changes a value
+        # that it holds.
         self._changes.put(("INSERT INTO parameters (key, value) VALUES (?, ?)", (key, _Value(value))))
 
     def param_deleted(self, key: str) -> None:
         self._supersede(key)
         parts = key.split("/")[1:-1]
         above = ["/", *("/" + "/".join(parts[: count + 1]) for count in range(len(parts)))]
-        # The deletion itself is stored only below a namespace that was set as a whole.
+        # Store the deletion itself only if the key is below a namespace that was set as a whole.
         one_of = ", ".join("?" * len(above))
         statement = (
             "INSERT INTO parameters (key, value) SELECT ?, NULL "  # noqa: S608  # only question marks
             f"WHERE EXISTS (SELECT 1 FROM parameters WHERE value != x'' AND key IN ({one_of}))"
         )
         self._changes.put((statement, (key, *above)))
-        if parts:  # the namespace stays, even if it is empty
+        if parts:  # the enclosing namespace stays, even if it is now empty
             statement = (
                 "INSERT INTO parameters (key, value) SELECT ?, x'' "
                 "WHERE NOT EXISTS (SELECT 1 FROM parameters WHERE key = ? AND value = x'')"
@@ -156,7 +157,7 @@ class Store:
         self._changes.put((statement, (role.name, node, key)))
 
     def forget_registrations(self) -> None:
-        """Delete all registrations; those that are still valid are restored afterwards."""
+        """Delete all registrations. Those that are still valid are restored afterwards."""
         self._changes.put(("DELETE FROM registrations", ()))
 
     def type_set(self, topic: str, type_name: str) -> None:
@@ -168,7 +169,7 @@ class Store:
     def _supersede(self, key: str) -> None:
         if key == "/":
             self._changes.put(("DELETE FROM parameters", ()))
-        else:  # "0" is the character after "/": the keys between are those below
+        else:  # "0" is the character after "/", so the range contains the keys below `key`
             statement = "DELETE FROM parameters WHERE key = ? OR (key >= ? AND key < ?)"
             self._changes.put((statement, (key, key + "/", key + "0")))
 
@@ -211,7 +212,8 @@ def _plain(item: Any) -> Any:
 
 
 def _make_private(file: Path) -> None:
-    """Create or check the file, so that no other user can read or set the parameters, which may be secrets.
+    """Create or check the file, so that no other user can read or set the parameters, which may contain
+    secrets.
 
     SQLite gives its auxiliary files the same permissions.
     """
@@ -316,7 +318,7 @@ def _restore(params: ParamTree, key: str, value: Any) -> None:
 
 
 def restore_registrations(registry: Registry, state: StoredState, nodes: set[str]) -> None:
-    """Restore the registrations of `nodes` and all topic types, without notifying the nodes."""
+    """Restore the registrations of `nodes` and all topic types. The nodes are not notified."""
     for topic, type_name in state.topic_types.items():
         registry.restore_type(topic, type_name)
     for found in state.registrations:

@@ -1,4 +1,4 @@
-"""The topics without nodes whose types are still known, in the order of forgetting them."""
+"""Topics that have no nodes but whose types are still known, in the order in which they will be forgotten."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from pipros.basics.limits import Limits
 
 
 class UnusedTypes:
-    """The topics without publishers and subscribers whose types are still known, the longest unused first.
+    """The topics that have no publishers or subscribers but whose types are still known, longest unused
+    first.
 
     >>> unused = UnusedTypes(Limits(topic_types=2))
     >>> unused.add("/a", "x/Y"), unused.add("/b", "x/Y"), unused.add("/c", "x/Y")
@@ -31,5 +32,5 @@ class UnusedTypes:
         return forgotten
 
     def remove(self, topic: str) -> None:
-        """Remove a topic that is used again, or whose type was forgotten."""
+        """Remove a topic that is in use again, or whose type was forgotten."""
         self._bytes -= self._bytes_of.pop(topic, 0)

@@ -5,8 +5,8 @@ loopback unless the environment opens the node: if `ROS_MASTER_URI` is local and
 port can be reached from the network.
 
 If `ROS_IPV6=on`, the same holds for IPv6: `::1`, or `::` if opened, which accepts IPv4 as well. Genuine nodes
-support names that resolve to an IPv6 address. But roscpp does not support a URI with such an address, nor
-does rospy in the URI of a service; so a host name is advertised if the machine has one.
+support names that resolve to an IPv6 address. But roscpp does not support URIs that contain an IPv6 address,
+and rospy does not support them for services, so a host name is advertised if the machine has one.
 """
 
 from __future__ import annotations
@@ -63,8 +63,8 @@ def is_master_local(environment: Environment) -> bool:
 def bind_host(environment: Environment) -> str:
     """Return the address to listen on: loopback, or every interface if the environment opens the node.
 
-    A `ROS_HOSTNAME` or `ROS_IP` that is not loopback opens it; if neither is set, a `ROS_MASTER_URI` on
-    another machine does.
+    The node is opened by a `ROS_HOSTNAME` or `ROS_IP` that is not loopback or, if neither is set, by a
+    `ROS_MASTER_URI` on another machine.
     """
     configured = environment.hostname or environment.ip
     if not (is_loopback(configured) if configured else is_master_local(environment)):
@@ -72,7 +72,7 @@ def bind_host(environment: Environment) -> str:
     if not configured:
         is_ipv6 = environment.ipv6
     elif _is_address(configured):
-        return configured.strip("[]")  # the loopback address that is advertised
+        return configured.strip("[]")  # bind the loopback address that is advertised
     else:
         is_ipv6 = environment.ipv6 and _means_ipv6_loopback(configured)
     return LOOPBACK_IPV6 if is_ipv6 else LOOPBACK
@@ -81,8 +81,8 @@ def bind_host(environment: Environment) -> str:
 def advertised_host(environment: Environment) -> str:
     """Return the host name or address to advertise: `ROS_HOSTNAME`, else `ROS_IP`, else a default.
 
-    The default is loopback if only loopback is bound, else the name of this machine, or, if that is
-    localhost, the address from which it would reach the master.
+    The default is loopback if only loopback is bound, otherwise this machine's name. If that is localhost,
+    the default is the address from which this machine would reach the master.
     """
     configured = environment.hostname or environment.ip
     if configured:
@@ -95,7 +95,7 @@ def advertised_host(environment: Environment) -> str:
 
 
 def problem_of(configured: str, *, is_address: bool) -> str | None:
-    """Return what is wrong with the form of a `ROS_IP` (`is_address`) or `ROS_HOSTNAME`, or None.
+    """Describe the error in the form of a `ROS_IP` (`is_address`) or `ROS_HOSTNAME`; None if it is valid.
 
     >>> problem_of("http://robot", is_address=False), problem_of("robot", is_address=True)
     ('protocol should not be included', 'must be a valid IPv4 or IPv6 address')
@@ -124,7 +124,7 @@ def _means_ipv6_loopback(name: str) -> bool:
 
 
 def own_name(environment: Environment) -> str:
-    """Return the name of this machine, or its address on the route to the master if the name is localhost."""
+    """Return this machine's name, or its address on the route to the master if the name is localhost."""
     name = socket.gethostname()
     if name and not is_loopback(name):
         return name

@@ -1,6 +1,6 @@
-"""Checks of arguments of the Master API and the Slave API; each is created with a parameter's name.
+"""Checks for arguments of the Master API and the Slave API. Each is created with a parameter's name.
 
-A check takes the value and the caller's id, and returns the value to use: names are resolved. Error texts
+A check takes the value and the caller's id, and returns the value to use, with names resolved. Error texts
 match genuine ROS. Source: http://wiki.ros.org/ROS/Master_API.
 """
 
@@ -52,7 +52,7 @@ def below_root(param_name: str) -> Check:
 
     def check(value: Any, caller_id: str) -> str:
         name = resolved_name(param_name, value, caller_id)
-        if value == "/":  # other names that resolve to the root pass, as in genuine ROS
+        if value == "/":  # other names that resolve to the root are accepted, as in genuine ROS
             raise ParameterInvalid(f"ERROR: parameter [{param_name}] cannot be the global namespace")
         return name
 
@@ -96,7 +96,7 @@ def type_name(param_name: str) -> Check:
 
 
 def api_uri(paramName: str) -> Check:  # noqa: N803  # its name in ROS
-    """Accept the URI of a node or a service, without contacting it."""
+    """Accept the URI of a node or a service. The URI is not contacted."""
 
     def check(value: Any, caller_id: str) -> str:
         del caller_id

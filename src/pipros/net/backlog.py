@@ -1,4 +1,4 @@
-"""The messages queued for one subscriber: the rest of one, and whole ones after it."""
+"""The messages queued for one subscriber: the rest of a partially sent message, then whole messages."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ WireMessage = Sequence[Buffer]
 """A message, preceded by its length, as buffers to be written in order."""
 
 LARGE_BYTES = 64 * 1024
-"""The rest of a buffer of this size is worth a short wait until the socket is writable."""
+"""For the rest of a buffer of at least this size, a short wait until the socket is writable is worthwhile."""
 
 
 class Backlog:
@@ -32,12 +32,12 @@ class Backlog:
         self._waiting_bytes = 0
 
     def __bool__(self) -> bool:
-        """Return True while any message waits."""
+        """Return True if any message is queued."""
         return bool(self._rest or self._waiting)
 
     @property
     def is_in_large_buffer(self) -> bool:
-        """Whether the next bytes are the rest of a buffer of LARGE_BYTES or more."""
+        """Whether the next bytes to send are the rest of a buffer of LARGE_BYTES or more."""
         return bool(self._rest) and len(self._rest[0]) >= LARGE_BYTES
 
     def append(self, message: WireMessage, size: int) -> None:
@@ -46,16 +46,16 @@ class Backlog:
         self._waiting_bytes += size
 
     def append_rest(self, message: WireMessage, sent: int) -> None:
-        """Add the rest of a message of which `sent` bytes were written, to an empty backlog."""
+        """Add the rest of a message to an empty backlog; its first `sent` bytes have been written."""
         self._keep_rest(_copy_mutable(message), sent)
 
     def next_buffers(self) -> list[Buffer]:
-        """Return the next buffers to write, at most as many as one gathered write accepts."""
+        """Return the next buffers to write, no more than one gathered write accepts."""
         waiting = itertools.chain.from_iterable(message for message, _ in self._waiting)
         return list(itertools.islice(itertools.chain(self._rest, waiting), GATHER_LIMIT))
 
     def remove_sent(self, sent: int) -> int:
-        """Remove `sent` written bytes from the front; return the number of messages that they completed."""
+        """Remove `sent` written bytes from the front; return the number of messages that this completed."""
         messages = 0
         while self._rest and sent >= len(self._rest[0]):
             sent -= len(self._rest.popleft())
@@ -74,7 +74,9 @@ class Backlog:
         return messages
 
     def drop_oldest(self, most_messages: int | None, most_bytes: int) -> int:
-        """Drop the oldest messages, but never the newest, until the limits hold; return how many."""
+        """Drop the oldest messages, but never the newest, until the limits hold. Return the number
+        dropped.
+        """
         dropped = 0
         while len(self._waiting) > 1 and (
             (most_messages and len(self._waiting) > most_messages) or self._waiting_bytes > most_bytes
@@ -85,7 +87,7 @@ class Backlog:
         return dropped
 
     def clear(self) -> int:
-        """Drop all messages, including one that was written in part, and return their number."""
+        """Drop all messages, including a partially written one, and return their number."""
         dropped = len(self._waiting) + bool(self._rest)
         self._rest.clear()
         self._waiting.clear()

@@ -1,15 +1,15 @@
 """Receiving with a short busy poll of the socket before blocking.
 
-Theory of operation. A thread that sleeps in `recv` has to be woken by the sender's processor: tens of
-microseconds, which add to the latency of the receiver and to the `send` of the sender. Replies,
-and messages of a stream, often arrive sooner. So a `PollingReceiver` polls the socket
-briefly before it sleeps, and yields the processor between two polls: to the sender, above all, when both run
-on one core, whose cache then still holds the message.
+Theory of operation. A thread that sleeps in `recv` has to be woken by the sender's processor. This takes tens
+of microseconds, which add to the receiver's latency and to the sender's `send`. Replies and streamed messages
+often arrive sooner. So a `PollingReceiver` polls the socket briefly before it sleeps, and yields the
+processor between polls. This helps most if the sender runs on the same core, whose cache then still holds the
+message.
 
-It learns whether polling pays, see `AdaptiveBackoff`: a topic at 100 Hz is polled once in a thousand
-messages. The link of a topic polls that long only after the node has published (`PublishCount`), because the
-next message may be a response. A node that only listens polls a few times: that is enough if other processes
-run between two polls, since their messages have arrived by then, and it does not keep an idle processor busy.
+It learns whether polling pays (see `AdaptiveBackoff`): a topic at 100 Hz is polled once in a thousand
+messages. A topic link polls for the full time only after the node has published (`PublishCount`), because the
+next message may be a response. A node that only listens polls a few times. This is enough if other processes
+run between polls, because their messages have then arrived, and it does not keep an idle processor busy.
 """
 
 from __future__ import annotations
@@ -25,23 +25,27 @@ from pipros.net import sockets
 T = TypeVar("T")
 
 STREAM_POLL_S: Final = 50e-6
-"""The longest poll for the next message of a stream: about the cost of a wake-up for both sides together."""
+"""Maximum polling time for the next message of a stream, about the cost of a wake-up for both sides
+together.
+"""
 
 REPLY_POLL_S: Final = 100e-6
-"""The longest poll for a reply: the caller waits for it, and replies are rarer than messages."""
+"""Maximum polling time for a reply. It is longer because the caller is waiting, and replies are rarer than
+messages.
+"""
 
 LONGEST_PAUSE: Final = 1024
-"""The largest number of opportunities that are skipped after trials that did not pay."""
+"""Maximum number of opportunities that are skipped after trials that did not pay."""
 
 _DONTWAIT: Final[int] = getattr(socket, "MSG_DONTWAIT", 0)
 _MAY_POLL: Final = bool(_DONTWAIT) and (os.cpu_count() or 1) > 1
-"""With a single processor the sender makes no progress while we poll."""
+"""On a single processor, the sender makes no progress while this process polls."""
 
 _yield_cpu: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: time.sleep(0))
 
 
 class PublishCount:
-    """A counter that changes with each message that a node publishes. It may miss a concurrent one."""
+    """A counter that changes with each message that a node publishes. It may miss concurrent messages."""
 
     __slots__ = ("value",)
 
@@ -52,15 +56,15 @@ class PublishCount:
 class AdaptiveBackoff:
     """Decides whether to try an optimization that pays only sometimes.
 
-    After a trial that did not pay, the next opportunity is skipped, then the next two, four, ...
-    LONGEST_PAUSE; one that pays resets this.
+    After a trial that did not pay, the next opportunity is skipped, then the next two, four, and so on up to
+    LONGEST_PAUSE. A trial that pays resets this.
     """
 
     __slots__ = ("_passing", "_pause")
 
     def __init__(self) -> None:
         self._pause = 0  # opportunities to skip after the last trial that did not pay
-        self._passing = 0  # how many of them are left
+        self._passing = 0  # number of these opportunities that are left
 
     def is_due(self) -> bool:
         """Return whether to make a trial. Call it at each opportunity, and `note` after each trial."""
@@ -76,8 +80,8 @@ class AdaptiveBackoff:
 class PollingReceiver:
     """Receives from blocking sockets, and learns whether polling before blocking pays.
 
-    For one waiting thread at a time; if two share a receiver, it only learns less well. If the system lacks
-    MSG_DONTWAIT (Windows) or has only one processor, it never polls.
+    Intended for one waiting thread at a time. If two threads share a receiver, it only learns less well. If
+    the system lacks MSG_DONTWAIT (Windows) or has only one processor, it never polls.
     """
 
     __slots__ = ("_backoff", "_longest_s")
@@ -88,9 +92,9 @@ class PollingReceiver:
         self._backoff = AdaptiveBackoff()
 
     def receive_into(self, sock: socket.socket, buffer: memoryview, max_polls: int | None = None) -> int:
-        """Wait for bytes and receive them into `buffer`; return how many, 0 at the end of the stream.
+        """Wait for bytes and receive them into `buffer`. Return their number; 0 at the end of the stream.
 
-        `max_polls` limits the number of polls; the time is limited in any case.
+        `max_polls` limits the number of polls. The polling time is always limited.
         """
         if self._backoff.is_due():
             count = self._poll(sock.recv_into, buffer, 0, _DONTWAIT, max_polls=max_polls)
@@ -99,7 +103,7 @@ class PollingReceiver:
         return sock.recv_into(buffer)
 
     def receive_with_timeout(self, sock: socket.socket, buffer: memoryview, timeout_s: float) -> int | None:
-        """Receive as `receive_into`, but from a non-blocking socket; return None after `timeout_s`."""
+        """Like `receive_into`, but receive from a non-blocking socket, and return None after `timeout_s`."""
         if timeout_s > 0:
             if (
                 self._backoff.is_due()
@@ -114,10 +118,10 @@ class PollingReceiver:
             return None
 
     def receive(self, sock: socket.socket, most: int, deadline: float | None = None) -> bytes:
-        """Wait for bytes; return at most `most` of them, and `b""` at the end of the stream.
+        """Wait for bytes and return at most `most` of them; return `b""` at the end of the stream.
 
         Raises:
-            TimeoutError: none arrived before `deadline` (of `time.monotonic`).
+            TimeoutError: no bytes arrived before `deadline` (a `time.monotonic()` time).
         """
         left_s = None if deadline is None else deadline - time.monotonic()
         if left_s is not None and left_s <= 0:
@@ -129,7 +133,9 @@ class PollingReceiver:
         return sock.recv(most)
 
     def _poll(self, receive: Callable[..., T], *args: Any, max_polls: int | None = None) -> T | None:
-        """Poll with `receive` and return its result; None if nothing arrived, or polling is useless here."""
+        """Poll with `receive` and return its result; None if nothing arrived or polling is not possible
+        here.
+        """
         if not _MAY_POLL:
             self._backoff.note(pays=False)
             return None

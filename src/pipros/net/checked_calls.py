@@ -1,4 +1,4 @@
-"""Methods of an XML-RPC API that check their arguments before they run."""
+"""XML-RPC API methods that check their arguments before they run."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def apivalidate(
     """Return a decorator that checks a method's parameters first, and returns code -1 if one is invalid.
 
     Args:
-        error_return_value: the value of a response with code -1 or 0.
+        error_return_value: the value in a response with code -1 or 0.
         validators: a check for each parameter after `caller_id`; None accepts anything.
     """
 

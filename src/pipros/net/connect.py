@@ -11,11 +11,11 @@ from pipros.net import sockets
 from pipros.net.lookup import Lookups, process_lookups
 
 SLICE_S = 0.1
-"""How often a wait for a connection checks whether it was interrupted."""
+"""Interval at which a wait for a connection checks whether it was interrupted."""
 
 
 class Connector:
-    """One attempt to connect; `interrupt` ends it in every state."""
+    """One attempt to connect, which `interrupt` can end in every state."""
 
     def __init__(self, lookups: Lookups | None = None) -> None:
         """Resolve host names with `lookups`, which defaults to the process-wide lookups."""
@@ -35,7 +35,7 @@ class Connector:
             host: a name or an address.
             port: the port.
             deadline: `time.monotonic()` time by which the look-up and the connection must finish.
-            limit_s: the time for the connection to one address.
+            limit_s: the time limit for connecting to one address.
 
         Raises:
             OSError: the name cannot be resolved, or no process answers at the address.
@@ -65,12 +65,13 @@ class Connector:
         left_s = SLICE_S if until is None else until - time.monotonic()
         if left_s <= 0:
             raise TimeoutError("no answer in time")
-        # The first slice is the socket's own timeout, in C: a local peer answers within microseconds.
+        # The first slice uses the socket's own timeout, in C, because a local peer answers within
+        # microseconds.
         sock.settimeout(min(left_s, SLICE_S))
         try:
             sock.connect(address)
         except TimeoutError as error:
-            if error.errno is not None:  # the system has given up, not this slice
+            if error.errno is not None:  # the system's attempt has failed, not just this slice
                 raise
             self._wait(sock, until)
         sock.settimeout(None)

@@ -1,4 +1,4 @@
-"""The open connections of a server, and the rules for closing some in favour of new ones."""
+"""A server's open connections, and the rules for closing some of them to make room for new connections."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ class TableEntry(Protocol):
 
     @property
     def last_used(self) -> float:
-        """The time of its last use, by the clock of `close_overdue`."""
+        """The time of its last use, on the clock that `close_overdue` uses."""
 
     def abort(self) -> None:
-        """Close at once."""
+        """Close the connection at once."""
 
 
 @dataclass(slots=True, eq=False)
@@ -41,10 +41,10 @@ class LinkEntry:
 
 @dataclass(slots=True)
 class _Group:
-    """The connections of one peer, or of all.
+    """The connections from one peer, or from all peers.
 
     Attributes:
-        idle: connections that may be closed for new ones, the longest idle first.
+        idle: connections that may be closed to make room for new ones, longest idle first.
         links: connections in constant use, in order of arrival.
         count: the number of all connections, including those of neither kind.
     """
@@ -60,21 +60,22 @@ class _Group:
 
 
 class ConnectionTable:
-    """The open connections of one server, the longest idle first.
+    """One server's open connections, longest idle first.
 
-    When a new one exceeds a limit, the connection that has been idle longest is closed: of the same peer if
-    that peer has too many, else of any peer. So new connections always succeed, and a peer that hoards idle
-    ones loses them. Busy connections (a call is being handled) and links are not closed for them. If only
-    those are left, a new link replaces the newest link of the peer with the most links: links that are older
-    than a flood of new ones stay.
+    When a new connection exceeds a limit, the connection that has been idle longest is closed: a connection
+    from the same peer if that peer has too many, otherwise from any peer. So new connections always succeed,
+    and a peer that hoards idle connections loses them. Busy connections (a call is being handled) and links
+    are not closed to make room for new connections. If only those are left, a new link replaces the newest
+    link of the peer with the most links, so that older links survive a flood of new ones.
 
-    Links cannot use up the limit: an eighth is left for calls. The links that this node opens itself leave a
-    quarter, so that however many topics it subscribes to, peers have an eighth for links and one for calls.
+    Links cannot use up the limit, because an eighth is reserved for calls. Links that this node opens itself
+    leave a quarter, so that however many topics the node subscribes to, peers have an eighth for links and an
+    eighth for calls.
 
     Thread-safe.
 
     Attributes:
-        refusals: the refusals of peers.
+        refusals: the connections that were refused, by peer.
         accepted: number of connections added.
         evicted: number of connections closed to make room for new ones.
     """
@@ -82,7 +83,9 @@ class ConnectionTable:
     def __init__(
         self, *, limit: int, limit_per_peer: int, refusals: Refusals, spares_loopback: bool = False
     ) -> None:
-        """If `spares_loopback` is true, exempt loopback, which local nodes share, from the limit per peer."""
+        """If `spares_loopback` is true, the limit per peer does not apply to loopback, which local nodes
+        share.
+        """
         self._limit = limit
         self._limit_per_peer = limit_per_peer
         self._links_limit = limit - limit // 8
@@ -102,7 +105,7 @@ class ConnectionTable:
         return self._all.count
 
     def add(self, connection: TableEntry) -> bool:
-        """Add a new connection, if necessary replacing an idle one; return False if all are in use."""
+        """Add a new connection, replacing an idle one if necessary. Return False if all are in use."""
         return self._add(connection, is_link=False)
 
     def add_link(self, connection: TableEntry) -> bool:
@@ -115,7 +118,9 @@ class ConnectionTable:
             self._remove(connection)
 
     def reserve_outgoing(self, most: int) -> bool:
-        """Count a link that this node opens; return False if `most` or the limit is reached already."""
+        """Count a link that this node is about to open; return False if `most` or the limit has been
+        reached.
+        """
         evicted: TableEntry | None = None
         with self._lock:
             if self._outgoing >= min(most, self._outgoing_limit) or self._are_links_full():
@@ -132,12 +137,12 @@ class ConnectionTable:
         return True
 
     def release_outgoing(self) -> None:
-        """Release one reservation of `reserve_outgoing`."""
+        """Release one reservation made by `reserve_outgoing`."""
         with self._lock:
             self._outgoing -= 1
 
     def mark_used(self, connection: TableEntry) -> None:
-        """Make the connection the last candidate for closing. It is no longer busy."""
+        """Mark the connection as no longer busy, and make it the last candidate for closing."""
         with self._lock:
             if connection in self._members:
                 for group in (self._all, self._by_peer[connection.peer]):
@@ -145,7 +150,9 @@ class ConnectionTable:
                     group.idle.move_to_end(connection)
 
     def mark_busy(self, connection: TableEntry) -> None:
-        """Protect the connection from being closed for others or by a deadline, until `mark_used`."""
+        """Protect the connection until `mark_used` from being closed to make room for others, or by a
+        deadline.
+        """
         with self._lock:
             self._deadlines.pop(connection, None)
             if connection in self._members:
@@ -163,7 +170,9 @@ class ConnectionTable:
             self._deadlines.pop(connection, None)
 
     def close_overdue(self, now: float, idle_s: float) -> None:
-        """Close connections that missed a deadline or were idle too long, without visiting the others."""
+        """Close connections that missed a deadline or were idle too long. The other connections are not
+        visited.
+        """
         late: list[TableEntry] = []
         idle: list[TableEntry] = []
         with self._lock:

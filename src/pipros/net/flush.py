@@ -1,4 +1,4 @@
-"""Waits for the sockets of all subscribers of a topic together, not one after the other."""
+"""Waits for the sockets of all subscribers to a topic at the same time, not one after another."""
 
 from __future__ import annotations
 
@@ -9,22 +9,24 @@ from pipros.net import sockets
 from pipros.net.outgoing import OutgoingLink
 
 LARGE_MESSAGE_WAIT_S = 0.0005
-"""How long a publisher with a queue waits for a subscriber that reads, to send the rest of a large message.
-If a subscriber did not read, the publisher does not wait for it again until it has caught up.
+"""How long a publisher with a queue waits for a subscriber that is reading, in order to send the rest of a
+large message. If a subscriber did not read, the publisher does not wait for it again until it has caught up.
 """
 
 LARGE_MESSAGES_WAIT_S = 0.02
-"""The longest such wait for all subscribers together, while they read: the event loop sends the rest."""
+"""Maximum duration of such a wait for all subscribers together, while they read. The event loop sends the
+rest.
+"""
 
 WATCH_CLOSE_S = 0.1
-"""How often a wait checks whether links were closed."""
+"""Interval at which a wait checks whether links were closed."""
 
 
 def flush_or_queue(links: Iterable[OutgoingLink], limit_s: float) -> None:
-    """Send the queued messages of the links, and leave the rest to the event loop.
+    """Send the links' queued messages, and leave the rest to the event loop.
 
-    Blocks for at most `limit_s` in total, and not for stalled links. Meanwhile every link is written to as
-    soon as it is writable, so that links do not wait for each other.
+    Blocks for at most `limit_s` in total, and not for stalled links. During the wait, every link is written
+    to as soon as it is writable, so that links do not wait for each other.
     """
     now = time.monotonic()
     deadlines: dict[OutgoingLink, float] = {}

@@ -9,14 +9,14 @@ from pipros.net.refusals import Refusals
 class HeldBytes:
     """The bytes that a server holds for its peers: partial requests, and replies that peers have not read.
 
-    Above the limit, the connection whose bytes have been held longest is closed. Not thread-safe: for the
-    server's thread only.
+    If the limit is exceeded, the connection whose bytes have been held longest is closed. Not thread-safe:
+    use it only in the server's thread.
     """
 
     def __init__(self, *, limit_bytes: int, refusals: Refusals) -> None:
         self._limit_bytes = limit_bytes
         self._refusals = refusals
-        self._held: dict[TableEntry, int] = {}  # the longest held first
+        self._held: dict[TableEntry, int] = {}  # longest held first
         self.bytes = 0
 
     def note(self, connection: TableEntry, count: int) -> None:
@@ -27,10 +27,12 @@ class HeldBytes:
             oldest = next(iter(self._held))
             self.forget(oldest)
             self._refusals.count(
-                oldest.peer, "its request or unread response exceeds the memory left by those of others"
+                oldest.peer, "its request or unread response exceeds the memory that other connections leave"
             )
             oldest.abort()
 
     def forget(self, connection: TableEntry) -> None:
-        """Remove the bytes of a connection, after its request or its end. May be called repeatedly."""
+        """Remove a connection's bytes after its request is complete or the connection has closed. May be
+        called repeatedly.
+        """
         self.bytes -= self._held.pop(connection, 0)

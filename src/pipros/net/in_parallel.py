@@ -14,12 +14,12 @@ _Value = TypeVar("_Value")
 
 
 def in_parallel(keys: Iterable[_Key], ask: Callable[[_Key], _Value], *, at_once: int) -> dict[_Key, _Value]:
-    """Call `ask` with each key and return the results, in the order of the keys.
+    """Call `ask` with each key and return the results in the order of the keys.
 
-    `ask` runs in daemon threads, at most `at_once` of them, and must have a deadline. An exception, of `ask`
-    or of a signal handler in the calling thread, ends the wait: calls that have not started are dropped, and
-    neither the caller nor the end of the interpreter waits for the others (as they do for those of a
-    `ThreadPoolExecutor`).
+    `ask` runs in daemon threads, at most `at_once` of them, and must have a deadline. An exception raised by
+    `ask`, or by a signal handler in the calling thread, ends the wait. Calls that have not started are
+    dropped. Unlike with `ThreadPoolExecutor`, neither the caller nor the exiting interpreter waits for the
+    other calls.
     """
     wanted = list(keys)
     outcomes: SimpleQueue[tuple[_Key, list[_Value], BaseException | None]] = SimpleQueue()

@@ -1,4 +1,4 @@
-"""The receiving end of one TCPROS topic link: a thread that reads, and delivers the newest messages.
+"""The receiving end of one TCPROS topic link: a thread that reads and delivers the newest messages.
 
 Theory of operation. One thread per link receives large chunks, splits off all complete messages and calls
 `deliver` for each itself, so that most messages are not passed between threads. Queued messages are kept
@@ -22,17 +22,19 @@ from pipros.net.busy_poll import AdaptiveBackoff, PollingReceiver, PublishCount
 from pipros.wire.messages import MessageReader
 
 SLOW_DELIVERY_S = 0.001
-"""After a delivery longer than this the socket is read again. A smaller value would cost fast callbacks."""
+"""If a delivery takes longer than this, the socket is read again. A smaller value would slow down fast
+callbacks.
+"""
 
 TURN_S = 0.001
-"""How long a link may deliver before the other links of its topic get the lock. (Passing the lock on after
-each message would cost more than the messages.)
+"""How long a link may deliver before the topic's other links get the lock. (Passing the lock on after each
+message would cost more than delivering the messages.)
 """
 
 COALESCE_SLEEP_S = 1e-6
 COALESCE_MESSAGES = 8
-"""A sleep, whose real duration depends on the system's timers (some 60 microseconds on Linux), pays if this
-many messages arrived meanwhile.
+"""A sleep, whose actual duration depends on the system's timers (some 60 microseconds on Linux), pays if at
+least this many messages arrived during it.
 """
 
 DRAIN_LIMIT_S = 0.1
@@ -40,8 +42,8 @@ DRAIN_LIMIT_S = 0.1
 
 FULL_WINDOW_BYTES = 64 * 1024
 QUIET_S = 0.002
-"""A socket that held this much had its window closed: the peer holds more, and sends it at once; reading
-continues until nothing has arrived for QUIET_S.
+"""If a socket held this much, its TCP window was closed, so the peer has more data and sends it at once.
+Reading continues until nothing has arrived for QUIET_S.
 """
 
 IDLE_POLLS = 4
@@ -61,17 +63,18 @@ class ReceiveStatistics:
     dropped: int = 0
 
     def add(self, other: ReceiveStatistics) -> None:
-        """Add the counts of another link."""
+        """Add another link's counts."""
         self.frames += other.frames
         self.bytes += other.bytes
         self.dropped += other.dropped
 
 
 class DeliveryLock:
-    """Makes the links of one topic deliver one after the other.
+    """Makes a topic's links deliver one after another.
 
-    A link that has just delivered queues behind those that wait already, which hold the gate. If there were a
-    single lock, a link with a backlog would acquire it again before a waiting thread wakes up.
+    A link that has just delivered queues behind the links that are already waiting, one of which holds the
+    gate. If there were a single lock, a link with a backlog would acquire it again before a waiting thread
+    wakes up.
 
     Attributes:
         is_wanted: function that returns whether another link waits for the lock. An attribute, as `release`
@@ -102,12 +105,12 @@ class DeliveryLock:
 
 
 class IncomingLink:
-    """Receives the messages of one publisher and delivers them in order, in its own thread.
+    """Receives messages from one publisher and delivers them in order, in its own thread.
 
     `delivery_lock` is held during each delivery: links that share one never deliver at the same time. The
     message passed to `deliver` is valid only during the call. `on_closed` is called once, from the link's
-    thread, with the reason if the link ended by an error. The link polls longer for the next message when
-    `published` has changed: see `pipros.net.busy_poll`.
+    thread, with the reason if the link ended by an error. The link polls longer for the next message if
+    `published` has changed; see `pipros.net.busy_poll`.
     """
 
     def __init__(
@@ -123,7 +126,9 @@ class IncomingLink:
         limit_bytes: int | None = None,
         received: bytes = b"",
     ) -> None:
-        """Store the settings; `start` begins reading. `received` are bytes that followed the handshake."""
+        """Store the settings; `start` begins reading. `received` contains the bytes that followed the
+        handshake.
+        """
         sock.setblocking(True)
         self.peer = sockets.peer_name(sock)
         self.descriptor = sock.fileno()
@@ -136,8 +141,8 @@ class IncomingLink:
         self._on_closed = on_closed
         self._buffer = MessageReader(limit_bytes)
         self._published = published
-        self._published_before = 0  # at the last wait for a message
-        self._idle_poller = PollingReceiver()  # waits for a message to begin
+        self._published_before = 0  # the value of `published` at the last wait for a message
+        self._idle_poller = PollingReceiver()  # waits for the start of a message
         self._mid_message_poller = PollingReceiver()  # waits for the rest of a message
         self._waiting: deque[memoryview | bytes] = deque()
         self._thread = threading.Thread(target=self._run, args=(received,), name=name, daemon=True)
@@ -151,7 +156,7 @@ class IncomingLink:
         self._thread.start()
 
     def close(self) -> None:
-        """End the link now; a running delivery is not interrupted. May be called repeatedly."""
+        """Close the link now. A running delivery is not interrupted. May be called repeatedly."""
         sockets.abort(self._sock)
 
     def join(self, timeout_s: float) -> None:
@@ -177,7 +182,9 @@ class IncomingLink:
             self._on_closed(self, error)
 
     def _receive(self) -> int:
-        """Wait for the next bytes. Polling within a message is learned separately: the rest comes soon."""
+        """Wait for the next bytes. Polling within a message is learned separately, because the rest arrives
+        soon.
+        """
         buffer = self._buffer
         space = buffer.space()
         if buffer.has_partial_message:
@@ -194,7 +201,7 @@ class IncomingLink:
         return self._idle_poller.receive_into(self._sock, space, max_polls)
 
     def _sleep_and_receive(self) -> int:
-        """Receive as `_receive`, after a sleep in which many messages may arrive."""
+        """Like `_receive`, but first sleep, so that many messages may arrive."""
         time.sleep(COALESCE_SLEEP_S)
         count = self._receive()
         sockets.acknowledge(self._sock)
@@ -223,7 +230,9 @@ class IncomingLink:
         return statistics.frames - before
 
     def _accept(self, count: int, messages: Iterable[memoryview]) -> int:
-        """Queue the messages completed by `count` received bytes, as views of the buffer; return how many."""
+        """Queue the messages completed by `count` received bytes, as views of the buffer. Return their
+        number.
+        """
         self.statistics.bytes += count
         waiting = self._waiting
         before = len(waiting)
@@ -251,7 +260,7 @@ class IncomingLink:
                 self._read_available()
 
     def _read_available(self) -> None:
-        """Read all that the socket holds, so that only the newest messages stay queued."""
+        """Read all available data from the socket, so that only the newest messages stay queued."""
         end = time.monotonic() + DRAIN_LIMIT_S
         before = self.statistics.bytes
         while self.queue_size and time.monotonic() < end:

@@ -1,8 +1,8 @@
 """Resolves host names, with interruptible waits.
 
 The system's look-up blocks, for half a minute if a name server is silent, and cannot be interrupted. So it
-runs in daemon threads, for which neither Ctrl-C nor the end of the interpreter waits. Their number is
-limited; callers that look up the same name share one look-up, whose result is cached for a few seconds.
+runs in daemon threads; neither Ctrl-C nor interpreter exit waits for them. Their number is limited; callers
+that look up the same name share one look-up, whose result is cached for a few seconds.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 FOUND_S: Final = 10.0
 FAILED_S: Final = 2.0
-"""How long a result is cached: addresses, and failures."""
+"""How long results are cached: addresses, and failures."""
 
 KNOWN_LIMIT: Final = 1000
 """Maximum number of cached results."""
 
 SLICE_S: Final = 0.1
-"""How often a wait for an answer checks whether it was cancelled."""
+"""Interval at which a wait for an answer checks whether it was cancelled."""
 
 Address = tuple[int, int, int, str, tuple[Any, ...]]
 Resolve = Callable[..., list[Any]]
@@ -55,7 +55,7 @@ class Answer:
             listener()
 
     def wait(self, timeout_s: float) -> bool:
-        """Wait for the result; return False after the timeout."""
+        """Wait for the result; return False if the timeout expires first."""
         return self._is_done.wait(timeout_s)
 
     def when_done(self, listener: Callable[[], object]) -> None:
@@ -67,13 +67,14 @@ class Answer:
         listener()
 
     def addresses(self, port: int | None) -> list[Address]:
-        """Return the addresses with the port. Only valid once the result is available.
+        """Return the addresses, combined with the port. Only valid once the result is available.
 
         Raises:
-            OSError: the name cannot be resolved; the error of `socket.getaddrinfo`.
+            OSError: the name cannot be resolved. This is the error raised by `socket.getaddrinfo`.
         """
         if self._error is not None:
-            raise type(self._error)(*self._error.args)  # the same object would collect tracebacks
+            # raising the same object repeatedly would accumulate tracebacks
+            raise type(self._error)(*self._error.args)
         return [(*kind, (where[0], port or 0, *where[2:])) for *kind, where in self._addresses]  # type: ignore[misc]
 
 
@@ -91,8 +92,8 @@ class Lookups:
         Args:
             limit: maximum number of simultaneous look-ups; further look-ups are queued. `find` and `ask` have
                 separate limits of this size, and do not wait for each other.
-            resolve: resolves a name, by default `socket.getaddrinfo`.
-            now: the clock of the cache.
+            resolve: function that resolves a name; defaults to `socket.getaddrinfo`.
+            now: the clock that the cache uses.
         """
         self._limit = limit
         self._resolve: Resolve = resolve or socket.getaddrinfo
@@ -101,7 +102,7 @@ class Lookups:
 
     def ask(self, host: str, *, urgent: bool = False, **wanted: int) -> Answer:
         """Start the look-up of a name and return at once; `wanted` as for `socket.getaddrinfo`."""
-        if self._process != os.getpid():  # a forked child does not have the threads
+        if self._process != os.getpid():  # a forked child does not inherit the threads
             self._begin()
         answer = Answer()
         try:
@@ -131,11 +132,11 @@ class Lookups:
         is_given_up: Callable[[], bool] = bool,
         **wanted: int,
     ) -> list[Address]:
-        """Resolve a name as `socket.getaddrinfo` does, but with a deadline, and interruptibly.
+        """Like `socket.getaddrinfo`, but with a deadline and interruptible.
 
         Raises:
             OSError: the name cannot be resolved.
-            TimeoutError: the deadline (of `time.monotonic`) passed.
+            TimeoutError: the deadline (a `time.monotonic()` time) passed.
             Interrupted: `is_given_up` returned True. It is called every tenth of a second.
         """
         try:
@@ -159,7 +160,7 @@ class Lookups:
 
     def _workers_for(self, urgent: bool) -> Workers:
         if urgent not in self._workers:
-            from pipros.net.workers import Workers  # most commands only use addresses
+            from pipros.net.workers import Workers  # imported here because most commands only use addresses
 
             self._workers[urgent] = Workers("look-up", self._limit, kept_idle=0)
         return self._workers[urgent]
@@ -182,14 +183,14 @@ class Lookups:
 
 
 def _literal(host: str, wanted: dict[str, int], port: int | None = None) -> list[Address]:
-    """Return the address if `host` is one, without a look-up.
+    """Return the address if `host` is an IP address, without a look-up.
 
     Raises:
         OSError: `host` is a name.
     """
     wanted = {**wanted, "flags": wanted.get("flags", 0) | socket.AI_NUMERICHOST}
     try:
-        # Given a str, Python would import its codec for host names.
+        # If given a str, Python would import its codec for host names.
         name = host.encode("ascii") if host.isascii() else host
         found: list[Any] = socket.getaddrinfo(name, port, **wanted)
         return found
@@ -199,7 +200,7 @@ def _literal(host: str, wanted: dict[str, int], port: int | None = None) -> list
 
 @cache
 def process_lookups() -> Lookups:
-    """Return the look-ups of this process, for callers other than nodes."""
+    """Return the process-wide look-ups, for callers other than nodes."""
     from pipros.basics.limits import process_limits
 
     return Lookups(process_limits().lookups)

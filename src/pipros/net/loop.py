@@ -1,4 +1,4 @@
-"""An asyncio event loop in a background thread, for the control traffic of a node."""
+"""An asyncio event loop in a background thread, for a node's control traffic."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from pipros.net.workers import Workers
 T = TypeVar("T")
 
 CLOSING_TURNS = 3
-"""A closed transport (for example of a task that was cancelled during an accept) closes its socket
-two iterations of the loop later.
+"""A closed transport, for example one whose task was cancelled during an accept, closes its socket two loop
+iterations later.
 """
 
 OUT_OF_DESCRIPTORS = frozenset({errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM})
@@ -30,8 +30,8 @@ class BackgroundLoop:
     """Runs an event loop in its own thread, for threads that block.
 
     All methods except `start` and `stop` may be called from any thread other than the loop's. `stop` cancels
-    and awaits running tasks. Look-ups of host names and the default executor use daemon threads: neither
-    `stop` nor the end of the interpreter waits for them.
+    and awaits running tasks. Host name look-ups and the default executor use daemon threads, so neither
+    `stop` nor interpreter exit waits for them.
     """
 
     def __init__(self, name: str, lookups: Lookups | None = None) -> None:
@@ -42,12 +42,12 @@ class BackgroundLoop:
         self.asyncio: asyncio.AbstractEventLoop
 
     def start(self) -> None:
-        """Start the loop and return when it runs.
+        """Start the loop and return once it is running.
 
         Raises:
             OSError: no file descriptors are left.
         """
-        # A selector loop on every system: links are watched by their file descriptors.
+        # Use a selector loop on every system, because links are watched by their file descriptors.
         self.asyncio = _Loop(f"{self._name}: blocking", self._lookups)
         started = OnceEvent()
         self.asyncio.call_soon(started.set)
@@ -59,10 +59,10 @@ class BackgroundLoop:
         """Run a coroutine in the loop and wait for its result.
 
         Raises:
-            TimeoutError: it took longer than `timeout_s`.
+            TimeoutError: the coroutine took longer than `timeout_s`.
         """
-        # Not the `result` of a concurrent future: an exception that a signal handler raises in that wait can
-        # leave a lock taken, which the loop then waits for.
+        # The `result` method of a concurrent future is not used, because an exception that a signal handler
+        # raises in that wait can leave a lock held, for which the loop then waits.
         done = OnceEvent()
         tasks: list[asyncio.Task[T]] = []
 
@@ -123,7 +123,7 @@ class _Loop(asyncio.SelectorEventLoop):
         selector = selectors.DefaultSelector()
         try:
             super().__init__(selector)
-        except OSError:  # a loop that is constructed in part cannot close itself
+        except OSError:  # a partially constructed loop cannot close itself
             selector.close()
             asyncio.BaseEventLoop.close(self)
             raise
@@ -141,7 +141,9 @@ class _Loop(asyncio.SelectorEventLoop):
         return _outcome(self, self._workers.run, function, *args)
 
     def call_exception_handler(self, context: dict[str, Any]) -> None:
-        """Report as asyncio does, but in one line if a server lacks descriptors, because it retries."""
+        """Report an error as asyncio does, but in one line if a server is out of descriptors, because it
+        retries.
+        """
         error = context.get("exception")
         if isinstance(error, OSError) and error.errno in OUT_OF_DESCRIPTORS and "socket" in context:
             self._refusals.count("new connections", error.strerror or "out of descriptors")
@@ -156,7 +158,7 @@ class _Loop(asyncio.SelectorEventLoop):
 def in_daemon_thread(function: Callable[..., T], *args: Any) -> asyncio.Future[T]:
     """Call a function in a new thread, for the running event loop.
 
-    Neither that loop nor the interpreter waits for the thread when it ends. Cancelling the future ends the
+    When the loop or the interpreter ends, it does not wait for the thread. Cancelling the future ends the
     wait, but not the function.
     """
 
@@ -189,7 +191,7 @@ def _outcome(
 
 
 def _settle(loop: asyncio.AbstractEventLoop, future: asyncio.Future[Any], settle: Callable[[], None]) -> None:
-    """Settle a future in its loop, unless it was cancelled or its loop has ended meanwhile."""
+    """Settle a future in its loop, unless the future was cancelled or the loop has ended."""
 
     def unless_cancelled() -> None:
         if not future.done():

@@ -15,10 +15,10 @@ CURE_OF_OTHERS = f"{CURE}. Without ROS_IP, ROS_HOSTNAME or --bind, roscore liste
 class MasterClient:
     """The methods of the Master API and the Parameter Server API, called on behalf of one node.
 
-    Each returns the value of the master's `[code, text, value]`. Thread-safe.
+    Each method returns the value from the master's `[code, text, value]`. Thread-safe.
     Every method raises:
         Refused: the master refused (code -1 or 0).
-        Unreachable: the connection failed, or the master did not answer in time.
+        Unreachable: the connection failed, or the master did not respond in time.
         Interrupted: `interrupt` was called.
         Fault, ProtocolError: the server at the URI is not a ROS master.
 
@@ -32,8 +32,8 @@ class MasterClient:
 
         Args:
             uri: the URI of the master, `http://HOST:PORT/`.
-            caller_id: the full name of the node; the master resolves relative names in its namespace.
-            timeout_s: time limit of one call; None for no limit.
+            caller_id: the full name of the node, in whose namespace the master resolves relative names.
+            timeout_s: time limit for one call; None for no limit.
         """
         self.uri = uri
         self.caller_id = caller_id
@@ -49,7 +49,7 @@ class MasterClient:
     def call_raw(
         self, method: str, *params: Any, timeout_s: float | None = TIMEOUT_OF_CLIENT
     ) -> tuple[int, str, Any]:
-        """Like `call`, but return code, text and value, whatever the code."""
+        """Like `call`, but return the code, text and value, regardless of the code."""
         try:
             answer = self._rpc.call(method, self.caller_id, *params, timeout_s=timeout_s)
         except Unreachable as error:
@@ -87,7 +87,7 @@ class MasterClient:
 
     @property
     def addresses(self) -> tuple[str, ...]:
-        """The IP addresses of the master at recent connections; empty before the first call."""
+        """The master's IP addresses in recent connections; empty before the first call."""
         return self._rpc.server_addresses
 
     def interrupt(self, limit_s: float) -> None:
@@ -125,11 +125,11 @@ class MasterClient:
     # ---- the graph
 
     def lookup_node(self, node: str) -> str:
-        """Return the API of a node. Raises `Refused` if it is unknown."""
+        """Return a node's API URI. Raises `Refused` if it is unknown."""
         return str(self.call("lookupNode", node))
 
     def lookup_service(self, service: str) -> str:
-        """Return the `rosrpc://HOST:PORT` of a service. Raises `Refused` if no node offers it."""
+        """Return a service's URI, `rosrpc://HOST:PORT`. Raises `Refused` if no node offers it."""
         return str(self.call("lookupService", service))
 
     def get_system_state(self) -> list[list[list[Any]]]:
@@ -141,11 +141,11 @@ class MasterClient:
         return kinds
 
     def get_topic_types(self) -> list[list[str]]:
-        """Return `[topic, type]` of every topic that was ever registered with a type."""
+        """Return `[topic, type]` for every topic that was ever registered with a type."""
         return self._call_for_types("getTopicTypes")
 
     def get_published_topics(self, subgraph: str = "") -> list[list[str]]:
-        """Return `[topic, type]` of the topics below `subgraph` that have a publisher."""
+        """Return `[topic, type]` for each topic below `subgraph` that has a publisher."""
         return self._call_for_types("getPublishedTopics", subgraph)
 
     def get_uri(self) -> str:
@@ -157,7 +157,7 @@ class MasterClient:
     # ---- parameters
 
     def get_param(self, key: str) -> Any:
-        """Return a value, or the dictionary of a namespace. Raises `Refused` if it is not set."""
+        """Return a value, or a namespace as a dictionary. Raises `Refused` if it is not set."""
         return self.call("getParam", key)
 
     def set_param(self, key: str, value: Any) -> None:
@@ -172,7 +172,9 @@ class MasterClient:
         return bool(self.call("hasParam", key))
 
     def search_param(self, key: str) -> str:
-        """Return the full name of a parameter, searched for upwards. Raises `Refused` if it is not found."""
+        """Search for a parameter upwards from the caller's namespace and return its full name. Raises
+        `Refused` if it is not found.
+        """
         return str(self.call("searchParam", key))
 
     def get_param_names(self) -> list[str]:

@@ -1,11 +1,11 @@
 """The sending end of one TCPROS topic link: a bounded queue in front of a socket.
 
 Theory of operation. The publishing thread calls `send`. While the socket accepts data, `send` writes
-directly, without another thread. If the socket is full, the message waits in the link's backlog, and
-`pipros.net.flush.flush_or_queue` has it sent: by the publishing thread in its next call, or by the event loop
-if the publisher is silent. A large message rarely fits into a socket at once, but a peer that reads empties
-it within microseconds, so `flush_or_queue` waits that long before it leaves the rest to the loop. The states
-of a link are in `pipros.net.outgoing_state`.
+directly, without another thread. If the socket is full, the message is queued in the link's backlog.
+`pipros.net.flush.flush_or_queue` then sends it from the publishing thread in its next call, or leaves it to
+the event loop if the publisher is silent. A large message rarely fits into a socket at once, but a peer that
+reads empties it within microseconds, so `flush_or_queue` waits that long before it leaves the rest to the
+loop. `pipros.net.outgoing_state` defines the states of a link.
 
 The meaning of `queue_size`, as in rospy:
     None  the publisher waits until the socket has accepted the message, at most `Limits.stall_s` (genuine
@@ -34,13 +34,15 @@ from pipros.net.loop import BackgroundLoop
 from pipros.net.outgoing_state import NOT_WAITED_FOR, WAITING, WRITTEN_BY_LOOP, Event, State, after
 
 CHECK_PEER_INTERVAL_S = 5.0
-"""How often a link is checked for a peer that has stopped acknowledging."""
+"""Interval at which a link is checked for a peer that has stopped acknowledging."""
 
 CHECK_STALLED_INTERVAL_S = 0.1
-"""How often a stalled link is checked for having caught up."""
+"""Interval at which a stalled link is checked for having caught up."""
 
 TURN_BYTES = 4 * 1024 * 1024
-"""After this many bytes of a link the event loop turns to others: a peer may read as fast as it writes."""
+"""After sending this many bytes on a link, the event loop turns to other links, because a peer might read as
+fast as the loop writes.
+"""
 
 _READ_BYTES = 4096
 
@@ -56,7 +58,7 @@ class SendStatistics:
     dropped: int = 0
 
     def add(self, other: SendStatistics) -> None:
-        """Add the counts of another link."""
+        """Add another link's counts."""
         self.frames += other.frames
         self.bytes += other.bytes
         self.dropped += other.dropped
@@ -65,12 +67,13 @@ class SendStatistics:
 class OutgoingLink:
     """Sends messages to one subscriber without delaying others.
 
-    Thread-safe; the messages of one thread arrive in order. `on_closed` is called once, in the event loop,
+    Thread-safe. Messages from the same thread arrive in order. `on_closed` is called once, in the event loop,
     when the peer closes the link or `close` is called.
 
     Attributes:
-        state: changed with the lock held; read without it, to decide whether to call `flush_or_queue`.
-        end_reason: why the link ended, if not by the peer or by `close`.
+        state: changed while the lock is held; read without the lock to decide whether to call
+            `flush_or_queue`.
+        end_reason: why the link ended, unless it was closed by the peer or by `close`.
     """
 
     def __init__(
@@ -137,7 +140,7 @@ class OutgoingLink:
 
     @property
     def is_behind(self) -> bool:
-        """Whether messages wait."""
+        """Whether messages are queued."""
         return self.state in WAITING
 
     @property
@@ -151,14 +154,14 @@ class OutgoingLink:
 
     @property
     def is_briefly_waited_for(self) -> bool:
-        """Whether the rest of a large message waits, of a subscriber that has read in time so far."""
+        """Whether the rest of a large message is queued for a subscriber that has read in time so far."""
         with self._lock:
             return self.state is State.BEHIND and self._backlog.is_in_large_buffer
 
     def stop_waiting(self) -> None:
         """Leave queued messages to the event loop, because the link did not become writable in time.
 
-        The publisher does not wait for it again until it has caught up.
+        The publisher does not wait for the link again until the link has caught up.
         """
         with self._lock:
             self._take(Event.WAITED_IN_VAIN if self.is_waited_for else Event.LEFT_TO_LOOP)
@@ -177,21 +180,23 @@ class OutgoingLink:
             self._take(Event.LEFT_TO_LOOP)
 
     def drain(self, limit_s: float) -> None:
-        """Send queued messages; block for at most `limit_s`."""
+        """Send queued messages, blocking for at most `limit_s`."""
         end = time.monotonic() + limit_s
         while self.is_behind and (left_s := end - time.monotonic()) > 0:
-            with contextlib.suppress(OSError, ValueError):  # closed meanwhile
+            with contextlib.suppress(OSError, ValueError):  # closed in the meantime
                 sockets.wait_writable(self.sock, left_s)
             self.flush()
 
     def send_header(self, header: bytes) -> None:
-        """Send the reply header, before all messages. The statistics do not count it."""
+        """Send the reply header, before any messages. It is not counted in the statistics."""
         self.send((header,), len(header))
         self.queue_for_loop()
         self.statistics = SendStatistics()
 
     def close(self) -> None:
-        """End the link; drop and count queued messages. May be called repeatedly, from any thread."""
+        """Close the link. Queued messages are dropped and counted. May be called repeatedly, from any
+        thread.
+        """
         with self._lock:
             self._give_up()
 
@@ -201,7 +206,8 @@ class OutgoingLink:
         before, self.state = self.state, after(self.state, event)
         if self.state in WRITTEN_BY_LOOP and before not in WRITTEN_BY_LOOP:
             self._loop.call(self._start_writer)
-        if self.state is State.STALLED and before is not _RECOVERING:  # that one is still checked
+        # a recovering link is still being checked
+        if self.state is State.STALLED and before is not _RECOVERING:
             self._loop.call(self._check_stalled)
 
     def _flush(self, most_bytes: float = math.inf) -> None:
@@ -211,7 +217,7 @@ class OutgoingLink:
             pass
 
     def _write(self) -> bool:
-        """Write as much of the backlog as one call accepts; return whether that was anything."""
+        """Write as much of the backlog as one call accepts; return whether anything was written."""
         try:
             sent = sockets.send_gathered(self.sock, self._backlog.next_buffers())
         except (BlockingIOError, InterruptedError):
@@ -247,7 +253,9 @@ class OutgoingLink:
         self._checks[check] = self._loop.asyncio.call_later(interval_s, check)
 
     def _check_peer(self) -> None:
-        """End a link whose peer has vanished without closing it: a cut cable, a host without power."""
+        """Close a link whose peer has vanished without closing it, for example because of a cut cable or a
+        power failure.
+        """
         if self.is_closed:
             return
         if sockets.is_unanswered(self.sock, sockets.KEEPALIVE_LIMIT_S):
@@ -258,7 +266,8 @@ class OutgoingLink:
     def _check_stalled(self) -> None:
         """End the stalled state once the link has caught up.
 
-        An accepted message does not prove that: the system buffers megabytes for a peer that barely reads.
+        An accepted message does not prove that the link has caught up, because the system buffers megabytes
+        for a peer that barely reads.
         """
         with self._lock:
             if self.state is _RECOVERING and sockets.is_nearly_drained(self.sock):
@@ -298,6 +307,7 @@ class OutgoingLink:
             check.cancel()
         self._loop.asyncio.remove_reader(self.sock)
         self._loop.asyncio.remove_writer(self.sock)
-        with self._lock:  # not during a send, which could then write to another connection's descriptor
+        # do not close during a send, which could then write to another connection's descriptor
+        with self._lock:
             self.sock.close()
         self._on_closed(self)

@@ -1,10 +1,10 @@
-"""The states of an `OutgoingLink`, and their transitions. Pure.
+"""The states of an `OutgoingLink`, and their transitions.
 
-    IDLE        no message waits: the publishing thread writes to the socket
-    BEHIND      messages wait for the publishing thread, which may wait for the subscriber
-    QUEUED      messages wait for the event loop
-    STALLED     as QUEUED, after a publisher without a queue waited in vain: it does not wait again
-    RECOVERING  a stalled link without waiting messages, whose subscriber has yet to read what was written
+    IDLE        no messages are queued; the publishing thread writes to the socket
+    BEHIND      messages are queued for the publishing thread, which may wait for the subscriber
+    QUEUED      messages are queued for the event loop
+    STALLED     as QUEUED, after a publisher without a queue waited in vain; it does not wait again
+    RECOVERING  a stalled link with no queued messages, whose subscriber has yet to read the written data
     CLOSED      the end
 
 An event that the table does not list for a state does nothing.
@@ -17,7 +17,7 @@ from typing import Final
 
 
 class State(Enum):
-    """The state of a link; see the module."""
+    """The state of a link; see the module docstring."""
 
     IDLE = auto()
     BEHIND = auto()
@@ -33,11 +33,11 @@ class Event(Enum):
     SOCKET_FULL = auto()
     """The socket did not accept a whole message."""
     EMPTIED = auto()
-    """The last waiting message was written."""
+    """The last queued message was written."""
     LEFT_TO_LOOP = auto()
-    """The publishing thread does not wait, or has waited as long as it may with a queue."""
+    """The publishing thread does not wait, or has waited for the maximum time allowed with a queue."""
     WAITED_IN_VAIN = auto()
-    """The publishing thread has waited as long as it may without a queue."""
+    """The publishing thread has waited for the maximum time allowed without a queue."""
     CAUGHT_UP = auto()
     """The subscriber has read nearly everything that was written."""
     CLOSED = auto()
@@ -66,7 +66,7 @@ _TRANSITIONS: Final[dict[State, dict[Event, State]]] = {
 }
 
 WAITING: Final = (State.BEHIND, State.QUEUED, State.STALLED)
-"""Messages wait. (These are tuples, because members of an enum are slow to hash.)"""
+"""States in which messages are queued. (These are tuples, because enum members are slow to hash.)"""
 
 WRITTEN_BY_LOOP: Final = (State.QUEUED, State.STALLED)
 

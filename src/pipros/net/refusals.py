@@ -1,4 +1,4 @@
-"""Counts the refusals of a server, and logs them without filling the log."""
+"""Counts the connections that a server refuses, and logs them without filling the log."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _REPORT_EVERY_S: Final = 60.0
 
 
 class Refusals:
-    """Counts refusals; logs the first of each peer, and at intervals the number of further ones."""
+    """Counts refusals. Logs the first for each peer, and the number of further refusals at intervals."""
 
     def __init__(self, log: logging.Logger = _log) -> None:
         self.total = 0
@@ -25,7 +25,7 @@ class Refusals:
         self._reported_at = 0.0
 
     def count(self, peer: str, text: str) -> None:
-        """Count a refusal of `peer`; log `text` if it is the first."""
+        """Count a refusal of `peer`; log `text` if it is that peer's first."""
         self.total += 1
         known = self._by_peer.get(peer, 0)
         if known or len(self._by_peer) < _PEERS_REMEMBERED:
@@ -35,7 +35,9 @@ class Refusals:
             return
         self._reported_at = time.monotonic()
         self._log.warning(
-            "refused %s: %s (further refusals of it are only counted)", peer or "a peer", printable(text)
+            "refused %s: %s (further refusals of this peer are only counted)",
+            peer or "a peer",
+            printable(text),
         )
 
     def report(self) -> None:

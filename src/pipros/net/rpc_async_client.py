@@ -14,7 +14,7 @@ from pipros.wire.http import HttpError, Response, ResponseReader, request_head
 from pipros.wire.xmlrpc import decode_response, encode_call
 
 _SLICE_BYTES: Final = 256 * 1024
-"""The bytes of a large document that are written to the socket at a time."""
+"""Number of bytes of a large document that are written to the socket at a time."""
 
 
 async def call_async(
@@ -29,10 +29,10 @@ async def call_async(
 
 
 class AsyncRpcClient:
-    """Calls the methods of one XML-RPC server over one connection that is kept open.
+    """Calls methods on one XML-RPC server over a connection that is kept open.
 
-    Only one call may run at a time: several tasks must queue their calls. An open
-    connection that the server has closed meanwhile is replaced silently.
+    Only one call may run at a time: several tasks must queue their calls. If the server has closed the open
+        connection, it is silently replaced.
     """
 
     def __init__(self, uri: str, *, answer_limit_bytes: int | None = None) -> None:
@@ -40,8 +40,8 @@ class AsyncRpcClient:
 
         Args:
             uri: `http://HOST:PORT/`.
-            answer_limit_bytes: the largest response; by default the limit `body_bytes`, because a peer named
-                the server.
+            answer_limit_bytes: the maximum size of a response; defaults to the limit `body_bytes`, because a
+                peer named the server.
 
         Raises:
             ValueError: `uri` does not have the form `http://HOST:PORT/`.
@@ -117,7 +117,7 @@ class _AsyncConnection(asyncio.Protocol):
         """Send a request and wait for its response.
 
         Raises:
-            ConnectionError: the connection was or became closed.
+            ConnectionError: the connection was closed before or during the exchange.
             TimeoutError: the response did not arrive by the deadline.
             HttpError: the bytes are not a response.
         """
@@ -140,7 +140,9 @@ class _AsyncConnection(asyncio.Protocol):
                 timer.cancel()
 
     async def _send_slices(self, head: bytes, document: bytes, answer: asyncio.Future[Response]) -> bool:
-        """Send as fast as the peer reads; return False if it closes or responds before the end."""
+        """Send as fast as the peer reads. Return False if the peer closes or responds before everything is
+        sent.
+        """
         slices = (document[start : start + _SLICE_BYTES] for start in range(0, len(document), _SLICE_BYTES))
         for piece in itertools.chain([head], slices):
             await self._may_write.wait()

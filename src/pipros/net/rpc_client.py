@@ -1,7 +1,7 @@
 """The blocking XML-RPC client. It does not import asyncio, so that tools start quickly.
 
-The server of master and nodes is `pipros.net.rpc_server.RpcServer`; the client for
-asyncio is `pipros.net.rpc_async_client`.
+`pipros.net.rpc_server.RpcServer` is the server for masters and nodes; `pipros.net.rpc_async_client` is the
+asyncio client.
 """
 
 from __future__ import annotations
@@ -25,26 +25,28 @@ from pipros.wire.xmlrpc import Fault, decode_response, encode_call
 __all__ = ["Fault", "RpcClient"]
 
 KEPT_CONNECTIONS: Final = 4
-"""How many idle connections a client keeps open; if more threads call, further ones are opened and closed."""
+"""Number of idle connections that a client keeps open. If more threads call, further connections are opened
+and closed.
+"""
 TIMEOUT_OF_CLIENT: Final = -1.0
-"""Sentinel for `timeout_s` of a call: use the timeout of the client."""
+"""Sentinel for a call's `timeout_s`: use the client's timeout."""
 CONNECT_LIMIT_S: Final = 15.0
-"""How long connecting may take if the call has no timeout."""
+"""Maximum time for connecting if the call has no timeout."""
 _READ_BYTES: Final = 65536
 _KEPT_ADDRESSES: Final = 4
 
 
 class RpcClient:
-    """Calls the methods of one XML-RPC server.
+    """Calls methods on one XML-RPC server.
 
-    Thread-safe: calls of different threads use different
-    connections and do not wait for each other. Connections are kept open and reused.
+    Thread-safe: calls from different threads use different connections and do not wait for each other.
+    Connections are kept open and reused.
 
-    A call on an open connection that the server has closed meanwhile is sent once more
-    over a new one, as Python's and ROS's own clients do.
+    If the server has closed an open connection, the call is sent once more over a new connection, as Python's
+    and ROS's own clients do.
 
     Attributes:
-        server_addresses: the IP addresses of the server at recent connections, the latest first.
+        server_addresses: the server's IP addresses in recent connections, latest first.
 
     >>> RpcClient("http://localhost:11311/").call("getPid", "/me")     # doctest: +SKIP
     [1, '', 4711]
@@ -57,9 +59,9 @@ class RpcClient:
 
         Args:
             uri: `http://HOST:PORT/`.
-            timeout_s: time limit of one call in total; None for no limit. A call may override it.
-            answer_limit_bytes: the largest response; by default the limit `answer_bytes`, because the user or
-                the user's program chose the server.
+            timeout_s: total time limit for one call; None for no limit. A call can override it.
+            answer_limit_bytes: the maximum size of a response; defaults to the limit `answer_bytes`, because
+                the user or the user's program chose the server.
 
         Raises:
             ValueError: `uri` is malformed.
@@ -84,10 +86,10 @@ class RpcClient:
             Fault: the server answered with a fault.
             ProtocolError: the response is not XML-RPC.
             LimitExceeded: the response is larger than the limit.
-            TypeError, OverflowError, ValueError: XML-RPC has no form for a parameter; nothing was sent.
+            TypeError, OverflowError, ValueError: XML-RPC cannot represent a parameter; nothing was sent.
         """
         body = encode_call(method, params)
-        with self._lock:  # so that `interrupt` comes before or after this block
+        with self._lock:  # so that `interrupt` runs either before or after this block
             interruptions = self._interruptions
             if timeout_s == TIMEOUT_OF_CLIENT:
                 timeout_s = self.timeout_s
@@ -183,14 +185,14 @@ class RpcClient:
 
     def _explain(self, error: OSError | HttpError) -> Exception:
         if isinstance(error, LimitExceeded):
-            return LimitExceeded(f"the response of {self.uri} is too large: {error}")
+            return LimitExceeded(f"the response from {self.uri} is too large: {error}")
         if isinstance(error, HttpError):
             return ProtocolError(f"{self.uri} does not speak XML-RPC: {error}")
         return Unreachable(self.uri, reason_of(error))
 
 
 def reason_of(error: OSError) -> str:
-    """Return the text of the operating system for an error: `Connection refused`."""
+    """Return the operating system's text for an error, such as `Connection refused`."""
     if isinstance(error, TimeoutError):
         return "no answer in time"
     if error.errno and not isinstance(error, socket.gaierror):
@@ -203,7 +205,7 @@ class _ClosedBeforeAnswer(ConnectionError):
 
 
 class _ClientConnection:
-    """One connection, which is kept open; used by one thread at a time."""
+    """One connection, which is kept open. Used by one thread at a time."""
 
     __slots__ = ("_address", "_connector", "_is_open", "_reader", "_receiver", "_socket")
 
@@ -221,7 +223,7 @@ class _ClientConnection:
         return self._connector.is_interrupted
 
     def open(self, deadline: float | None) -> str:
-        """Connect, unless connected already; return the IP address of the server if the connection is new."""
+        """Connect if not connected. Return the server's IP address if the connection is new."""
         if self._is_open:
             return ""
         host, port = self._address
@@ -229,14 +231,14 @@ class _ClientConnection:
         self._socket = self._connector.connect(host, port, deadline, limit_s)
         self._is_open = True
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        if self.is_aborted:  # and `abort` may not have seen the socket
+        if self.is_aborted:  # `abort` may have missed the socket
             raise Interrupted("the call was interrupted")
-        with contextlib.suppress(OSError):  # closed again by the server
+        with contextlib.suppress(OSError):  # the server has closed the connection again
             return plain_address(str(self._socket.getpeername()[0]))
         return ""
 
     def abort(self) -> None:
-        """Wake the thread that waits for this connection; its exchange fails."""
+        """Wake the thread that is waiting on this connection; its exchange fails."""
         self._connector.interrupt()
         if self._is_open:
             sockets.abort(self._socket)
@@ -272,7 +274,7 @@ class _ClientConnection:
             raise _ClosedBeforeAnswer(error.errno, error.strerror) from None
 
     def _last_response(self, has_answer_begun: bool) -> Response:
-        """Return the response that the server ended by closing the connection."""
+        """Return the response, whose end the server marked by closing the connection."""
         if not has_answer_begun:
             raise _ClosedBeforeAnswer("connection closed before the response")
         try:

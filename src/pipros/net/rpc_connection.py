@@ -34,23 +34,23 @@ _log = logging.getLogger("pipros.rpc")
 
 _LARGE_BODY_BYTES: Final = 64 * 1024
 LARGE_ANSWER: Final = 2_000
-"""Larger answers are encoded, and larger bodies decoded, in a thread, so that the loop can serve others
-meanwhile. Methods must therefore return values that are not changed afterwards.
+"""Larger responses are encoded, and larger bodies decoded, in a thread, so that the loop can serve others in
+the meantime. Methods must therefore return values that are not changed afterwards.
 """
 _SLICE_BYTES: Final = 256 * 1024
-"""The bytes of an answer that are written to the socket in one turn."""
+"""Number of bytes of a response that are written to the socket in one turn."""
 
 _DRAIN_LIMIT_S: Final = 5.0
 _DRAIN_LIMIT_BYTES: Final = 64 * 1024 * 1024
-"""How long, and how many bytes, a peer may continue to send after a refusal. If the connection were closed in
-the middle of a request, the system would discard the answer with the reason.
+"""Time for which, and number of bytes that, a peer may continue to send after a refusal. If the connection
+were closed in the middle of a request, the system would discard the response that states the reason.
 """
 
 T = TypeVar("T")
 
 
 class UnknownMethod(LookupError):
-    """The called method is not in the table."""
+    """The called method is not in the method table."""
 
 
 class Answerer(Protocol):
@@ -70,7 +70,7 @@ class Answerer(Protocol):
 
 
 class RpcConnection(asyncio.Protocol):
-    """Reads the requests of one peer, and writes their answers."""
+    """Reads one peer's requests and writes the responses."""
 
     def __init__(self, server: Answerer, loop: asyncio.AbstractEventLoop) -> None:
         self._server = server
@@ -79,11 +79,11 @@ class RpcConnection(asyncio.Protocol):
         self._transport: asyncio.Transport | None = None
         self._state = State.READING
         self._pending: asyncio.Task[None] | asyncio.Handle | None = (
-            None  # the task or turn that the state waits for
+            None  # the task or turn that the current state waits for
         )
         self._drain_bytes_left = _DRAIN_LIMIT_BYTES
         self._unsent = memoryview(b"")
-        self._needs_bytes = False  # the reader does not hold a whole request
+        self._needs_bytes = False  # whether the reader lacks a complete request
         self._is_last_answer = False
         self._has_peer_ended = False
         self.caller = Caller()
@@ -127,7 +127,7 @@ class RpcConnection(asyncio.Protocol):
             self._transport.pause_reading()
 
     def eof_received(self) -> bool:
-        # A peer that has closed its half may still wait for answers.
+        # A peer that has closed its half may still be waiting for responses.
         self._has_peer_ended = True
         if self._state not in BUSY:
             self._close_gracefully()
@@ -155,7 +155,7 @@ class RpcConnection(asyncio.Protocol):
         self._state = after(self._state, event)
 
     def _take_turn(self) -> None:
-        """Send a slice of the last answer, or answer the next request."""
+        """Send a slice of the last response, or answer the next request."""
         if self._unsent:
             self._send_slice()
         else:
@@ -188,7 +188,9 @@ class RpcConnection(asyncio.Protocol):
         self._update_deadline()
 
     def _update_deadline(self) -> None:
-        """Set a deadline while a request is incomplete or an answer unread; more bytes do not extend it."""
+        """Set a deadline while a request is incomplete or a response is unread. Further bytes do not extend
+        the deadline.
+        """
         if self._state in FINAL:
             return
         if self._state is State.STALLED or (self._needs_bytes and not self._reader.is_idle):
@@ -218,9 +220,9 @@ class RpcConnection(asyncio.Protocol):
                 self._transport.write(CONTINUE)
 
     def _answer(self, request: Request) -> None:
-        """Answer at once if the method is fast and the values are small; otherwise by a task."""
+        """Answer at once if the method is fast and the values are small; otherwise start a task."""
         if len(request.body) >= _LARGE_BODY_BYTES:
-            self._server.bodies.note(self, len(request.body))  # released when a thread has read it
+            self._server.bodies.note(self, len(request.body))  # released when a thread has read the body
             self._answer_by_task(request, self._answer_to_large(request.body))
             return
         self._server.bodies.forget(self)
@@ -296,7 +298,9 @@ class RpcConnection(asyncio.Protocol):
             self._unsent = memoryview(document)
 
     def _send_slice(self) -> None:
-        """Send a large answer in slices, because the transport copies what the socket does not accept."""
+        """Send a large response in slices, because the transport copies any data that the socket does not
+        accept.
+        """
         if self._transport:
             piece, self._unsent = self._unsent[:_SLICE_BYTES], self._unsent[_SLICE_BYTES:]
             self._transport.write(piece)
@@ -324,7 +328,7 @@ class RpcConnection(asyncio.Protocol):
 
 
 def fault_text(error: BaseException) -> str:
-    """Return the text of an exception as Python's XML-RPC server writes it, because scripts compare it."""
+    """Return an exception's text as Python's XML-RPC server formats it, because scripts compare this text."""
     if isinstance(error, UnknownMethod):
         return f'{Exception}:method "{error}" is not supported'
     return f"{type(error)}:{error}"

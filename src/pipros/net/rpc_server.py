@@ -1,8 +1,8 @@
 """The XML-RPC server of the master and of every node.
 
-It runs on an asyncio loop. The cost of a peer is limited in all respects: the size and depth of its requests,
-the time that it takes to send one, the size of unread answers, the number of pipelined requests, and the
-number of connections of one peer and of all.
+It runs on an asyncio loop. All resources that a peer can use are limited: the size and depth of its requests,
+the time that it takes to send a request, the size of unread responses, the number of pipelined requests, and
+the number of connections, both per peer and in total.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from pipros.net.this_machine import Caller
 from pipros.wire.xmlrpc import Encoded, ValueTooLarge
 
 Method = Callable[..., Any]
-"""The implementation of a method: takes the decoded parameters, returns the value to encode.
+"""The implementation of a method. It takes the decoded parameters and returns the value to encode.
 
 A plain function runs in the loop and must not block; a coroutine function may wait.
 """
@@ -43,21 +43,20 @@ _TURN_S: Final = 0.001
 
 
 class RpcServer:
-    """Serves a table of methods by XML-RPC, and `system.multicall`.
+    """Serves a table of methods, and `system.multicall`, over XML-RPC.
 
     An unknown method and a method that raises are answered with a fault, with the texts of ROS's Python
     peers; a call with the wrong number of parameters with `[-1, text, 0]`, as the ROS API requires (pass
     `on_bad_arity` for another response).
 
-    Everything runs on the loop on which `start()` was awaited; the calls of one connection are
-    answered in order.
+    Everything runs on the loop on which `start()` was awaited; calls on one connection are answered in order.
 
     Attributes:
-        calls: number of calls of each method of the table.
-        refusals: the refusals of peers.
+        calls: the number of calls to each method in the table.
+        refusals: the connections that were refused, by peer.
         connections: the open connections.
-        bodies: the bytes of incomplete requests and of unread answers.
-        large_values: the threads that decode and encode large values; started when needed.
+        bodies: the bytes in incomplete requests and unread responses.
+        large_values: the threads that decode and encode large values, started when needed.
     """
 
     def __init__(
@@ -73,12 +72,12 @@ class RpcServer:
         """Store the settings; `start` opens the port.
 
         Args:
-            methods: the table; other methods cannot be called.
+            methods: the method table; other methods cannot be called.
             host: the address to listen on, or several addresses, which get the same port.
-            port: the port; 0 selects a free one.
+            port: the port; 0 selects a free port.
             limits: defaults to the process-wide limits.
-            admits: decides from the two ends of a connection whether the peer may connect; by default all
-                may.
+            admits: decides from the two ends of a connection whether the peer may connect; by default, all
+                peers may.
             on_bad_arity: function that returns the response to a call with the wrong number of parameters.
         """
         self._methods = {name: (method, *_arity(method)) for name, method in methods.items()}
@@ -125,7 +124,8 @@ class RpcServer:
                 lambda: RpcConnection(self, loop), sock=listener, backlog=_ACCEPTED_AT_A_TIME
             )
             self._servers.append(server)
-            listener.listen(_BACKLOG)  # asyncio's backlog is also how many it accepts at a time
+            # asyncio's backlog is also the number of connections that it accepts at a time
+            listener.listen(_BACKLOG)
         self._overdue_timer = loop.call_later(1.0, self._close_overdue, loop)
 
     async def stop(self) -> None:
@@ -139,7 +139,7 @@ class RpcServer:
                 asyncio.get_running_loop().remove_reader(listener.fileno())
         if servers:
             # Up to Python 3.11, a connection that is being accepted when its server closes is lost and stays
-            # open; yielding once lets such connections be accepted first.
+            # open. Yielding once allows such connections to be accepted first.
             await asyncio.sleep(0)
         for server in servers:
             server.close()
@@ -165,7 +165,7 @@ class RpcServer:
         return False
 
     def call(self, name: str, params: tuple[Any, ...], *, caller: Caller) -> Any:
-        """Call one method of the table; return its value or an awaitable of it.
+        """Call a method from the table; return its value, or an awaitable for the value.
 
         Raises:
             UnknownMethod: the method does not exist.
@@ -180,7 +180,7 @@ class RpcServer:
         before = current_caller.set(caller)
         try:
             value = method(*params)
-            if inspect.isawaitable(value):  # the task copies the context
+            if inspect.isawaitable(value):  # the task copies the current context
                 return asyncio.ensure_future(value)
             return value
         finally:
@@ -199,14 +199,16 @@ class RpcServer:
         calls = calls if type(calls) is list else list(calls)
         calls.reverse()
         while calls:
-            call = calls.pop()  # the only reference, so that many objects are freed one by one
+            call = calls.pop()  # remove the only other reference, so that many objects are freed one by one
             try:
                 answer = self.call(call["methodName"], tuple(call["params"]), caller=caller)
                 encoded = await self._encode([await answer if inspect.isawaitable(answer) else answer])
                 bytes_left -= len(encoded.text)
                 if bytes_left < 0:
                     limit = limit_text("multicall_answer_bytes", self.limits.multicall_answer_bytes)
-                    raise LimitExceeded(f"the combined answers of a system.multicall are too large; {limit}")
+                    raise LimitExceeded(
+                        f"the combined responses to a system.multicall are too large; {limit}"
+                    )
                 answers.append(encoded)
             except Exception as error:
                 answers.append({"faultCode": 1, "faultString": fault_text(error)})

@@ -1,6 +1,6 @@
-"""The states of a connection of an `RpcServer`, and their transitions. Pure.
+"""The states of an `RpcServer` connection, and their transitions.
 
-Theory of operation. In `READING` the connection waits for bytes or handles received ones. Three states are
+Theory of operation. In `READING`, the connection waits for bytes or handles received bytes. Three states are
 busy: further requests wait in the reader, and the socket is not read.
 
     QUEUED     a later turn of the event loop sends the next slice, or answers the next request
@@ -24,7 +24,7 @@ from typing import Final
 
 
 class State(Enum):
-    """The state of a connection; see the module."""
+    """The state of a connection; see the module docstring."""
 
     READING = auto()
     QUEUED = auto()
@@ -36,7 +36,7 @@ class State(Enum):
 
 
 class Event(Enum):
-    """An event of a connection."""
+    """An event on a connection."""
 
     TURN_QUEUED = auto()
     TURN_BEGAN = auto()
@@ -73,7 +73,7 @@ _TRANSITIONS: Final[dict[State, dict[Event, State]]] = {
     State.ANSWERING: {Event.TASK_DONE: State.READING, Event.ABORTED: State.CLOSED},
     State.STALLED: {
         Event.WRITING_RESUMED: State.READING,
-        Event.REQUEST_REFUSED: State.DRAINING,  # the answer to the refused request filled the transport
+        Event.REQUEST_REFUSED: State.DRAINING,  # the response to the refused request filled the transport
         Event.CLOSED_GRACEFULLY: State.CLOSING,
         Event.ABORTED: State.CLOSED,
     },
@@ -96,8 +96,8 @@ def next_step(*, has_unsent: bool, is_last_answer: bool, has_input: bool, has_pe
     """Return the next step of a connection that is not busy.
 
     Args:
-        has_unsent: a part of the last answer has not been written to the transport.
-        is_last_answer: the last answer ends the connection.
+        has_unsent: part of the last response has not been written to the transport.
+        is_last_answer: the connection closes after the last response.
         has_input: the reader has bytes that have not been parsed.
         has_peer_ended: the peer has closed its half of the connection.
     """

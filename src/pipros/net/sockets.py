@@ -26,10 +26,10 @@ KEEPALIVE_LIMIT_S = KEEPALIVE_IDLE_S + KEEPALIVE_INTERVAL_S * KEEPALIVE_COUNT
 """A peer that vanishes without closing is detected after about idle + interval * count seconds."""
 
 _ATTEMPTS = 10
-"""How many ports are tried to find one that is free on all addresses."""
+"""Maximum number of ports that are tried to find one that is free on all addresses."""
 
 _TCP_INFO = struct.Struct("=8B13I")
-"""The beginning of Linux's `struct tcp_info`: bytes 2 and 3 count unanswered retransmissions and probes;
+"""The start of Linux's `struct tcp_info`: bytes 2 and 3 count unanswered retransmissions and probes;
 the 13th of the 32-bit numbers is the age of the last acknowledgement in milliseconds.
 """
 
@@ -61,7 +61,9 @@ def listen(host: str, port: int = 0, backlog: int = 128) -> socket.socket:
 
 
 def listen_all(hosts: Sequence[str], port: int = 0) -> list[socket.socket]:
-    """Return listening sockets on several addresses with one port; 0 selects one that is free on all."""
+    """Return listening sockets that use the same port on several addresses; 0 selects a port that is free on
+    all.
+    """
     attempts = 1 if port else _ATTEMPTS
     while True:
         attempts -= 1
@@ -79,15 +81,17 @@ def listen_all(hosts: Sequence[str], port: int = 0) -> list[socket.socket]:
 
 
 def connections_that_fit(share: float = 0.5) -> int:
-    """Return how many connections fit into a share of the process's descriptors, which files also need."""
+    """Return the number of connections that fit into a share of the process's descriptors, which are also
+    needed for files.
+    """
     return max(32, int(min(descriptor_limit(), 32768) * share))
 
 
 def close_in_children(descriptors: Callable[[], Iterable[int]]) -> None:
     """Close these sockets in forked children, so that a port closes with the process that opened it.
 
-    `descriptors` is called in each child. The descriptor numbers stay in use there, because objects refer to
-    them.
+    `descriptors` is called in each child. The descriptor numbers stay in use in the child, because objects
+    refer to them.
     """
 
     def replace_by_null() -> None:
@@ -100,7 +104,9 @@ def close_in_children(descriptors: Callable[[], Iterable[int]]) -> None:
 
 
 def prepare(sock: socket.socket, *, no_delay: bool = True) -> None:
-    """Set the options of TCPROS links: small messages are sent at once, and lost peers are detected."""
+    """Set the options for a TCPROS link, so that small messages are sent at once and lost peers are
+    detected.
+    """
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, int(no_delay))
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     for name, value in (
@@ -115,9 +121,9 @@ def prepare(sock: socket.socket, *, no_delay: bool = True) -> None:
 def is_unanswered(sock: socket.socket, limit_s: float) -> bool:
     """Return True if the peer has not acknowledged retransmitted data for longer than `limit_s`.
 
-    Keepalive only checks idle connections; the system closes one with unacknowledged data after a quarter of
-    an hour. A live peer that does not read still acknowledges, so this is False for it. Always False on
-    systems other than Linux.
+    Keepalive only checks idle connections, and the system closes a connection with unacknowledged data only
+    after a quarter of an hour. Returns False for a live peer that does not read, because it still
+    acknowledges. Always False on systems other than Linux.
     """
     if sys.platform != "linux":
         return False
@@ -147,7 +153,7 @@ def is_nearly_drained(sock: socket.socket) -> bool:
 def acknowledge(sock: socket.socket) -> None:
     """Acknowledge received data at once, on systems that support it (Linux)."""
     if _QUICKACK:
-        with contextlib.suppress(OSError):  # closed meanwhile
+        with contextlib.suppress(OSError):  # closed in the meantime
             sock.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
 
 
@@ -156,7 +162,7 @@ def share_packets(sock: socket.socket, *, share: bool) -> None:
 
     Waiting messages are sent at once when `share` becomes False.
     """
-    with contextlib.suppress(OSError):  # closed meanwhile
+    with contextlib.suppress(OSError):  # closed in the meantime
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, int(not share))
 
 
@@ -172,19 +178,21 @@ def receive_now(sock: socket.socket, buffer: memoryview) -> int:
 
 
 def send_gathered(sock: socket.socket, buffers: Sequence[bytes | memoryview]) -> int:
-    """Write several buffers in one call; return how many bytes the socket accepted."""
+    """Write several buffers in one call; return the number of bytes that the socket accepted."""
     if sys.platform == "win32":
         return sock.send(b"".join(buffers))
     return sock.sendmsg(buffers)
 
 
 def wait_writable(sock: socket.socket, timeout_s: float) -> bool:
-    """Wait until the socket is writable or has failed; return False after the timeout."""
+    """Wait until the socket is writable or has failed; return False if the timeout expires first."""
     return _wait(sock, timeout_s, is_write=True)
 
 
 def wait_readable(sock: socket.socket, timeout_s: float) -> bool:
-    """Wait until the socket is readable or has ended; return False after the timeout."""
+    """Wait until the socket is readable or its stream has ended; return False if the timeout expires
+    first.
+    """
     return _wait(sock, timeout_s, is_write=False)
 
 
@@ -202,7 +210,7 @@ def _wait(sock: socket.socket, timeout_s: float, *, is_write: bool) -> bool:
 def wait_any_writable(socks: Sequence[socket.socket], timeout_s: float) -> Sequence[socket.socket]:
     """Wait until one of the sockets is writable or has failed, and return those sockets.
 
-    The result is empty after the timeout, or if all are closed.
+    The result is empty if the timeout expires, or if all sockets are closed.
     """
     numbers = {number: sock for sock in socks if (number := sock.fileno()) >= 0}
     if not numbers:
@@ -230,7 +238,7 @@ def local_port(sock: socket.socket) -> int:
 
 
 def peer_name(sock: socket.socket) -> str:
-    """Return `host:port` of the other end, `?` if the connection has ended."""
+    """Return the `host:port` of the other end; `?` if the connection has ended."""
     try:
         name = sock.getpeername()
     except OSError:

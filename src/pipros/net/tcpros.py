@@ -1,6 +1,6 @@
 """Opening TCPROS connections, from either end: connect or accept, then exchange headers.
 
-`wire/handshake.py` decides what the headers contain.
+`wire/handshake.py` determines the content of the headers.
 """
 
 from __future__ import annotations
@@ -25,15 +25,17 @@ from pipros.wire.handshake import refuse
 from pipros.wire.header import HeaderReader, encode_header
 
 RETRY_ACCEPT_S = 0.1
-"""The delay before the next attempt if no descriptors were left for a new connection."""
+"""Delay before the next attempt if no descriptors were left for a new connection."""
 
 DESCRIPTORS_SHARE = 0.75
-"""The share of the process's descriptors for a node's TCPROS connections."""
+"""Share of the process's descriptors that a node's TCPROS connections can use."""
 
 _CHECK_OVERDUE_EVERY_S = 1.0
 
 _BACKLOG = 1024
-"""Maximum number of connections that wait to be accepted. Beyond it, clients try again after a second."""
+"""Maximum number of connections waiting to be accepted. If it is exceeded, clients try again after a
+second.
+"""
 
 _CHUNK_BYTES = 16 * 1024
 
@@ -66,8 +68,9 @@ class TcprosServer:
     service call that is not persistent opens a connection.
 
     Attributes:
-        refusals: the refusals of peers.
-        connections: `on_connection` adds the connections that it keeps. Overdue ones are closed each second.
+        refusals: the connections that were refused, by peer.
+        connections: the table to which `on_connection` adds the connections that it keeps. Overdue
+            connections are closed each second.
     """
 
     def __init__(
@@ -79,14 +82,14 @@ class TcprosServer:
         limits: Limits | None = None,
         log: logging.Logger = _log,
     ) -> None:
-        """Open the port; accept nothing until `start`.
+        """Open the port. Connections are accepted only after `start`.
 
         Args:
             host: the address to listen on.
-            port: the port; 0 selects a free one.
+            port: the port; 0 selects a free port.
             on_connection: called in the event loop; must not block.
             limits: defaults to the process-wide limits.
-            log: reports refusals.
+            log: the logger that reports refusals.
 
         Raises:
             OSError: the port is in use, or the address does not belong to this machine.
@@ -110,7 +113,7 @@ class TcprosServer:
         self._loop: asyncio.AbstractEventLoop
 
     def start(self) -> None:
-        """Start accepting. Called in the event loop, as `stop` is."""
+        """Start accepting connections. This method and `stop` must be called from the event loop."""
         self._loop = asyncio.get_running_loop()
         self._loop.add_reader(self._server, self._accept)
         self._close_overdue()
@@ -134,7 +137,7 @@ class TcprosServer:
             sock, address = self._server.accept()
         except (BlockingIOError, InterruptedError, ConnectionAbortedError):
             return
-        except OSError:  # out of descriptors: existing connections continue, and some may end
+        except OSError:  # out of descriptors; existing connections continue, and some may end
             self._loop.remove_reader(self._server)
             self._loop.call_later(RETRY_ACCEPT_S, self._accept_again)
             return
@@ -196,7 +199,7 @@ class _Handshake:
         self._sock.close()
 
     def read(self) -> bool:
-        """Read available bytes; return False if more are needed."""
+        """Read the available bytes; return False if more are needed."""
         try:
             data = self._sock.recv(_CHUNK_BYTES)
             fields = self._reader.feed(data) if data else None
@@ -226,7 +229,8 @@ async def connect(
     """Connect to a TCPROS server, send `fields`, and return the connection with the peer's reply header.
 
     Raises:
-        Unreachable: no process listens there, or it did not answer within `Limits.handshake_s`.
+        Unreachable: no process listens at the address, or the peer did not answer within
+            `Limits.handshake_s`.
         ProtocolError: the peer closed without a reply, or its reply is malformed.
     """
     loop = asyncio.get_running_loop()
@@ -272,7 +276,9 @@ async def _connect_first(loop: asyncio.AbstractEventLoop, host: str, port: int) 
 async def _addresses(
     loop: asyncio.AbstractEventLoop, host: str, port: int
 ) -> Sequence[tuple[int, int, int, str, Any]]:
-    """Return the addresses of a host. Only names are looked up in threads, whose number is limited."""
+    """Return a host's addresses. Names are looked up in threads, whose number is limited; addresses need no
+    look-up.
+    """
     with contextlib.suppress(socket.gaierror):
         return socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_NUMERICHOST)
     return await loop.getaddrinfo(host, port, type=socket.SOCK_STREAM)

@@ -1,9 +1,9 @@
-"""Whether an address, a host name or a caller belongs to this machine.
+"""Determines whether an address, a host name or a caller belongs to this machine.
 
 All code that trusts "this machine" uses this module. The term means the network namespace of this process: a
 container with its own network is another machine. An address belongs to this machine if the system uses it as
-its own. Only configured names are looked up, never the name of a caller: that could take half a minute, and
-the name server would decide.
+its own. Only configured names are looked up, never a caller's name, because that could take half a minute,
+and the decision would be left to the name server.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _SOCKET_TABLES: Final = (Path("/proc/net/tcp"), Path("/proc/net/tcp6"))
 _ESTABLISHED: Final = "01"
 _LISTENING: Final = "0A"
 _ORPHAN: Final = "0"
-"""The inode of a socket that no process has open any more. The table shows root as its owner."""
+"""The inode of a socket that is no longer open in any process. The table shows root as its owner."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ class Caller:
     def is_here(self) -> bool:
         """Whether the caller is on this machine, with any of its addresses.
 
-        A connection to an address of this machine comes from that address, from another one of this machine,
+        A local connection comes from the address that it connects to, from another address of this machine,
         or from loopback. Never blocks.
         """
         return bool(self.host) and (self.host == self.own_host or has_address(self.host))
@@ -71,7 +71,7 @@ class Caller:
     def user_id(self) -> int | None:
         """Return the user id of the local process at the caller's end; None if unknown.
 
-        Linux only. Slow: it reads the table of all connections of the machine.
+        Linux only. This is slow, because it reads the machine's table of all connections.
         """
         ends = {
             (_table_entry(host, self.port), _table_entry(own, self.own_port))
@@ -89,9 +89,9 @@ def knows_users() -> bool:
 
 
 def user_listening(host: str, port: int) -> int | None:
-    """Return the user id of the process that listens on an address of this machine; None if unknown.
+    """Return the user id of the process that listens on one of this machine's addresses; None if unknown.
 
-    As slow as `Caller.user_id`; also requires Linux.
+    As slow as `Caller.user_id`, and also requires Linux.
     """
     hosts = (host, _mapped(host), ANY, ANY_IPV6)
     places = {_table_entry(place, port) for place in hosts}
@@ -110,8 +110,8 @@ def has_address(host: str) -> bool:
         socket.inet_pton(family, host)
     except (OSError, ValueError):  # a name
         return False
-    # The source address on the route to one of our addresses is that address, except for the second address
-    # of an interface.
+    # The source address on the route to one of this machine's addresses is that same address, except for an
+    # interface's second address.
     return _source_towards(family, host) == host or (
         _can_bind(family, host) and not _can_bind(family, _DOCUMENTATION_ADDRESSES[family])
     )
@@ -123,7 +123,7 @@ def is_this_machine(host: str) -> bool:
 
 
 def own_addresses() -> list[str]:
-    """Return the IPv4 addresses of this machine: loopback, those of its name, and that of the default route.
+    """Return this machine's IPv4 addresses: loopback, those of its host name, and that of the default route.
 
     Blocks like `addresses_of`.
     """
@@ -153,7 +153,7 @@ def addresses_of(host: str, limits: Limits | None = None, lookups: Lookups | Non
 
 @dataclass(frozen=True, slots=True)
 class _SocketEnd:
-    """A line of Linux's table of connections."""
+    """An entry in Linux's table of connections."""
 
     local: str
     remote: str
@@ -163,7 +163,7 @@ class _SocketEnd:
 
 
 def _socket_table() -> Iterator[_SocketEnd]:
-    """Yield all TCP sockets of this machine; none on systems other than Linux."""
+    """Yield all TCP sockets on this machine; none on systems other than Linux."""
     for table in _SOCKET_TABLES:
         try:
             lines = table.read_text().splitlines()[1:]
@@ -176,7 +176,7 @@ def _socket_table() -> Iterator[_SocketEnd]:
 
 def _source_towards(family: socket.AddressFamily, host: str) -> str | None:
     try:
-        with socket.socket(family, socket.SOCK_DGRAM) as probe:  # sends nothing, only selects a route
+        with socket.socket(family, socket.SOCK_DGRAM) as probe:  # this sends nothing; it only selects a route
             probe.connect((host, _DISCARD_PORT))
             return plain_address(str(probe.getsockname()[0]))
     except OSError:

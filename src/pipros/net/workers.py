@@ -10,7 +10,7 @@ from queue import SimpleQueue
 from typing import Any
 
 KEPT_IDLE = 4
-"""The number of idle threads that are kept; starting a thread takes longer than many service calls."""
+"""Number of idle threads that are kept, because starting a thread takes longer than many service calls."""
 
 _AT_SHUTDOWN = "interpreter shutdown"
 
@@ -23,10 +23,11 @@ def interpreter_ends(error: RuntimeError) -> bool:
 
 
 class Workers:
-    """Runs each job at once, in an idle thread or in a new one: a job that blocks does not delay others.
+    """Runs each job at once, in an idle thread or in a new one, so that a job that blocks does not delay
+    others.
 
-    If the number of threads is limited, excess jobs are queued in order. The threads are daemons, because a
-    job may never end: the interpreter does not wait for them.
+    If the number of threads is limited, excess jobs are queued in order. The threads are daemons, for which
+    the interpreter does not wait, because a job may never end.
     """
 
     def __init__(self, name: str, limit: int | None = None, *, kept_idle: int = KEPT_IDLE) -> None:
@@ -63,7 +64,7 @@ class Workers:
             raise
 
     def close(self) -> None:
-        """End the idle threads; the others end when no job is queued."""
+        """End the idle threads. The others end when no job is queued."""
         with self._lock:
             self._is_closed = True
             for _ in range(self._idle):
@@ -76,7 +77,8 @@ class Workers:
             function, args = job
             try:
                 function(*args)
-            except BaseException:  # reported as if the thread ended, but this thread continues
+            except BaseException:
+                # report the exception as if the thread had ended, but continue with this thread
                 report = threading.ExceptHookArgs((*sys.exc_info(), threading.current_thread()))
                 threading.excepthook(report)
             del function, args, job

@@ -43,7 +43,7 @@ class AnyMsg(Message):
 
 
 def taking_raw(callback: Callable[..., object] | None) -> Callable[..., object] | None:
-    """Return a callback for `AnyMsg`s that passes `callback` the decoded messages' bytes.
+    """Return a callback for `AnyMsg` that passes the serialized message to `callback`.
 
     A `MessageStream` is returned unchanged, because its subscription looks it up again.
     """

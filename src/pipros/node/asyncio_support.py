@@ -16,7 +16,7 @@ AnyMessage = TypeVar("AnyMessage")
 
 
 class MessageStream(Generic[AnyMessage]):
-    """The messages of a subscription as an asynchronous iterator; ends with the node.
+    """The messages of a subscription as an asynchronous iterator, which ends when the node does.
 
     If `queue_size` is n, it keeps the n newest messages that have not been consumed yet, and counts the
     others in `dropped`; if it is not set, it keeps all.
@@ -31,7 +31,7 @@ class MessageStream(Generic[AnyMessage]):
         self._is_closed = False
 
     def __call__(self, message: AnyMessage) -> None:
-        """Add a message, from the thread of a link."""
+        """Add a message. Called from a link's thread."""
         self._call(self._put, message)
 
     def close(self) -> None:
@@ -66,7 +66,7 @@ class MessageStream(Generic[AnyMessage]):
 
 
 async def call(client: ServiceClient, request: Any, timeout_s: float | None) -> Any:
-    """Call a service without blocking the event loop. Cancelling it ends the client's calls."""
+    """Call a service without blocking the event loop. Cancellation ends the client's calls."""
     task = in_daemon_thread(client.call, request, timeout_s)
     try:
         return await asyncio.shield(task)

@@ -1,4 +1,4 @@
-"""Limits how many connections a node tries to open at a time."""
+"""Limits the number of connections that a node tries to open at a time."""
 
 from __future__ import annotations
 
@@ -10,17 +10,19 @@ from typing import Final, TypeVar
 T = TypeVar("T")
 
 SLOW_S: Final = 1.0
-"""An attempt that takes longer makes room for others: most hosts that take this long do not answer at all."""
+"""An attempt that takes longer makes room for others, because most hosts that take this long never
+respond.
+"""
 
 SLOW_FACTOR: Final = 10
-"""How many slow attempts may continue per allowed attempt."""
+"""Maximum number of slow attempts in progress per allowed attempt."""
 
 
 class Attempts:
     """Limits a node's concurrent attempts to connect to publishers. For the event loop only.
 
-    First attempts take precedence over repeated ones, so that a peer that lists publishers which do not exist
-    does not delay others for long.
+    First attempts take precedence over repeated ones, so that a peer that lists nonexistent publishers does
+    not delay others for long.
     """
 
     def __init__(self, limit: int) -> None:

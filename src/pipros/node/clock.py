@@ -41,7 +41,7 @@ class Clock(Protocol):
         ...
 
     def sleep(self, duration_s: float) -> bool:
-        """Wait; return False if the node shut down meanwhile.
+        """Wait for `duration_s`; return False if the node shut down in the meantime.
 
         Raises:
             TimeMovedBackwards: simulated time jumped back.
@@ -54,7 +54,7 @@ class Clock(Protocol):
 
 
 class WallClock:
-    """The time of the machine. Waits follow the monotonic clock."""
+    """The machine's time. Waits use the monotonic clock."""
 
     is_simulated = False
 
@@ -84,18 +84,18 @@ class SimulatedClock:
     is_simulated = True
 
     def __init__(self, on_silence: Callable[[], object] = lambda: None) -> None:
-        """Call `on_silence` if a thread waits and no time is published for SILENCE_S."""
+        """Call `on_silence` if a thread is waiting and no time is published for SILENCE_S."""
         self._on_silence = on_silence
         self.changed = threading.Condition()
         self._now_ns = 0
-        self._jumps = 0  # how often time went back
+        self._jumps = 0  # number of times that time moved backwards
         self._sleepers = 0
         self._last_jump_s = 0.0
         self._is_interrupted = False
         self._exempt: int | None = None
 
     def set_ns(self, now_ns: int) -> None:
-        """Set the time from a message of `/clock`."""
+        """Set the time from a `/clock` message."""
         with self.changed:
             if now_ns < self._now_ns:
                 self._jumps += 1
@@ -124,7 +124,7 @@ class SimulatedClock:
 
     @property
     def sleeper_count(self) -> int:
-        """The number of threads that sleep on this clock."""
+        """The number of threads that are sleeping on this clock."""
         return self._sleepers
 
     def _wait_for_start(self) -> None:

@@ -1,4 +1,4 @@
-"""Encoders and decoders of a message class, chosen once per topic or service."""
+"""Encoders and decoders for a message class, chosen once per topic or service."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ AnyMessage = TypeVar("AnyMessage", bound="Message")
 
 
 def encoder(message_class: type[Message]) -> Callable[[Any], list[Buffer]]:
-    """Return the fastest encoder of a class. Its result is one or more buffers without a length field."""
+    """Return the fastest encoder for a class. Its result is one or more buffers without a length field."""
     to_buffers: Callable[[Any], list[Buffer]] | None = getattr(message_class, "_to_buffers", None)
     return to_buffers if to_buffers is not None else _serialize
 
 
 def decoder(message_class: type[Message]) -> Callable[[memoryview | bytes], Any]:
-    """Return the fastest decoder of a class. Classes from genuine generators accept only bytes."""
+    """Return the fastest decoder for a class. Classes from genuine generators accept only bytes."""
     from_bytes: Callable[[memoryview | bytes], Any] | None = getattr(message_class, "_from_bytes", None)
     if from_bytes is not None:
         return from_bytes
@@ -29,7 +29,9 @@ def decoder(message_class: type[Message]) -> Callable[[memoryview | bytes], Any]
 
 
 def number(message: Message, sequence: int) -> None:
-    """Set the sequence number of a message that begins with a header, as rospy does before it sends one."""
+    """Set the sequence number of a message that starts with a header, as rospy does before sending the
+    message.
+    """
     if getattr(message, "_has_header", False):
         header: Any = message.header  # type: ignore[attr-defined]
         header.seq = sequence & 0xFFFFFFFF

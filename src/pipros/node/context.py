@@ -21,11 +21,11 @@ class NodeContext:
         node_name: the node's full name, the `callerid` of connection headers.
         loop: event loop that runs the node's control traffic.
         log: the node's logger.
-        next_link_number: numbers its links, for `getBusInfo`.
+        next_link_number: counter that numbers the node's links for `getBusInfo`.
         limits: the limits on the resources that peers can use.
         connections: the node's TCPROS connections.
         attempts: the node's attempts to connect to publishers.
-        published: changes with each message that it publishes.
+        published: changes with each message that the node publishes.
     """
 
     node_name: str

@@ -1,4 +1,4 @@
-"""All topics and services of one node, by name, and their connections."""
+"""All of a node's topics and services, by name, and their connections."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 TOPICS_LISTED = 50
-"""How many topics the error names if a subscriber requests an unknown one."""
+"""Maximum number of topics listed in the error if a subscriber requests an unknown topic."""
 
 
 class TypeConflict(PiprosError):
@@ -57,7 +57,7 @@ class NameInUse(PiprosError):
 
 
 class Endpoints:
-    """The publications, subscriptions and services of a node. All names here are global."""
+    """A node's publications, subscriptions and services. All names here are global."""
 
     def __init__(
         self,
@@ -134,12 +134,12 @@ class Endpoints:
         latch: bool,
         headers: Mapping[str, str] | None = None,
     ) -> Publisher[Any]:
-        """Return a new handle on a topic; the first one registers the topic at the master.
+        """Return a new handle on a topic; the first handle registers the topic with the master.
 
         `headers` are further fields for the connection headers that subscribers receive.
 
         Raises:
-            TypeConflict: this node publishes the topic with another type already.
+            TypeConflict: this node already publishes the topic with another type.
         """
         with self._lock:
             found = self._publications.get(topic)
@@ -159,7 +159,7 @@ class Endpoints:
         return Publisher(publication, self._release_publication)
 
     def restrict_publishing_to(self, thread: int) -> None:
-        """Publish only the given thread's messages from now on; drop those of other threads silently."""
+        """From now on, publish only messages from `thread`; silently drop those from other threads."""
         for publication in self.publications:
             publication.only_thread = thread
 
@@ -183,14 +183,15 @@ class Endpoints:
         queue_size: int | None,
         tcp_nodelay: bool,
     ) -> Subscriber[Any]:
-        """Add a callback to a topic and return it; the first one registers the topic at the master.
+        """Add a callback to a topic and return its handle; the first callback registers the topic with the
+        master.
 
-        If the node receives the topic already, the callback gets the last message of each connected publisher
-        that latches before this returns. A callback for `AnyMsg` also gets them if the node receives the
-        topic by its class, as a tool with simulated time does with `/clock`.
+        If the node already receives the topic, the callback gets the last message from each connected
+        latching publisher before this method returns. This also applies to a callback for `AnyMsg` if the
+        node already decodes the topic's messages, as a tool that uses simulated time does for `/clock`.
 
         Raises:
-            TypeConflict: this node subscribes to the topic with another type already.
+            TypeConflict: this node already subscribes to the topic with another type.
         """
         with self._lock:
             found = self._subscriptions.get(topic)
@@ -216,14 +217,14 @@ class Endpoints:
         return Subscriber(subscription, listener, self._release_subscription)
 
     def observe(self, observer: MessageObserver) -> None:
-        """Call `observer` for each further message of each topic, before the callbacks."""
+        """Call `observer` for each further message on each topic, before the callbacks."""
         with self._lock:
             self._observer = observer
             for subscription, _ in self._subscriptions.values():
                 subscription.observe = observer
 
     def ask_for_publishers(self, topic: str) -> None:
-        """Register a subscription again, because the master's answer lists the publishers. Blocks."""
+        """Register a subscription again, because the master's response lists the publishers. Blocks."""
         if found := self._subscriptions.get(topic):
             self._registrations.renew(found[1])
 
@@ -246,10 +247,10 @@ class Endpoints:
         handler: Callable[[Any], Message],
         on_error: Callable[[BaseException], object] | None,
     ) -> ServiceServer:
-        """Start answering a service.
+        """Start serving calls to a service.
 
         Raises:
-            NameInUse: this node serves that name already.
+            NameInUse: this node already provides a service with this name.
         """
         with self._lock:
             if name in self._services:
@@ -270,7 +271,7 @@ class Endpoints:
         return server
 
     def stop_serving(self, server: ServiceServer) -> None:
-        """Unregister a service and end its connections. May be called repeatedly."""
+        """Unregister a service and close its connections. May be called repeatedly."""
         with self._lock:
             found = self._services.get(server.name)
             if found is not None and found[0] is server:
@@ -308,11 +309,12 @@ class Endpoints:
         refuse_connection(connection.sock, reason)
 
     def close(self) -> None:
-        """End every link and every connection.
+        """Close all links and connections.
 
-        Endpoints that another thread adds meanwhile are not registered, and the ports close soon.
+        Endpoints that another thread adds in the meantime are not registered, and their ports are closed soon
+        after.
         """
-        end = time.monotonic() + CLOSE_FLUSH_S  # one deadline for all topics together
+        end = time.monotonic() + CLOSE_FLUSH_S  # all topics share one deadline
         for publication in self.publications:
             publication.close(end)
         for subscription in self.subscriptions:
@@ -325,6 +327,6 @@ class Endpoints:
 def _same_type(md5sum: str, message_class: type[Message], topic: str) -> None:
     if "*" not in (md5sum, message_class._md5sum) and md5sum != message_class._md5sum:
         raise TypeConflict(
-            f"[{topic}] is used with md5sum {md5sum} in this node already, "
+            f"[{topic}] is already used with md5sum {md5sum} in this node, "
             f"[{message_class._type}] has {message_class._md5sum}"
         )

@@ -1,4 +1,4 @@
-"""The name of a node, and its resolution of other names by command line and environment."""
+"""A node's name, and the resolution of other names from its command line and environment."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pipros.basics.env import Environment
 from pipros.basics.errors import InvalidName
 
 UNNAMED = "unnamed"
-"""The base name of a process that has not started a node."""
+"""Base name used by a process that has not started a node."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,8 @@ class Identity:
         namespace, which then applies to the node, as in rospy.
 
         Raises:
-            InvalidName: the name is empty, or includes a namespace and is not from `__name:=`.
+            InvalidName: the name is empty or has no letters, or includes a namespace but was not given by
+                `__name:=`.
         """
         arguments = names.parse_arguments(argv)
         special = arguments.special
@@ -69,7 +70,7 @@ class Identity:
         """Return the identity of a process before its node has a name.
 
         As in rospy, names resolve without remappings, because a remapping may depend on the node's name.
-        Topics created at that time are an exception, see `resolve_topic_without_name`.
+        Topics created at that time are an exception; see `resolve_topic_without_name`.
         """
         arguments = names.parse_arguments(argv)
         namespace = names.make_global_namespace(arguments.special.get("__ns", environment.namespace))

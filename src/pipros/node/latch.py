@@ -1,4 +1,4 @@
-"""The last message of latching publishers, for callbacks that are added later."""
+"""The last messages from latching publishers, for callbacks that are added later."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ class LastMessage:
 
 
 class LatchedFirst:
-    """Stands in for a new callback until it has received the latched messages, before any newer ones.
+    """Stands in for a new callback until the callback has received the latched messages, before any newer
+    messages.
 
-    Messages that arrive meanwhile, from the threads of links, are queued; `give` passes them on too.
+    Messages that arrive in the meantime, in the links' threads, are queued; `give` also passes them on.
     """
 
     def __init__(self, latched: Iterable[Any], call_back: Callable[[Any], object]) -> None:
@@ -30,7 +31,7 @@ class LatchedFirst:
         self._lock = threading.Lock()
 
     def __call__(self, message: Any) -> None:
-        """Queue a message from a link, or pass it on once `give` has finished."""
+        """Queue a message received over a link, or pass it on if `give` has finished."""
         with self._lock:
             if not self._is_over:
                 self._waiting.append(message)
@@ -38,7 +39,7 @@ class LatchedFirst:
         self._call_back(message)
 
     def give(self) -> None:
-        """Call back with the queued messages, in the caller's thread, until none is left."""
+        """Call the callback with each queued message, in the caller's thread, until none are left."""
         while True:
             with self._lock:
                 if not self._waiting:

@@ -49,7 +49,7 @@ class Severity:
 
     @staticmethod
     def of(levelno: int) -> Severity:
-        """Return the ROS level of a level of Python's logging; one in between counts as the next lower."""
+        """Return the ROS level for a level of Python's logging. A level in between is rounded down."""
         return next((severity for lowest, severity in _SEVERITIES if levelno >= lowest), _DEBUG)
 
 
@@ -64,12 +64,12 @@ _SEVERITIES = (
 
 
 class RosLogger(logging.Logger):
-    """A logger that names the function that logs with its class: `Driver.move`."""
+    """A logger that includes the class in the name of the logging function: `Driver.move`."""
 
     def findCaller(self, *args: Any, **kwargs: Any) -> tuple[str, int, str, str | None]:  # noqa: N802
-        """Return file, line and function that log, and the stack if requested.
+        """Return the file, line and function of the logging call, and the stack if requested.
 
-        Takes `stack_info` and `stacklevel`, as in Python's logging, which this is a method of.
+        Overrides the method of `logging.Logger`, and takes the same arguments.
         """
         stack_info = args[0] if args else kwargs.get("stack_info", False)
         stacklevel = args[1] if len(args) > 1 else kwargs.get("stacklevel", 1)
@@ -89,7 +89,9 @@ _LOGGING = logging.Logger.findCaller.__code__.co_filename
 
 
 def ros_logger(name: str) -> logging.Logger:
-    """Return the logger with the given name: a `RosLogger`, unless the program has set another class."""
+    """Return the logger with the given name: a `RosLogger`, unless the program has set another logger
+    class.
+    """
     logger = logging.getLogger(name)
     if type(logger) is logging.Logger:
         logger.__class__ = RosLogger
@@ -97,9 +99,9 @@ def ros_logger(name: str) -> logging.Logger:
 
 
 class ConsoleHandler(logging.Handler):
-    """Writes DEBUG and INFO to stdout, the rest to stderr; in colour if the stream is a terminal.
+    """Writes DEBUG and INFO to stdout and the rest to stderr, in colour if the stream is a terminal.
 
-    The streams are looked up at each line, so that redirecting `sys.stdout` works.
+    The streams are looked up for each line, so that redirecting `sys.stdout` works.
     """
 
     def __init__(
@@ -142,7 +144,7 @@ class ConsoleHandler(logging.Handler):
             else:
                 write_line(stream, line)
         except (OSError, ValueError):
-            pass  # the console was closed: the node continues without a console
+            pass  # the console was closed, so the node continues without it
 
     def _render(self, record: logging.LogRecord, severity: Severity) -> str:
         message = full_text(record)
@@ -230,7 +232,7 @@ class FileHandler(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         try:
             line = self.format(record)
-        except Exception:  # wrong arguments of the log call
+        except Exception:  # the arguments of the log call are wrong
             self.handleError(record)
         else:
             self._file.write(line + "\n")
@@ -251,10 +253,10 @@ def open_file_handler(path: Path) -> FileHandler:
 
 
 def find_log_config(environment: Environment) -> Path | None:
-    """Return the configuration file of Python's logging that replaces the default one; None if there is none.
+    """Return the file that replaces the default configuration of Python's logging; None if there is none.
 
     This is `ROS_PYTHON_LOG_CONFIG_FILE`, else `config/python_logging.conf` or `.yaml` in `ROS_HOME`. Such a
-    file can run code, so one in `ROS_HOME` is used only if no other user may write to it or its folder.
+    file can run code, so a file in `ROS_HOME` is used only if no other user may write to it or its folder.
     """
     if environment.python_log_config is not None:
         return environment.python_log_config
@@ -267,7 +269,7 @@ def find_log_config(environment: Environment) -> Path | None:
                 for path in (folder, config):
                     check_owner(path.stat(), str(path))
         except Untrusted as error:
-            warn_once(f"WARNING: the configuration of logging is not used: {error}")
+            warn_once(f"WARNING: the logging configuration is ignored: {error}")
             return None
         return config
     return None
@@ -276,7 +278,7 @@ def find_log_config(environment: Environment) -> Path | None:
 def configure_by_file(config: Path, log_path: Path) -> None:
     """Configure Python's logging from a file in its own format or in YAML.
 
-    The environment variable `ROS_LOG_FILENAME` gives the file the path to log to.
+    The file can read the path to log to from the environment variable `ROS_LOG_FILENAME`.
 
     Raises:
         PiprosError: the file is missing or malformed.
@@ -294,11 +296,11 @@ def configure_by_file(config: Path, log_path: Path) -> None:
             with config.open() as file:
                 logging.config.fileConfig(file, disable_existing_loggers=False)
     except Exception as error:
-        raise PiprosError(f"the configuration of logging [{config}] cannot be used: {error}") from error
+        raise PiprosError(f"the logging configuration [{config}] cannot be used: {error}") from error
 
 
 def log_file(log_dir: Path, node_name: str, given: str | None) -> Path:
-    """Return the log file of a node: the file given by `__log:=`, else a file named after the node."""
+    """Return a node's log file: the file given by `__log:=`, otherwise a file named after the node."""
     if given:
         return Path(given)
     return log_dir / (node_name.strip("/").replace("/", "_") + ".log")
@@ -319,19 +321,19 @@ def wall_time(seconds: float, time_format: str | None, digits: int = 6) -> str:
 
 
 def logger_levels() -> list[tuple[str, str]]:
-    """Return all loggers of the process and their ROS level names, as `~get_loggers` does."""
+    """Return the names and ROS level names of all loggers in the process, as `~get_loggers` does."""
     known = logging.Logger.manager.loggerDict
     loggers = [logger for logger in known.values() if isinstance(logger, logging.Logger)]
     return [(logger.name, Severity.of(logger.getEffectiveLevel()).name) for logger in loggers]
 
 
 def logger_count() -> int:
-    """How many loggers the process keeps, with the placeholders for parts of their names."""
+    """Return the number of loggers in the process, including the placeholders for parts of their names."""
     return len(logging.Logger.manager.loggerDict)
 
 
 def logger_exists(name: str) -> bool:
-    """Whether the process has a logger of this name; the root always exists."""
+    """Return whether the process has a logger with this name. The root logger always exists."""
     return not name or isinstance(logging.Logger.manager.loggerDict.get(name), logging.Logger)
 
 

@@ -1,4 +1,4 @@
-"""Opens the log outputs of a node: the console, a file, `/rosout`."""
+"""Opens a node's log outputs: the console, a file and `/rosout`."""
 
 from __future__ import annotations
 
@@ -29,19 +29,20 @@ _LOGGING_LEVELS = {
     8: logging.ERROR,
     16: logging.CRITICAL,
 }
-"""The levels of Python's logging for those of ROS."""
+"""Maps ROS level numbers to levels of Python's logging."""
 
 
 def open_console_and_file(
     node: Node, logger: logging.Logger, level: int | None, *, is_roscpp: bool = False
 ) -> list[logging.Handler]:
-    """Log `logger` to the console, and all loggers of the process to a file, as Noetic's configuration does.
+    """Log `logger` to the console, and all loggers in the process to a file, as Noetic's configuration does.
 
     If a configuration of Python's logging exists (`find_log_config`), it is used instead. `level` is a ROS
     level number; None keeps the configured one. For `is_roscpp`, see `ConsoleHandler`.
 
     Returns:
-        The handlers that were added to the logger and to the root logger; none with a configuration.
+        The handlers that were added to the logger and to the root logger; an empty list if a configuration is
+        used.
     """
     handlers: list[logging.Handler] = []
     given = node.identity.arguments.special.get("__log")
@@ -51,7 +52,8 @@ def open_console_and_file(
     else:
         logger.setLevel(logging.INFO)
         for handler in logger.handlers[:]:
-            if isinstance(handler, ConsoleHandler):  # of a configuration of the program before its node
+            # left from the logging that the program configured before it started the node
+            if isinstance(handler, ConsoleHandler):
                 logger.removeHandler(handler)
         console = ConsoleHandler(
             node.name, lambda: node.clock, node.environment.console_format, is_roscpp=is_roscpp
@@ -80,7 +82,8 @@ def _log_to_file(path: Path) -> list[logging.Handler]:
 
 
 def open_rosout(node: Node, logger: logging.Logger) -> RosoutHandler:
-    """Publish the records of `logger` on `/rosout`, with the node's topics unless a parameter turns that off.
+    """Publish the records of `logger` on `/rosout`. They list the node's topics unless a parameter turns that
+    off.
 
     Returns:
         The handler that was added to the logger.

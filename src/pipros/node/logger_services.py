@@ -15,9 +15,9 @@ _NAME_CHARACTERS = 200
 
 
 def serve_loggers(node: Node) -> None:
-    """Offer both services, for the loggers of this process.
+    """Offer both services for the loggers in this process.
 
-    As in Noetic a level may be set before the program creates the logger. Loggers live as long as the
+    As in Noetic, a level can be set before the program creates the logger. Loggers live as long as the
     process, so their number is limited.
     """
     created = 0
@@ -42,7 +42,7 @@ def serve_loggers(node: Node) -> None:
         elif not has_warned:
             has_warned = True
             node.log.warning(
-                "no further logger is created by ~set_logger_level: names have at most %d characters, and %s",
+                "~set_logger_level creates no further loggers: names have at most %d characters, and %s",
                 _NAME_CHARACTERS,
                 limit_text("loggers", node.limits.loggers),
             )

@@ -1,4 +1,6 @@
-"""A ROS node as an explicit object. `rospy` is a facade that wraps a Node; a process may have several."""
+"""A ROS node as an explicit object. `rospy` is a facade that wraps a Node; a process can have several
+nodes.
+"""
 
 from __future__ import annotations
 
@@ -43,11 +45,11 @@ if TYPE_CHECKING:
 
 
 MASTER_RETRY_S = 0.2
-"""How often a node that found no master tries again."""
+"""Interval at which a node that found no master tries again."""
 
 
 class Node:
-    """A node: its names, its registrations at the master, and its publications, subscriptions and services.
+    """A node: its names, its registrations with the master, and its publications, subscriptions and services.
 
     Use it as a context manager, or call `start` and `shutdown`. Every method may be called from any thread.
     The class changes no signal handlers or other state of the process.
@@ -80,8 +82,8 @@ class Node:
             environment: defaults to `os.environ`.
             log: defaults to a logger named after the node.
             on_shutdown_request: called with the reason when a peer requests the node's shutdown.
-            rpc_port: the port of the slave API; 0 selects a free one.
-            tcpros_port: the port for topics and services; 0 selects a free one.
+            rpc_port: the port for the slave API; 0 selects a free port.
+            tcpros_port: the port for topics and services; 0 selects a free port.
             limits: limits on the resources that peers can use; defaults to the process-wide limits.
 
         Raises:
@@ -153,12 +155,12 @@ class Node:
 
     @property
     def endpoints(self) -> Endpoints:
-        """The topics and services of the node."""
+        """The node's topics and services."""
         return self._started.endpoints
 
     @property
     def registrations(self) -> Registrations:
-        """The registrations of the node at the master."""
+        """The node's registrations with the master."""
         return self._started.registrations
 
     def _registrations_if_started(self) -> Registrations | None:
@@ -170,10 +172,10 @@ class Node:
         return self._started.connections
 
     def wait_for_master(self, on_missing: Callable[[Unreachable], object] | None = None) -> None:
-        """Wait until the master answers; call `on_missing` once if it does not.
+        """Wait until the master answers. If the first attempt fails, call `on_missing` once.
 
         Raises:
-            Interrupted: the node was shut down meanwhile.
+            Interrupted: the node was shut down while waiting.
         """
         is_reported = False
         while not self.is_shutdown:
@@ -188,7 +190,7 @@ class Node:
         raise Interrupted(f"{self.name} was shut down while it waited for the master")
 
     def use_simulated_time(self) -> SimulatedClock:
-        """Make the node's clock follow `/clock`. Waits on the wall clock end."""
+        """Make the node's clock follow `/clock`. All waits on the wall clock end."""
         from pipros.msg import load_message_class
         from pipros.msg.time import Time
 
@@ -203,7 +205,7 @@ class Node:
         return clock
 
     def use_clock(self, clock: Clock) -> None:
-        """Replace the node's clock. Waits on the previous one end."""
+        """Replace the node's clock, and end all waits on the previous clock."""
         self.clock, before = clock, self.clock
         before.interrupt()
 
@@ -218,7 +220,7 @@ class Node:
         self._loop.call(self._loop.asyncio.add_reader, descriptor, on_readable)
 
     def enable_statistics(self, limits: WindowLimits | None = None) -> None:
-        """Publish the topic statistics of the subscriptions on `/statistics`."""
+        """Publish topic statistics for the node's subscriptions on `/statistics`."""
         from pipros.node.statistics_publisher import StatisticsPublisher
         from pipros.node.topic_statistics import WindowLimits
 
@@ -234,12 +236,14 @@ class Node:
 
     @property
     def is_shutdown(self) -> bool:
-        """Whether the shutdown has begun; in the hooks, which may still publish, this is False."""
+        """Whether the shutdown has begun. Still False in the shutdown hooks, because they can still
+        publish.
+        """
         return self._ended.is_set() or (self._ending_thread or get_ident()) != get_ident()
 
     @property
     def is_ending(self) -> bool:
-        """Whether the shutdown has begun; also True in the hooks."""
+        """Whether the shutdown has begun. Already True in the shutdown hooks."""
         return self._ending_thread is not None
 
     def wait_for_shutdown(self, timeout_s: float | None = None) -> bool:
@@ -247,7 +251,9 @@ class Node:
         return self._ended.wait(timeout_s)
 
     def on_shutdown(self, hook: Callable[[], object]) -> None:
-        """Call `hook` when the node shuts down, while it can still publish; in order of addition."""
+        """Call `hook` when the node shuts down, while it can still publish. Hooks are called in the order in
+        which they were added.
+        """
         self._shutdown_hooks.append(hook)
 
     def shutdown_async(self, reason: str) -> None:
@@ -256,16 +262,16 @@ class Node:
         threading.Thread(target=end, args=(reason,), name=f"end {self.name}", daemon=True).start()
 
     def shutdown(self, reason: str = "") -> None:
-        """End the node: run the hooks, unregister at the master, then close all links. Blocks until done.
+        """End the node: run the hooks, unregister from the master, then close all links. Blocks until done.
 
-        From the start, only the hooks may publish: no message of another thread follows their last one (a
-        robot's "stop"). An exception in a hook is logged. May be called repeatedly; a second caller waits for
-        the first.
+        From the start of the shutdown, only the hooks can publish, so no message from another thread follows
+        their last message (a robot's "stop"). An exception in a hook is logged. May be called repeatedly; a
+        second caller waits for the first.
         """
         with self._lock:
             is_first, self._ending_thread = self._ending_thread is None, self._ending_thread or get_ident()
         if not is_first:
-            if self._ending_thread != get_ident():  # a hook that calls this runs inside the shutdown
+            if self._ending_thread != get_ident():  # a hook that calls this method runs inside the shutdown
                 self._ended.wait()
             return
         self.log.debug("signal_shutdown [%s]", reason)
@@ -285,7 +291,7 @@ class Node:
                 self._calls.interrupt()
                 try:
                     running.leave()
-                finally:  # a loop that goes on would watch descriptors that others close
+                finally:  # a loop that continues would watch descriptors that have been closed elsewhere
                     self._loop.stop()
                     self.master.close()
         finally:
@@ -378,7 +384,7 @@ class Node:
         persistent: bool = False,
         headers: Mapping[str, str] | None = None,
     ) -> ServiceClient:
-        """Return a client of a service; see `ServiceClient`. Its calls end with the node."""
+        """Return a client for a service; see `ServiceClient`. Its calls end when the node does."""
         return ServiceClient(
             self.resolve(service),
             service_class,
@@ -392,12 +398,12 @@ class Node:
     async def call(
         self, service: str, service_class: ServiceClass, request: Message, timeout_s: float | None = None
     ) -> Any:
-        """Call a service from a coroutine; cancelling it ends the call.
+        """Call a service from a coroutine. Cancelling the coroutine ends the call.
 
         Raises the same errors as `ServiceClient.call`.
         """
         return await asyncio_support.call(self.client(service, service_class), request, timeout_s)
 
     def statistics(self) -> Mapping[str, Any]:
-        """Return the traffic of the node so far; see `Endpoints.statistics`."""
+        """Return the node's traffic so far; see `Endpoints.statistics`."""
         return self.endpoints.statistics()

@@ -1,7 +1,7 @@
 """Detects when messages follow each other so closely that they should share packets.
 
-A packet costs both sides several times as much as a small message: in a burst, sending each message in its
-own packet limits the rate. Outside a burst, a message must not wait for others.
+A packet costs both sides several times as much as a small message, so sending each message in its own packet
+limits the rate of a burst. Outside a burst, a message must not wait for others.
 """
 
 from __future__ import annotations
@@ -17,25 +17,27 @@ SHARED_BYTES: Final = 8 * 1024
 """Messages up to this size share packets when they follow each other closely."""
 
 CLOSE_S: Final = 200e-6
-"""Messages at shorter intervals than this are close: 5,000 a second and more."""
+"""Messages that follow each other at shorter intervals than this, at more than 5,000 per second, are
+close.
+"""
 
 RUN_LENGTH: Final = 32
 LATE: Final = 8
-"""This many close messages form a burst. A late one, whose publisher had to wait for a processor, cancels
-LATE of them: a few in a row end the burst.
+"""This many close messages form a burst. A late message, whose publisher had to wait for a processor, cancels
+LATE of them, so a few late messages in a row end the burst.
 """
 
 SILENCE_S: Final = 1e-3
-"""A pause of this length ends a burst without a further message."""
+"""A pause of this length ends a burst even if no further message follows."""
 
 CHECK_S: Final = 0.01
-"""How often a burst is checked for its end: its last messages may wait this long in a shared packet if the
-subscriber is slow to acknowledge earlier ones.
+"""Interval at which a burst is checked for its end. If the subscriber is slow to acknowledge earlier
+messages, the last messages of a burst can wait this long in a shared packet.
 """
 
 
 class BurstDetector:
-    """Detects bursts of messages of one topic, by a monotonic clock. For one thread at a time.
+    """Detects bursts of messages on one topic, using a monotonic clock. For one thread at a time.
 
     Attributes:
         in_burst: whether a burst is in progress.
@@ -79,13 +81,14 @@ class SharingLink(Protocol):
 
 
 class PacketSharing:
-    """Makes the links of one topic share packets during bursts.
+    """Makes a topic's links share packets during bursts.
 
-    All methods but `close` are called with the lock held that keeps the messages of the topic in order.
+    Except for `close`, all methods are called while holding the lock that keeps the topic's messages in
+    order.
 
     Attributes:
-        note: `BurstDetector.note`; if it returns True, call `apply`. An attribute, because it is called for
-            every small message.
+        note: `BurstDetector.note`; if it returns True, call `apply`. Bound as an attribute for speed, because
+            it is called for every small message.
     """
 
     __slots__ = ("_detector", "_is_closed", "_is_watched", "_links", "_lock", "_loop", "note")
@@ -93,17 +96,17 @@ class PacketSharing:
     def __init__(
         self, loop: BackgroundLoop, lock: threading.Lock, links: Callable[[], Iterable[SharingLink]]
     ) -> None:
-        """Control the links that `links` returns: the current ones of the topic."""
+        """Control the topic's current links, which `links` returns."""
         self._detector = BurstDetector()
         self.note = self._detector.note
         self._loop = loop
         self._lock = lock
         self._links = links
-        self._is_watched = False  # by the event loop, during a burst
+        self._is_watched = False  # whether the event loop is watching a burst
         self._is_closed = False
 
     def apply_to(self, link: SharingLink) -> None:
-        """Make a new link share packets if the others do."""
+        """Make a new link share packets if the other links do."""
         link.share_packets(share=self._detector.in_burst)
 
     def apply(self) -> None:
@@ -121,7 +124,7 @@ class PacketSharing:
 
     def _watch(self) -> None:
         """Send the last messages of a burst once it has ended. Runs in the event loop, without waiting."""
-        if self._lock.acquire(blocking=False):  # not while a message is being published
+        if self._lock.acquire(blocking=False):  # skip the check while a message is being published
             try:
                 if self._detector.end_if_idle(time.monotonic()):
                     self.apply()

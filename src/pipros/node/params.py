@@ -1,13 +1,13 @@
 """A node's access to the parameter server, with a cache that follows changes.
 
-Theory of operation. `get_cached` subscribes to a parameter on the first read: the master answers with the
+Theory of operation. `get_cached` subscribes to a parameter on the first read: the master responds with the
 value, and from then on sends `paramUpdate` notices when another node changes the parameter or one below it.
 Each cached parameter has a state:
 
-    JOINING    subscribed, the first value has not arrived. Reads query the master. OVERTAKEN  as JOINING, but
-    a notice arrived first, so the first value may be older than the notice. CURRENT    reads return the
-    cached value. STALE      the value may be out of date. The next read queries the master and sets the state
-    to CURRENT.
+    JOINING    The node has subscribed, but the first value has not arrived. Reads query the master.
+    OVERTAKEN  Like JOINING, but a notice arrived first, so the first value may be older than the notice.
+    CURRENT    Reads return the cached value.
+    STALE      The value may be out of date. The next read queries the master and sets the state to CURRENT.
 
     event                      JOINING    OVERTAKEN  CURRENT                    STALE
     first value, or a new one
@@ -18,7 +18,7 @@ Each cached parameter has a state:
                                                      from the notice
     invalidation               OVERTAKEN  OVERTAKEN  STALE                      STALE
 
-The master sends a node no notice of the node's own changes, and a notice about another node's change may be
+The master does not notify a node of the node's own changes, and a notice about another node's change may be
 older than a change by this node. So once a node has set or deleted a key, notices about it, or about keys
 above and below it, only make cached parameters STALE.
 """
@@ -38,7 +38,7 @@ from pipros.node.registration import ParameterEntry, Registrations
 
 
 class CacheState(Enum):
-    """The state of a cached parameter; see the module."""
+    """The state of a cached parameter; see the module docstring."""
 
     JOINING = auto()
     OVERTAKEN = auto()
@@ -65,7 +65,7 @@ class CachedParameter:
     """One cached parameter. The value `{}` means "not set": the master sends it for a deleted parameter.
 
     Attributes:
-        changes: number of times the value was changed or invalidated, to detect an outdated answer.
+        changes: number of times the value was changed or invalidated; used to detect an outdated response.
     """
 
     key: str
@@ -74,7 +74,7 @@ class CachedParameter:
     changes: int = 0
 
     def registered(self, value: Any) -> None:
-        """Store the value with which the master answered the subscription."""
+        """Store the value from the master's response to the subscription."""
         self.changes += 1
         self.state, self.value = _REGISTERED[self.state], value
 
@@ -89,7 +89,7 @@ class CachedParameter:
             self.state, self.value = CacheState.CURRENT, value
 
     def notice(self, key: str, value: Any) -> None:
-        """Apply a notice about the parameter itself, or about one below it."""
+        """Apply a notice about the parameter itself, or about a parameter below it."""
         if self.state is not CacheState.CURRENT:
             self.invalidate()
         elif key == self.key:
@@ -115,10 +115,11 @@ class CachedParameter:
 
 
 class Parameters:
-    """Reads and writes parameters, by names that the node resolves.
+    """Reads and writes parameters. The node resolves their names.
 
-    A missing parameter raises NotFound; a value without an XML-RPC form raises TypeError or OverflowError
-    before anything is sent. Values of a namespace are nested dictionaries. May be used from any thread.
+    A missing parameter raises NotFound; a value that XML-RPC cannot represent raises TypeError or
+    OverflowError before anything is sent. A namespace is read as nested dictionaries. May be used from any
+    thread.
     """
 
     def __init__(
@@ -127,7 +128,7 @@ class Parameters:
         resolve: Callable[[str], str],
         registrations: Callable[[], Registrations | None],
     ) -> None:
-        """Cache values once `registrations` returns an object: it returns None until the node has started."""
+        """Cache values once `registrations` returns an object. It returns None until the node has started."""
         self._master = master
         self._resolve = resolve
         self._registrations = registrations
@@ -142,7 +143,7 @@ class Parameters:
     def get_cached(self, name: str) -> Any:
         """Like `get`, but query the master only once; changes then arrive as notices.
 
-        Changes by the node itself take effect at once, in all cached parameters concerned.
+        Changes made by the node itself take effect at once in all affected cached parameters.
         """
         key = self._resolve(name)
         registrations = self._registrations()
@@ -207,7 +208,9 @@ class Parameters:
         self._observers.append(observer)
 
     def search(self, name: str) -> str | None:
-        """Return the full name of the closest parameter, from the node upwards; None if not found."""
+        """Return the full name of the closest matching parameter, searching from the node's namespace
+        upwards; None if there is none.
+        """
         try:
             return self._master.search_param(name)
         except Refused:
@@ -219,7 +222,7 @@ class Parameters:
     def update(self, key: str, value: Any) -> bool:
         """Apply a change that the master announced; return False if the parameter is not cached.
 
-        The key may name a parameter below a cached namespace. Source: the `paramUpdate` call of
+        The key may name a parameter below a cached namespace. Source: the `paramUpdate` call in
         http://wiki.ros.org/ROS/Slave_API
         """
         key = names.canonicalize(key)
@@ -241,7 +244,9 @@ class Parameters:
             return [cached for cached in self._cache if _are_related(key, cached)]
 
     def invalidate(self, key: str) -> None:
-        """Mark cached parameters at, above and below a key as stale, so that the next read fetches them."""
+        """Mark cached parameters at, above and below a key as stale, so that the next read queries the
+        master.
+        """
         key = names.canonicalize(key)
         with self._lock:
             concerned = [cached for cached in self._cache.values() if _are_related(key, cached.key)]

@@ -14,7 +14,7 @@ from pipros.node.log import configure_by_file, find_log_config, open_file_handle
 
 
 def log_program(logname: str, level: int, filename: str | None, environment: Environment) -> Path | None:
-    """Write all log records of the process to a file in the ROS log folder.
+    """Write all of the process's log records to a file in the ROS log folder.
 
     Args:
         logname: names the file, `<logname>-<pid>.log`.
@@ -74,7 +74,8 @@ def make_folders_as_parent(folder: Path) -> None:
 
 
 def link_latest(folder: Path) -> bool:
-    """Point the link `latest` beside the folder to it; return False if `latest` exists and is not a link.
+    """Point the link `latest`, next to `folder`, to `folder`. Return False if `latest` exists and is not a
+    link.
 
     Raises:
         OSError: the link cannot be created.

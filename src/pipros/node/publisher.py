@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 
 
 JOIN_LIMIT_BYTES = 32 * 1024
-"""Frames up to this size are joined and written by one plain send; larger ones are never copied."""
+"""Messages up to this size are joined and written with one plain send. Larger messages are never copied."""
 
 CLOSE_FLUSH_S = 0.2
-"""How long closing waits for the last messages to be sent, in total, so that no slow subscriber blocks a
-node's end.
+"""How long closing waits in total for the last messages to be sent, so that a slow subscriber does not block
+a node's shutdown.
 """
 
 _IDLE = State.IDLE  # looked up for each message
@@ -65,10 +65,10 @@ class Publication:
 
     Two locks, taken in this order: `_lock` keeps the messages of several threads in the same order on all
     links, and is held while a message is encoded, for seconds if it is large; the event loop never waits for
-    it. `_links_lock` is held only to change `links` and `_joining`, and to queue the call of the listeners.
+    it. `_links_lock` is held only to change `links` and `_joining`, and to queue calls to the listeners.
 
-    A new subscriber gets the reply header at once and waits in `_joining`. It joins `links` with the latched
-    message, which a thread encodes, or with one that is being published.
+    A new subscriber gets the reply header at once and waits in `_joining`. It is added to `links` when it is
+    sent the latched message, which a thread encodes, or a message that is being published.
     """
 
     def __init__(self, topic: str, message_class: type[Message], context: NodeContext) -> None:
@@ -99,9 +99,10 @@ class Publication:
         self._is_closed = False
 
     def publish(self, message: Message) -> None:
-        """Send a message to every subscriber; serialise it once, and not at all without subscribers.
+        """Send a message to every subscriber. It is serialized once, or not at all if there are no
+        subscribers.
 
-        Blocks for at most `Limits.stall_s`, for all subscribers together and whatever the `queue_size` (see
+        Blocks for at most `Limits.stall_s`, for all subscribers together, regardless of `queue_size` (see
         `pipros.net.outgoing`). A subscriber that does not catch up in that time has stalled: until it has
         caught up, `publish` does not wait for it, and it gets only the newest message.
 
@@ -138,7 +139,8 @@ class Publication:
     def attach(self, connection: TcprosConnection) -> None:
         """Answer a subscriber's header: link it and send the latched message, or refuse it.
 
-        Called in the event loop: a thread encodes the latched message, or waits for a publication to end.
+        Called from the event loop. A separate thread encodes the latched message, or waits for the current
+        call of `publish` to finish.
         """
         refusal = topic_refusal(connection.fields, self.interface)
         if refusal:
@@ -164,7 +166,7 @@ class Publication:
         entry.close = link.close
         peer = PublisherLink(printable(connection.fields["callerid"]), self._context.next_link_number(), link)
         with self._links_lock:
-            self._joining = (*self._joining, peer)  # before the subscriber can know that it is connected
+            self._joining = (*self._joining, peer)  # done before the subscriber can know that it is connected
             link.send_header(header)
         if self._lock.acquire(blocking=False):
             try:
@@ -181,13 +183,14 @@ class Publication:
             link.close()
 
     def _send_latched(self) -> None:
-        """Send the latched message to new subscribers, encoded once for all that wait."""
+        """Send the latched message to all waiting subscribers, encoding it only once."""
         with self._lock:
             if not self._joining:
                 return
             try:
                 data = self._serialized(self._latched) if self._latched is not None else None
-            except Exception as error:  # without subscribers it was not serialised at its publication
+            except Exception as error:
+                # it was published when there were no subscribers, so it has not been serialized before
                 self._context.log.error("the latched message of [%s] cannot be sent: %s", self.topic, error)
                 data = None
             for link in self._admit():
@@ -196,7 +199,7 @@ class Publication:
                     link.queue_for_loop()
 
     def _admit(self) -> list[OutgoingLink]:
-        """Let new subscribers receive further messages; return their links. `_lock` is held."""
+        """Admit new subscribers to further messages and return their links. The caller holds `_lock`."""
         with self._links_lock:
             joining, self._joining = self._joining, ()
             for peer in joining:
@@ -222,7 +225,7 @@ class Publication:
     def close(self, end: float | None = None) -> None:
         """Close all links; later messages are discarded.
 
-        Queued messages are sent until `end` (of `time.monotonic`), by default for CLOSE_FLUSH_S.
+        Queued messages are sent until `end` (a `time.monotonic()` time), by default for CLOSE_FLUSH_S.
         """
         self._is_closed = True
         self._sharing.close()
@@ -296,7 +299,7 @@ class Publication:
 
 
 class Publisher(Generic[AnyMessage]):
-    """A handle on a topic that the node publishes. Returned by `Node.advertise`."""
+    """A handle for a topic that the node publishes. Returned by `Node.advertise`."""
 
     def __init__(self, publication: Publication, release: Callable[[Publication], None]) -> None:
         self.publication = publication
@@ -319,10 +322,11 @@ class Publisher(Generic[AnyMessage]):
         self.publication.publish(message)
 
     def statistics(self) -> Mapping[str, int]:
-        """Return the traffic of the topic since the first `advertise`, for all subscribers together:
+        """Return the topic's traffic since the first `advertise`, for all subscribers together.
 
-        `frames` (messages) and `bytes` sent; those `dropped` because a subscriber was too slow, or
-        disconnected before they were sent; and `links_ended`, each of which may have lost messages.
+        The keys are `frames` (messages) and `bytes` sent; `dropped`, the number of messages not sent because
+        a subscriber was too slow or disconnected; and `links_ended`, the number of closed links, each of
+        which may have lost messages.
         """
         return self.publication.statistics()
 

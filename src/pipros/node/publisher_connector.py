@@ -1,4 +1,4 @@
-"""Links a subscriber to all publishers of a topic that the master lists, and keeps it linked."""
+"""Links a subscriber to all publishers that the master lists for a topic, and keeps it linked."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from pipros.node.throttled_warnings import ThrottledWarnings
 
 RETRY_FIRST_S = 0.1
 RETRY_LONGEST_S = 5.0
-"""Waits between attempts to reach a publisher that the master still lists."""
+"""Delays between attempts to reach a publisher that the master still lists."""
 
 RETRY_REFUSED_FIRST_S = 5.0
 RETRY_REFUSED_LONGEST_S = 60.0
-"""Waits after a refusal: its cause rarely disappears by itself, but a publisher without room has room later.
+"""Delays after a refusal. Its cause rarely disappears by itself, but a publisher at its connection limit may
+have room later.
 """
 
 LinkEnd = asyncio.Future[str]
@@ -28,10 +29,10 @@ Connect = Callable[[str], Awaitable[LinkEnd]]
 
 
 class PublisherConnector:
-    """Connects to each publisher of a topic, and again whenever the link ends. For the event loop only.
+    """Connects to each publisher of a topic, and reconnects whenever a link ends. For the event loop only.
 
-    A link to a publisher that is no longer listed stays until the publisher ends it: a master that has just
-    restarted does not know every node yet.
+    A link to a publisher that is no longer listed stays until the publisher closes it, because a master that
+    has just restarted does not know every node yet.
 
     Attributes:
         attempts: number of attempts to reach a publisher.
@@ -71,7 +72,8 @@ class PublisherConnector:
         for uri in self._tasks.keys() - self._listed - self._linked:
             self._tasks.pop(uri).cancel()
         for uri in listed:
-            if uri in self._refused and uri in self._tasks:  # it may have registered again, with another type
+            # the publisher may have registered again with another type
+            if uri in self._refused and uri in self._tasks:
                 self._tasks.pop(uri).cancel()
             if uri not in self._tasks:
                 task = self._tasks[uri] = asyncio.ensure_future(self._keep_linked(uri))
@@ -85,14 +87,15 @@ class PublisherConnector:
             task.cancel()
 
     async def _keep_linked(self, uri: str) -> None:
-        """Keep a link to one publisher for as long as the master lists it."""
+        """Keep a link to a publisher for as long as the master lists the publisher."""
         delay_s, explained, is_first = RETRY_FIRST_S, "", True
         refused_s = RETRY_REFUSED_FIRST_S
         try:
             while uri in self._listed:
                 try:
                     ended = await self._context.attempts.make(lambda: self._attempt(uri), is_first=is_first)
-                except (PiprosError, ValueError) as error:  # ValueError: it registered an invalid URI
+                except (PiprosError, ValueError) as error:
+                    # ValueError: the publisher registered an invalid URI
                     is_first = False
                     if str(error) != explained:  # each problem is explained once
                         explained = str(error)
@@ -123,7 +126,7 @@ class PublisherConnector:
         return loop.time() - began > RETRY_LONGEST_S
 
     async def _wait_refused(self, uri: str, delay_s: float) -> float:
-        """Wait after a refusal, until `update` at most; return the duration of the next wait."""
+        """Wait after a refusal, but no longer than until the next `update`. Return the delay to use next."""
         self._refused.add(uri)
         try:
             await asyncio.sleep(delay_s)
@@ -136,11 +139,13 @@ class PublisherConnector:
         return await self._connect(uri)
 
     async def _explain(self, uri: str, error: Exception) -> None:
-        """Warn that a publisher cannot be received from, with the reason and a cure (ros_comm#222)."""
+        """Warn that nothing can be received from a publisher, giving the reason and a remedy
+        (ros_comm#222).
+        """
         if not self._warnings.should_log(f"{printable(uri)}: {printable(error)}"):
             return
         explain = await unreachable.explain(error.peer) if isinstance(error, Unreachable) else ""
-        if uri in self._listed:  # not one that has unregistered meanwhile
+        if uri in self._listed:  # skip a publisher that has since unregistered
             self._context.log.warning(
                 "cannot receive [%s] from the publisher at %s: %s%s",
                 self._topic,
@@ -150,6 +155,6 @@ class PublisherConnector:
             )
 
     def _collect(self, task: asyncio.Task[None]) -> None:
-        """Log an unexpected exception, which ends this link only."""
+        """Log an unexpected exception, which ends only this link."""
         if not task.cancelled() and (error := task.exception()) is not None:
             self._context.log.error("following a publisher of [%s] failed", self._topic, exc_info=error)

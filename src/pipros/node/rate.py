@@ -26,15 +26,15 @@ class Rate:
     def remaining_ns(self) -> int:
         """Return the nanoseconds until the current cycle ends; negative if it is over."""
         now_ns = self._clock.now_ns()
-        if self.last_ns > now_ns:  # simulated time has moved backwards: the cycle begins now
+        if self.last_ns > now_ns:  # simulated time has moved backwards: the cycle starts now
             self.last_ns = now_ns
         return self.last_ns + self.period_ns - now_ns
 
     def sleep(self) -> bool:
-        """Wait for the end of the cycle; return False if the node shut down meanwhile.
+        """Wait for the end of the cycle; return False if the node shut down in the meantime.
 
         Raises:
-            TimeMovedBackwards: simulated time went back, and `reset` is False.
+            TimeMovedBackwards: simulated time moved backwards, and `reset` is False.
         """
         now_ns = self._clock.now_ns()
         try:
@@ -58,7 +58,7 @@ class Tick:
         last_expected_ns: time when the previous callback was due; None at first.
         last_real_ns: time when the previous callback was called.
         current_expected_ns: time when this callback was due.
-        current_real_ns: time when this callback is called.
+        current_real_ns: time when this callback was called.
         last_duration_s: duration of the previous callback.
     """
 

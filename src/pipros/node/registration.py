@@ -1,7 +1,7 @@
-"""A node's registrations at the master: added, removed, and repeated after the master lost them.
+"""A node's registrations with the master: added, removed, and repeated if the master has lost them.
 
-The node checks once a second whether the master knows it. A restarted master does not, and gets all
-registrations again; links between nodes need no master and continue.
+The node checks once a second whether the master knows it. A restarted master does not, so the node repeats
+all its registrations. Links between nodes do not depend on the master and continue.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from pipros.net.rpc_async_client import AsyncRpcClient
 from pipros.wire.xmlrpc import encode_call
 
 WATCH_INTERVAL_S = 1.0
-"""How often the node checks whether the master still knows it."""
+"""Interval at which the node checks whether the master still knows it."""
 WATCH_DEADLINE_S = 5.0
-"""A master that takes longer is busy; the next round checks again."""
+"""A master that takes longer to answer is considered busy; the next round checks again."""
 UNREGISTER_TIMEOUT_S = 0.3
-"""How long a node that shuts down waits for a master that hangs."""
+"""How long a node waits, while shutting down, for a master that does not answer."""
 
 
 class Entry(Protocol):
-    """A registration of a node at the master. `api` is the URI of the node's slave API."""
+    """A node's registration with the master. `api` is the URI of the node's slave API."""
 
     def register(self, master: MasterClient, api: str, /) -> None: ...
 
@@ -56,7 +56,9 @@ class PublicationEntry:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SubscriptionEntry:
-    """A subscription. `ask` is called before the master, and returns the function that takes its answer."""
+    """A subscription. `ask` is called before the master is queried, and returns the function that takes the
+    master's answer.
+    """
 
     topic: str
     type: str
@@ -104,7 +106,7 @@ class ParameterEntry:
 
 
 class Registrations:
-    """Keeps a node's registrations at the master up to date."""
+    """Keeps a node's registrations with the master up to date."""
 
     def __init__(self, master: MasterClient, node_name: str, api: str, log: logging.Logger) -> None:
         self._master = master
@@ -113,11 +115,13 @@ class Registrations:
         self._log = log
         self._entries: list[Entry] = []
         self._observers: list[Callable[[Entry, bool], object]] = []
-        self._lock = threading.RLock()  # keeps a re-registration and a change of entries apart
+        self._lock = threading.RLock()  # prevents entries from changing during a re-registration
         self._is_closed = False
 
     def add(self, entry: Entry) -> None:
-        """Register an entry. A refusal is logged; a master that cannot be reached gets the entry later."""
+        """Register an entry. A refusal is logged. If the master cannot be reached, the entry is registered
+        later.
+        """
         with self._lock:
             if not self._is_closed:
                 self._entries.append(entry)
@@ -125,7 +129,7 @@ class Registrations:
                 self._notify_observers(entry, is_added=True)
 
     def renew(self, entry: Entry) -> None:
-        """Register an entry again, unless it was removed meanwhile, to get the master's answer."""
+        """Register an entry again to get the master's response, unless the entry has been removed."""
         with self._lock:
             if entry in self._entries and not self._is_closed:
                 self._register(entry)
@@ -143,13 +147,14 @@ class Registrations:
         with self._lock:
             if entry in self._entries:
                 if self._unregister(entry, self._master) or not self._is_closed:
-                    self._entries.remove(entry)  # otherwise `close`, which interrupted the call, repeats it
+                    # if `close` interrupted the call, the entry stays, and `close` unregisters it
+                    self._entries.remove(entry)
                 self._notify_observers(entry, is_added=False)
 
     def observe(self, observer: Callable[[Entry, bool], object]) -> None:
         """Call `observer` with each entry that is added (True) or removed (False) from now on.
 
-        It is called with the entries locked, and must not raise.
+        It is called while the entries are locked, and must not raise.
         """
         self._observers.append(observer)
 
@@ -158,9 +163,9 @@ class Registrations:
             observer(entry, is_added)
 
     def close(self) -> None:
-        """Unregister all entries, the last one first; give up if the master does not answer."""
+        """Unregister all entries in reverse order. Give up if the master does not answer."""
         self._is_closed = True
-        # A thread that still registers an entry holds the lock, and may wait forever.
+        # A thread that is still registering an entry holds the lock, and might wait forever.
         self._master.interrupt(UNREGISTER_TIMEOUT_S)
         master = MasterClient(self._master.uri, self._node_name, timeout_s=UNREGISTER_TIMEOUT_S)
         with self._lock:
@@ -178,7 +183,7 @@ class Registrations:
             client.close()
 
     async def _watch(self, client: AsyncRpcClient) -> None:
-        # Uses one connection and one encoding: a silent node should cost almost nothing.
+        # One connection and one encoded request are reused, because an idle node should cost almost nothing.
         question = encode_call("lookupNode", (self._node_name, self._node_name))
         is_away = False
         while True:
@@ -211,7 +216,7 @@ class Registrations:
         except ValueError as error:  # XML cannot carry its name
             self._log.fatal("unable to register %s with master: %s", listed(entry), error)
         except Interrupted:
-            pass  # the node is ending
+            pass  # the node is shutting down
         except PiprosError as error:
             self._log.error("unable to register %s with master: %s. Will keep trying.", entry, error)
 
@@ -219,7 +224,7 @@ class Registrations:
         try:
             entry.unregister(master, self._api)
         except (Refused, ValueError):
-            pass  # the master does not know the entry: it is unregistered already
+            pass  # the master does not know the entry, so it is unregistered already
         except PiprosError:
             return False
         return True

@@ -1,4 +1,6 @@
-"""Programs that are one node and stand in for a C++ program: console, log levels and end like roscpp's."""
+"""Single-node programs that replace a C++ program, with console output, log levels and shutdown like
+roscpp's.
+"""
 
 from __future__ import annotations
 
@@ -20,15 +22,15 @@ from pipros.node.start_params import is_on, set_private_params
 def roscpp_program(
     name: str, package: str, argv: Sequence[str] | None = None, *, anonymous: bool = False
 ) -> Iterator[tuple[Node, logging.Logger]]:
-    """Run a node until the block ends; Ctrl-C and SIGTERM shut it down, which the block must notice.
+    """Run a node until the block ends. Ctrl-C and SIGTERM shut the node down; the block must check for this.
 
-    Waits for the master. Everything that the process logs is on the console as roscpp prints it, and on
-    `/rosout`.
+    Waits for the master. Everything that the process logs is printed on the console in roscpp's format, and
+    published on `/rosout`.
 
     Args:
         name: the name of the node.
         package: the name of the logger: `turtlesim` for `ros.turtlesim`.
-        argv: the command line; by default that of the process.
+        argv: the command line; defaults to the process's.
 
     Yields:
         The node, and the logger.

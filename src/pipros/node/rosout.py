@@ -21,18 +21,18 @@ _NAMES = {1: "DEBUG", 2: "INFO", 4: "WARN", 8: "ERROR", 16: "FATAL"}
 
 
 class RosoutAggregator:
-    """Runs the `/rosout` node inside this process. Use it as a context manager, or start and stop it.
+    """Runs the `/rosout` node inside this process. Use it as a context manager, or call `start` and `stop`.
 
-    In the file, continuation lines of a message are indented by a tab, so no sender can forge a line of
-    another. Control characters are escaped.
+    In the file, continuation lines of a message are indented by a tab, so a sender cannot forge another
+    sender's lines. Control characters are escaped.
     """
 
     def __init__(self, environment: Environment, log_file: Path | None = None) -> None:
         """Store the settings; `start` connects.
 
         Args:
-            environment: names the master.
-            log_file: gets a line for each message; None for no file.
+            environment: variables that include the master's address.
+            log_file: the file to which each message is logged; None for no file.
         """
         self.node = Node("rosout", environment=environment)
         self._log_file = log_file
@@ -43,7 +43,7 @@ class RosoutAggregator:
         """Register the node with the master.
 
         Raises:
-            OSError: the log file cannot be created. The node was not started.
+            OSError: the log file cannot be created. In this case the node is not started.
         """
         if self._log_file is not None:
             self._handler = open_file_handler(self._log_file)

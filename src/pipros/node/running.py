@@ -1,4 +1,4 @@
-"""The parts of a node that exist from start to shutdown: its ports, and its registrations at the master."""
+"""The parts of a node that exist from start to shutdown: its ports, and its registrations with the master."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from pipros.node.slave import on_bad_arity
 SHUTDOWN_DEADLINE_S = 2.0
 """How long shutdown waits for the event loop to close everything."""
 RPC_SHARE = 0.125
-"""The share of the process's descriptors for connections of the slave API."""
+"""Share of the process's file descriptors that slave API connections can use."""
 
 
 class RunningNode:
@@ -30,7 +30,7 @@ class RunningNode:
 
     Attributes:
         uri: the URI of the slave API.
-        registrations: the node's registrations at the master.
+        registrations: the node's registrations with the master.
         endpoints: the node's topics and services.
     """
 
@@ -56,7 +56,7 @@ class RunningNode:
         ports: tuple[int, int],
         limits: Limits,
     ) -> None:
-        """Open the ports of the slave API and of TCPROS. Runs in the event loop.
+        """Open the ports for the slave API and TCPROS. Runs in the event loop.
 
         No request is answered before this function returns.
 
@@ -107,11 +107,11 @@ class RunningNode:
 
     @property
     def descriptors(self) -> list[int]:
-        """The descriptors of the ports, which a forked child must not keep."""
+        """The file descriptors of the ports. A forked child must not keep them."""
         return [*self._tcpros.descriptors, *self._rpc.descriptors]
 
     def leave(self) -> None:
-        """Unregister at the master, end all links and close the ports. Blocks."""
+        """Unregister from the master, close all links and close the ports. Blocks."""
         self.registrations.close()
         self.endpoints.close()
         try:

@@ -38,11 +38,13 @@ _CHUNK_BYTES = 64 * 1024
 _LARGEST_CHUNK_BYTES = 4 * 1024 * 1024
 PROBE_INTERVAL_S = 0.3
 PROBE_LIMIT_S = 10.0
-"""Interval of the probes of a service that is waited for, and the longest duration of one."""
+"""Interval between probes while waiting for a service, and the maximum duration of one probe."""
 
 
 class ServiceFailed(PiprosError):
-    """A service call failed: no server, a refusal, an error reply, or a broken connection."""
+    """A service call failed: there is no server, it refused the call or replied with an error, or the
+    connection broke.
+    """
 
 
 class ErrorReply(ServiceFailed):
@@ -70,7 +72,7 @@ class Interruptible(Protocol):
 
 
 class OpenCalls:
-    """Running calls that can be interrupted together; may be a part of another such group."""
+    """Running calls that can be interrupted together. A group can be part of another group."""
 
     def __init__(self, part_of: OpenCalls | None = None) -> None:
         self._open: WeakSet[Interruptible] = WeakSet()
@@ -99,7 +101,7 @@ class OpenCalls:
             call.interrupt()
 
     def interrupt_present(self) -> None:
-        """End all running calls; later ones are not affected."""
+        """End all running calls. Later calls are not affected."""
         with self._lock:
             calls = list(self._open)
         for call in calls:
@@ -126,8 +128,8 @@ class ServiceClient:
             service: the global name.
             service_class: the service class.
             master: the master that is queried for the service's URI.
-            calls: the set of pending calls that this client's calls join, so that all can be interrupted
-                at once.
+            calls: the group of running calls to which this client's calls are added, so that all can be
+                interrupted at once.
             persistent: whether to keep one connection for all calls.
             headers: extra connection header fields, which the service handler can read.
             limits: limits on the resources that the server can use; defaults to the process-wide limits.
@@ -142,10 +144,10 @@ class ServiceClient:
         self._persistent = persistent
         self._headers = headers
         self._numbers = itertools.count(1)
-        # Outlives the connections, because it learns whether servers answer at once.
+        # Outlives the connections, because it learns whether servers respond at once.
         self._poller = PollingReceiver(REPLY_POLL_S)
         self._kept: ServiceLink | None = None
-        self._kept_lock = threading.Lock()  # for use of the kept link
+        self._kept_lock = threading.Lock()  # held while the kept link is used
 
     def call(self, request: Message, timeout_s: float | None = None) -> Any:
         """Send the request and return the response.
@@ -175,7 +177,7 @@ class ServiceClient:
         return response
 
     def probe(self, timeout_s: float) -> None:
-        """Check that a server really answers; raise ServiceFailed if not."""
+        """Check that a server responds; raise ServiceFailed if it does not."""
         deadline = time.monotonic() + timeout_s
         interface = WireType("*", "*")
         link = ServiceLink(
@@ -198,11 +200,12 @@ class ServiceClient:
         pause: Callable[[float], object],
         report: Callable[[ServiceFailed], object],
     ) -> bool:
-        """Probe until a server answers. Return False if none did within `timeout_s`; None waits for ever.
+        """Probe until a server responds. Return False if none did within `timeout_s`; None waits forever.
 
         Args:
-            pause: called with the seconds until the next probe; what it raises ends the wait.
-            report: called once, with the first failure of a server that is registered.
+            pause: called with the number of seconds until the next probe; an exception that it raises ends
+                the wait.
+            report: called once, when a registered server first fails to respond.
         """
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         has_reported = False
@@ -256,7 +259,9 @@ class ServiceClient:
 
 
 class ServiceLink:
-    """A client's connection to a service server. One call at a time; not for several threads."""
+    """A client's connection to a service server. It carries one call at a time, and must not be shared
+    between threads.
+    """
 
     def __init__(
         self,
@@ -279,7 +284,7 @@ class ServiceLink:
             uri: the URI of the server, `rosrpc://host:port`.
             service: the global name.
             caller_id: the name of the calling node.
-            interface: the type and md5 sum that the server must have; `*` for any.
+            interface: the type and md5 sum that the server must have; `*` accepts any.
             deadline: `time.monotonic()` time by which the connection and header exchange must finish.
             persistent: whether to ask the server to keep the connection open for further calls.
             probe: whether to tell the server that no call will follow.
@@ -327,7 +332,7 @@ class ServiceLink:
         """Send a request and return the body of the response.
 
         Raises:
-            CallTimeout: the deadline (of `time.monotonic`) passed; the link is closed.
+            CallTimeout: the deadline (a `time.monotonic()` time) passed; the link is closed.
             ServiceFailed: the server replied with an error, or the connection broke.
         """
         body = encoder(type(request))(request)
@@ -359,7 +364,7 @@ class ServiceLink:
     def _exchange_headers(
         self, header: Mapping[str, str], deadline: float | None
     ) -> tuple[Mapping[str, str], bytes]:
-        """Send a connection header; return the server's header, and the bytes received after it."""
+        """Send a connection header. Return the server's header and the bytes that were received after it."""
         self.sock.settimeout(_remaining(deadline, self._limits.handshake_s))
         self.sock.sendall(encode_header(header))
         self.sock.settimeout(None)
@@ -386,13 +391,13 @@ class ServiceLink:
         return reply
 
     def interrupt(self) -> None:
-        """End a call of another thread, in any phase."""
+        """End a call that is running in another thread, in any phase."""
         self._connector.interrupt()
         if self._is_connected:
             sockets.abort(self.sock)
 
     def interrupt_present(self) -> None:
-        """End a running call; an idle link, kept for the next call, stays open."""
+        """End a running call. An idle link, which is kept for the next call, stays open."""
         if self._is_busy:
             self.interrupt()
 
@@ -425,7 +430,9 @@ def _cannot_connect(service: str, error: Exception, deadline: float | None) -> S
 
 
 def _remaining(deadline: float | None, longest_s: float | None = None) -> float | None:
-    """Return the seconds until the deadline, for a socket's timeout; raise TimeoutError if it has passed."""
+    """Return the number of seconds until the deadline, as a socket timeout. Raises TimeoutError if it has
+    passed.
+    """
     if deadline is None:
         return longest_s
     remaining = deadline - time.monotonic()

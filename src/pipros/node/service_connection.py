@@ -3,9 +3,9 @@
 Theory of operation. At any moment, one of these owns a connection:
 
 - the event loop, while it waits for a request, which needs no thread;
-- a worker thread, while it answers a call. Before that, and after the reply to a client that keeps its
-  connection, the thread waits up to `THREAD_WAIT_S` for the next request, because it answers a prompt one
-  much sooner than the event loop would. Only `WAITING_THREADS` connections of a node have a waiting thread,
+- a worker thread, while it answers a call. Before the call, and after the reply to a client that keeps its
+connection, the thread waits up to `THREAD_WAIT_S` for the next request, because it answers a prompt request
+much sooner than the event loop would. Only `WAITING_THREADS` connections of a node have a waiting thread,
   so a flood of connections costs no more threads than that;
 - the event loop, while it sends the rest of a reply that the client did not read at once.
 
@@ -33,10 +33,10 @@ THREAD_WAIT_S = 0.05
 """How long a thread waits for a request, or for room for a reply, before the event loop takes over."""
 
 SEND_S = 0.5
-"""How long a thread sends a reply to a client that keeps reading some of it."""
+"""How long a thread keeps sending a reply to a client that reads it slowly."""
 
 WAITING_THREADS = 8
-"""How many connections of a node may have a thread that waits for a request."""
+"""Maximum number of a node's connections that have a thread waiting for a request."""
 
 PROGRESS_BYTES = 1024 * 1024
 """A peer that sends or reads this much gets another `Limits.request_s` for the rest."""
@@ -45,10 +45,10 @@ _TURN_BYTES = 256 * 1024
 """Maximum number of bytes that the event loop reads from one connection in one turn."""
 
 _FLOWING_BYTES = 4 * 1024
-"""A thread waits for a client that sends or reads at least this many bytes at a time."""
+"""A thread keeps waiting for a client that sends or reads at least this many bytes at a time."""
 
 _PIECES = 8
-"""How many smaller pieces of a request a thread waits for."""
+"""Maximum number of smaller pieces of a request that a thread waits for."""
 
 _pack_reply = struct.Struct("<BI").pack
 
@@ -79,11 +79,11 @@ class Server(Protocol):
 
     Attributes:
         loop: the event loop in which its connections wait.
-        connections: the table of all connections of the node.
+        connections: the table of all the node's connections.
         waiting_threads: semaphore that limits the threads that wait for a request.
-        unread: the bytes of replies that clients have not read.
+        unread: the reply bytes that clients have not read.
         request_s, frame_bytes: see `Limits`.
-        is_closed: no more calls are answered.
+        is_closed: whether the server has stopped answering calls.
     """
 
     loop: BackgroundLoop
@@ -95,7 +95,9 @@ class Server(Protocol):
     is_closed: bool
 
     def run(self, serve: Callable[[], None]) -> bool:
-        """Call `serve` in a worker thread when one is free; return False if none is or will be."""
+        """Call `serve` in a worker thread as soon as one is free. Return False if no thread is or will be
+        free.
+        """
 
     def answer(self, data: memoryview, fields: Mapping[str, str]) -> Reply | None:
         """Answer one call; return None if the request was malformed and the link must end."""
@@ -105,7 +107,7 @@ class Server(Protocol):
 
 
 class ServiceConnection:
-    """Waits for the requests of one client, has them answered, and sends the replies."""
+    """Waits for one client's requests, passes them to the server, and sends the replies."""
 
     __slots__ = (
         "_buffer",
@@ -139,7 +141,7 @@ class ServiceConnection:
         self._moved = 0
 
     def start(self, unsent: bytes) -> None:
-        """Start serving; `unsent` is the rest of the reply header. Called in the event loop."""
+        """Start serving; `unsent` is the rest of the reply header. Called from the event loop."""
         self._unsent = memoryview(unsent)
         if not self.is_persistent:
             self._expect_progress()
@@ -185,7 +187,7 @@ class ServiceConnection:
                 waits = server.waiting_threads.try_acquire()
             is_handed_over = self._hand_over(self._wait_in_loop)
         except (OSError, ProtocolError):
-            pass  # the client has disconnected or sent garbage: only its connection ends
+            pass  # the client has disconnected or sent garbage, so only its connection ends
         finally:
             if waits:
                 server.waiting_threads.release()
@@ -234,7 +236,7 @@ class ServiceConnection:
         data = b"".join((_pack_reply(is_success, sum(map(len, body))), *body))
         try:
             sent = self._sock.send(data)
-        except BlockingIOError:  # it has not read the previous bytes
+        except BlockingIOError:  # the client has not read the previous bytes
             sent = 0
         if sent == len(data):
             return True
@@ -258,7 +260,7 @@ class ServiceConnection:
             self.close()
 
     def _continue(self) -> None:
-        """Have the next request answered if it has arrived, else wait for it."""
+        """Pass the next request to a worker if it has arrived; otherwise wait for it."""
         try:
             self._request = next(self._requests, None)
         except ProtocolError:
@@ -279,7 +281,7 @@ class ServiceConnection:
         self._server.loop.asyncio.add_reader(self._sock.fileno(), self._read)
 
     def _read(self) -> None:
-        """Read a part of a request; pass a complete one to a worker."""
+        """Read part of a request. Pass the request to a worker once it is complete."""
         try:
             count = self._sock.recv_into(self._buffer.space()[:_TURN_BYTES])
             if count:
@@ -328,10 +330,10 @@ class ServiceConnection:
         self._unsent = memoryview(b"")
         self._continue()
 
-    # -- in either --------------------------------------------------------------------
+    # -- in either thread --------------------------------------------------------------------
 
     def _note_progress(self, count: int) -> None:
-        """Count transferred bytes: enough of them extend the deadline."""
+        """Count transferred bytes, and extend the deadline if they suffice."""
         self._moved += count
         if self._moved >= PROGRESS_BYTES:
             self._moved = 0
@@ -343,7 +345,7 @@ class ServiceConnection:
         self._server.connections.set_deadline(self, self.last_used + self._server.request_s)
 
     def close(self) -> None:
-        """Close the connection. For its owner only."""
+        """Close the connection. Only its owner may call this."""
         self._sock.close()
         self._server.connections.remove(self)
         self._server.forget(self)

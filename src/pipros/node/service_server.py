@@ -1,7 +1,7 @@
-"""Serving: a server that answers the calls of one service over TCPROS.
+"""A server that answers calls to one service over TCPROS.
 
-Wire form of a reply: one byte, 1 for success, then a message with the response, or with the text
-of the error. Source: http://wiki.ros.org/ROS/TCPROS
+On the wire, a reply is one byte, 1 for success, then a message that contains the response, or the error text.
+Source: http://wiki.ros.org/ROS/TCPROS
 """
 
 from __future__ import annotations
@@ -37,15 +37,15 @@ class ServiceClass(Protocol):
 
 
 class HandlerError(Exception):
-    """Raised by a handler's adapter: the text is sent to the client without being logged here."""
+    """Raised by a handler's adapter. The text is sent to the client and is not logged here."""
 
 
 class CallFailed(Exception):
-    """Raised by a handler: the client gets a failure without a text, like that of a roscpp handler."""
+    """Raised by a handler. The client gets a failure with no error text, as from a roscpp handler."""
 
 
 class ServiceServer:
-    """Answers the calls of one service. Calls on different connections run concurrently, in threads.
+    """Answers calls to one service. Calls on different connections run concurrently, in threads.
 
     `handler` gets the request and returns the response; it may block. If it raises, the client gets the error
     text, and `on_error` is called.
@@ -86,7 +86,7 @@ class ServiceServer:
     def attach(self, connection: TcprosConnection) -> None:
         """Take over a connection whose header names this service: send the reply header, and serve it.
 
-        Called in the event loop, which replies at once, while a thread gets ready for the request.
+        Called from the event loop, which replies at once while a thread prepares for the request.
         """
         refusal = service_refusal(connection.fields, self.interface)
         if refusal:
@@ -108,7 +108,7 @@ class ServiceServer:
             return
         try:
             sent = connection.sock.send(answer)
-        except OSError:  # it disconnected during the reply
+        except OSError:  # the client disconnected during the reply
             is_probe = True
         if is_probe:
             served.close()
@@ -119,7 +119,7 @@ class ServiceServer:
         served.start(answer[sent:])
 
     def close(self) -> None:
-        """End all connections. A running handler is not interrupted."""
+        """Close all connections. A running handler is not interrupted."""
         self.is_closed = True
         for connection in list(self._open):
             connection.abort()
@@ -130,7 +130,8 @@ class ServiceServer:
         """Call `serve` in a worker thread; log an error and return False if the system cannot start one."""
         try:
             self._workers.run(serve)
-        except RuntimeError as error:  # better no reply than one that never arrives
+        except RuntimeError as error:
+            # the client gets no reply, rather than waiting for one that never arrives
             if not interpreter_ends(error):
                 self._context.log.error("service [%s]: cannot serve a call: %s", self.name, error)
             return False
@@ -166,8 +167,10 @@ class ServiceServer:
 
 
 def _text_of(what: str, error: BaseException) -> bytes:
-    """Return the text of an exception for the client. File names in it may have characters outside UTF-8."""
+    """Return an exception's text for the client. File names in the text may contain bytes that are not valid
+    UTF-8.
+    """
     try:
         return f"{what}: {error}".encode("utf-8", "backslashreplace")
-    except Exception:  # its __str__ raises
+    except Exception:  # the exception's __str__ raises
         return f"{what}: {type(error).__name__}".encode()

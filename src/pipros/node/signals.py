@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM handling that ends the node whatever the main thread is doing."""
+"""Ctrl-C and SIGTERM handling that ends the node regardless of what the main thread is doing."""
 
 from __future__ import annotations
 
@@ -19,44 +19,48 @@ from pipros.basics.posix import call_in_children
 from pipros.node.node import Node
 
 _FROM_HANDLER = 0x80
-"""A bit of the byte that the handler writes, in addition to the number of the signal."""
+"""A bit that the handler sets in the byte that it writes, in addition to the signal number."""
 
 _BOTH_REPORT_WITHIN_S = 1.0
-"""The handler and the interpreter report the same signal within this time, if both do."""
+"""If the handler and the interpreter both report a signal, they do so within this time."""
 
 _SENT_TWICE_WITHIN_S = 0.2
-"""A signal repeated within this time counts once: `timeout` sends its command each signal twice."""
+"""A signal repeated within this time counts once, because `timeout` sends each signal to its command
+twice.
+"""
 
 _INSIST_AFTER_S = 0.1
-"""How long the main thread may continue after the end of the node, and then how often it is interrupted."""
+"""How long the main thread may continue after the node has ended, and the interval at which it is then
+interrupted.
+"""
 
 
 class NotInMainThread(PiprosError, RuntimeError):
-    """Signals can be handled in the main thread only."""
+    """Signals can only be handled in the main thread."""
 
 
 class Signals:
     """Handles SIGINT and SIGTERM; one per process.
 
     Theory of operation. Python calls handlers only when the main thread runs Python code, so a signal that
-    arrives just before it begins to wait would be lost. The interpreter writes each signal's number to a
-    descriptor at once, though, and the node's event loop reads it. Other code may replace that descriptor for
-    a while (asyncio, matplotlib), or call our handler from its own; so the handler writes to the same
-    descriptor, and a signal that is reported both ways counts once. If our handler has been replaced, only
-    the new one decides the effect of a signal.
+    arrives just before the main thread starts to wait would be lost. The interpreter writes each signal's
+    number to a descriptor at once, though, and the node's event loop reads it. Other code may replace that
+    descriptor for a while (asyncio, matplotlib), or call our handler from its own. Therefore, the handler
+    writes to the same descriptor, and a signal that is reported both ways counts once. If our handler has
+    been replaced, only the new one decides the effect of a signal.
 
     The handler raises nothing while the node runs: an exception between any two byte codes of the main thread
-    could leave a lock taken that the end of the node needs. It raises KeyboardInterrupt once the node has
-    ended: a further Ctrl-C ends a main thread that continues.
+    could leave a lock held that the shutdown needs. Once the node has ended, the handler raises
+    KeyboardInterrupt, so that a further Ctrl-C ends a main thread that continues.
 
-    A forked child is not the node, and gets the previous handlers of the process.
+    A forked child is not the node, and gets the process's previous handlers.
     """
 
     def __init__(self, end: Callable[[str], object], *, insist: bool = False) -> None:
         """Call `end` with the reason, in a separate thread, at the first signal.
 
-        If `insist` is true, interrupt the main thread if it has not called `uninstall` soon after that; also
-        after a shutdown that another thread began, for `rosnode kill`.
+        If `insist` is true, interrupt the main thread if it does not call `uninstall` soon afterwards. This
+        also applies to a shutdown that another thread began, as for `rosnode kill`.
         """
         self._end = end
         self._insist = insist
@@ -78,7 +82,7 @@ class Signals:
         return self._ending is not None
 
     def install(self) -> None:
-        """Install the handlers: further signals are kept for `listen`.
+        """Install the handlers. Signals are kept until `listen` is called.
 
         Raises:
             NotInMainThread: called from another thread.
@@ -95,13 +99,15 @@ class Signals:
         call_in_children(self._uninstall_in_child)
 
     def listen(self, node: Node) -> None:
-        """Let signals end the node, including those since `install`. They are read in its event loop."""
+        """Make signals end the node, including those received since `install`. They are read in the node's
+        event loop.
+        """
         node.add_reader(self._sockets[0], self._read)
         if self._insist:
             node.on_shutdown(self._insist_on_end)
 
     def listen_anew(self, node: Node) -> None:
-        """Let signals end a later node. Signals that arrived after the previous node ended are lost."""
+        """Make signals end a later node. Signals that arrived after the previous node ended are lost."""
         if self._ending is not None and self._ending is not threading.current_thread():
             self._ending.join()
         with contextlib.suppress(BlockingIOError):
@@ -130,7 +136,7 @@ class Signals:
                 raise KeyboardInterrupt
             self._by_interpreter.remove(number)  # the signal that ended the node
             return
-        with contextlib.suppress(OSError):  # the buffer is full of signals: another one has no effect
+        with contextlib.suppress(OSError):  # the buffer is full of signals, so another signal has no effect
             self._sockets[1].send(bytes((number | _FROM_HANDLER,)))
         previous = self._previous_handlers[number]
         if callable(previous) and previous is not signal.default_int_handler:
@@ -168,7 +174,9 @@ class Signals:
             os._exit(128 + number)
 
     def _insist_on_end(self) -> None:
-        """Interrupt the main thread after a shutdown that neither it nor a signal began (a shutdown hook)."""
+        """Interrupt the main thread after a shutdown that was begun neither by it nor by a signal. Called as
+        a shutdown hook.
+        """
         if self._ending is None and threading.current_thread() is not threading.main_thread():
             self._start_end("the node ends")
 
@@ -203,8 +211,8 @@ def ended_by_signals(
     """Run the block within `life`, which starts the node; SIGINT and SIGTERM shut the node down.
 
     A signal raises nothing in the block unless the block continues after the shutdown, which ends all waits
-    for the node. An exception of a block ended by a signal counts as KeyboardInterrupt. Outside the main
-    thread, signal handlers are left unchanged.
+    for the node. If a signal ended the block, any exception that the block raises becomes KeyboardInterrupt.
+    Outside the main thread, signal handlers are left unchanged.
 
     Args:
         insist: interrupt a block that continues after any shutdown. Otherwise only a second signal does, so

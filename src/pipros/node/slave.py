@@ -1,7 +1,7 @@
-"""The slave API: the XML-RPC calls of the master and other nodes to a node.
+"""The slave API: the XML-RPC calls that a node accepts from the master and from other nodes.
 
-Every answer is `[code, text, value]`. Sources: http://wiki.ros.org/ROS/Slave_API and, where it is silent,
-genuine rospy. Methods are looked up in a table, so that no others can be called.
+Every response is `[code, text, value]`. Sources: http://wiki.ros.org/ROS/Slave_API and, where it is silent,
+genuine rospy. Methods are looked up in a table, so only these can be called.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ SHUTDOWN_REFUSED: Final = (
 )
 
 _DOUBTED_LIMIT: Final = 100
-"""How many untrusted callers are named in the log."""
+"""Number of untrusted callers that are named in the log."""
 
 
 class SlaveNode(Protocol):
@@ -57,7 +57,7 @@ class SlaveNode(Protocol):
 def slave_methods(
     node: SlaveNode, master_uri: str, limits: Limits | None = None
 ) -> Mapping[str, Callable[..., Answer]]:
-    """Return the table of the slave API's methods for `node`."""
+    """Return the slave API's method table for `node`."""
     api = SlaveApi(node, master_uri, limits or process_limits())
     return {
         "getBusInfo": api.get_bus_info,
@@ -76,7 +76,7 @@ def slave_methods(
 
 
 def on_bad_arity(method: str, params: tuple[Any, ...]) -> Answer:
-    """Return the answer of genuine nodes to a call with the wrong number of parameters."""
+    """Return the response that genuine nodes give to a call with the wrong number of parameters."""
     value: object = "" if method == "getUri" else 0 if method in ("shutdown", "paramUpdate") else -1
     if not params:
         return [-1, "missing required caller_id parameter", value]
@@ -84,7 +84,7 @@ def on_bad_arity(method: str, params: tuple[Any, ...]) -> Answer:
 
 
 class SlaveApi:
-    """The methods of one node. They run in the node's event loop and never block."""
+    """The slave API methods of one node. They run in the node's event loop and never block."""
 
     def __init__(self, node: SlaveNode, master_uri: str, limits: Limits) -> None:
         self._node = node
@@ -220,7 +220,7 @@ class SlaveApi:
         return [1, "", 0]
 
     def request_topic(self, caller_id: str, topic: str, protocols: Any) -> Answer:
-        """Return the TCPROS address of a topic. Unknown protocols are skipped, as genuine nodes do."""
+        """Return the TCPROS address for a topic. Like genuine nodes, skip unknown protocols."""
         del caller_id
         if not isinstance(topic, str) or not topic:
             return [-1, "ERROR: parameter [topic] must be a non-empty string", []]
@@ -245,15 +245,16 @@ class SlaveApi:
         return [1, "shutdown", 0]
 
     def _end_if_replaced(self, reason: str) -> None:
-        """End the node if another one has taken its name, the reason for which a master calls `shutdown`."""
+        """End the node if another node has taken its name, which is why a master calls `shutdown`."""
         if self._node.registrations.is_replaced():
             self._node.shutdown_async(reason)
 
     def _is_trusted(self, caller_id: str, request: str) -> bool:
         """Return whether a call comes from the master's address or from this machine.
 
-        A master may call from a different address than it is reached at: behind NAT, in a container, or with
-        several networks. So calls from elsewhere are not trusted, but cause a query to the master.
+        A master may call from an address other than the one at which it is reached, for example behind NAT,
+        in a container, or with several networks. So calls from other addresses are not trusted, but cause a
+        query to the master.
         """
         caller = current_caller.get()
         if caller.host in self._node.master.addresses or caller.is_here:
@@ -262,7 +263,7 @@ class SlaveApi:
             self._doubted.add((request, caller.host))
             self._node.log.warning(
                 "%s of [%s] came from %s, which is neither the address of the master nor this machine: "
-                "asking the master instead. Further ones from there are not logged",
+                "asking the master instead. Further calls from there are not logged",
                 request,
                 printable(caller_id),
                 caller.host or "a closed connection",

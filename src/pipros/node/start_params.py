@@ -35,7 +35,7 @@ def set_private_params(node: Node) -> None:
 
 
 def is_on(node: Node, switch: str) -> bool:
-    """Return True if the parameter is set to true: `/use_sim_time`, `/enable_statistics`."""
+    """Return True if a parameter such as `/use_sim_time` or `/enable_statistics` is set to true."""
     try:
         return node.params.get(switch) is True
     except LookupError:
@@ -43,7 +43,9 @@ def is_on(node: Node, switch: str) -> bool:
 
 
 def window_limits(node: Node) -> WindowLimits:
-    """Return the window limits of topic statistics, from the parameters or else the defaults."""
+    """Return the window limits for topic statistics from the parameters, using defaults for those that are
+    not set.
+    """
     from pipros.node.topic_statistics import WindowLimits
 
     given: dict[str, Any] = {}

@@ -13,10 +13,10 @@ from pipros.node.publisher import Publisher
 from pipros.node.topic_statistics import TrafficMeter, Window, WindowLimits
 
 UNMEASURED = ("/statistics", "/clock")
-"""Topics that are not measured: measuring them would cause more messages on them."""
+"""Topics that are not measured, because measuring them would cause more messages on them."""
 
 _INT32_MAX = 2**31 - 1
-"""Largest value of a field: stamps and sequence numbers come from peers, and larger ones are reduced to this.
+"""Maximum value of a field. Stamps and sequence numbers are sent by peers; larger values are reduced to this.
 """
 
 
@@ -34,7 +34,8 @@ class StatisticsPublisher:
         self._node_name = node_name
         self._now_ns = now_ns
         self._limits = limits
-        self._meters: OrderedDict[tuple[str, str], TrafficMeter] = OrderedDict()  # the longest silent first
+        # the least recently active first
+        self._meters: OrderedDict[tuple[str, str], TrafficMeter] = OrderedDict()
         self._most_links = most_links
         self._lock = threading.Lock()
         self._class: Any = load_message_class("rosgraph_msgs/TopicStatistics")

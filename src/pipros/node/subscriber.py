@@ -40,7 +40,7 @@ NO_ARGS = object()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SubscriberCallback:
-    """One callback of a subscription, and the second argument that it gets, if any."""
+    """One callback of a subscription, and its second argument, if any."""
 
     callback: Callback
     args: object = NO_ARGS
@@ -57,15 +57,15 @@ class SubscriberLink:
     caller_id: str
     number: int
     link: IncomingLink
-    last: LastMessage | None  # set for latching publishers
+    last: LastMessage | None  # set only for latching publishers
 
 
 class Subscription:
     """A topic that a node receives, with all its callbacks.
 
     The callbacks of a topic are called in the order they were added, one message at a time, even if there are
-    several publishers. They may block, which delays only their own topic. An exception in one is logged; the
-    others are still called.
+    several publishers. A callback that blocks delays only its own topic. If a callback raises, the exception
+    is logged and the other callbacks are still called.
     """
 
     def __init__(self, topic: str, message_class: type[Message], context: NodeContext) -> None:
@@ -125,7 +125,7 @@ class Subscription:
             peer.link.queue_size = queue_size
 
     def close(self) -> None:
-        """End all links and open no others."""
+        """Close all links and stop opening new ones."""
         self._is_closed = True
         for listener in self.listeners:
             if isinstance(listener.callback, MessageStream):
@@ -137,15 +137,16 @@ class Subscription:
     # -- publishers ---------------------------------------------------------------
 
     def update_publishers(self, uris: Iterable[str]) -> None:
-        """Apply a list of publishers from the master. Called in the event loop."""
+        """Apply a list of publishers from the master. Called from the event loop."""
         self._announcements += 1
         self._connector.update(uris)
 
     def ask_for_publishers(self) -> Callable[[Iterable[str]], object]:
-        """Prepare a registration at the master; pass its answer to the returned function, in any thread.
+        """Prepare a registration with the master. Return a function to call with the master's response, in
+        any thread.
 
-        A list that the master announces meanwhile is newer than the answer, which may lack a publisher that
-        has just registered, and so does not replace that list.
+        A list that the master announces in the meantime is newer than the response, which may lack a
+        publisher that has just registered, so the response does not replace that list.
         """
         before = self._announcements
 
@@ -214,7 +215,7 @@ class Subscription:
             self.links = (*self.links, peer)
         try:
             link.start()
-        except RuntimeError as error:  # no more threads: some may end before the next attempt
+        except RuntimeError as error:  # no thread is available; some may have ended before the next attempt
             connection.sock.close()
             self._remove_link(link)
             if interpreter_ends(error):
@@ -223,7 +224,7 @@ class Subscription:
         return link
 
     async def _request(self, uri: str) -> tuple[str, int]:
-        """Request the TCPROS address of a topic from a publisher."""
+        """Request the topic's TCPROS address from a publisher."""
         answer = await call_async(
             uri,
             "requestTopic",
@@ -252,7 +253,8 @@ class Subscription:
         if last is None:
             listeners = self.listeners
         else:
-            with self._lock:  # a callback that is added now gets the message from `last` or with the others
+            # a callback that is added now gets the message either from `last` or with the others
+            with self._lock:
                 last.message = message
                 listeners = self.listeners
         if self.observe is not None:
@@ -270,14 +272,15 @@ class Subscription:
                 self._log_bad_callback(listener, error)
 
     def _call_back(self, listener: SubscriberCallback, message: Any) -> None:
-        """Call one callback, as the loop above does inline to avoid a call per message."""
+        """Call one callback. The loop above does the same inline, to avoid a function call per message."""
         try:
             listener.callback(*(message, listener.args) if listener.args is not NO_ARGS else (message,))
         except Exception as error:
             self._log_bad_callback(listener, error)
 
     def _log_bad_callback(self, listener: SubscriberCallback, error: Exception) -> None:
-        if isinstance(error, MissingExtra):  # it fails for every message until the user installs something
+        # the callback fails for every message until the user installs something
+        if isinstance(error, MissingExtra):
             if str(error) not in self._missing:
                 self._missing.add(str(error))
                 self._context.log.error("bad callback: %s: %s", listener.callback, error)
@@ -318,7 +321,7 @@ def _finish(ended: LinkEnd, broken: str) -> None:
 
 
 class Subscriber(Generic[AnyMessage]):
-    """A handle on one callback of a topic. Returned by `Node.subscribe`."""
+    """A handle for one callback of a topic. Returned by `Node.subscribe`."""
 
     def __init__(
         self,
@@ -339,10 +342,11 @@ class Subscriber(Generic[AnyMessage]):
         return len(self.subscription.links)
 
     def statistics(self) -> Mapping[str, int]:
-        """Return the traffic of the topic since the first `subscribe`, for all publishers together:
+        """Return the topic's traffic since the first `subscribe`, for all publishers together.
 
-        `frames` (messages) delivered and `bytes` received; those `dropped` because callbacks were too slow,
-        or one of them could not be read; and `links_ended`, each of which may have lost messages.
+        The keys are `frames` (messages) delivered and `bytes` received; `dropped`, the number of messages
+        dropped because callbacks were too slow or the message could not be read; and `links_ended`, the
+        number of closed links, each of which may have lost messages.
         """
         return self.subscription.statistics()
 

@@ -9,17 +9,22 @@ from pipros.net.loop import BackgroundLoop
 
 FULL: Final = 3
 REPORT_S: Final = 10.0
-"""How many warnings are logged in full before the others are only counted, and again after each report."""
+"""Number of warnings that are logged in full, initially and after each report. Further warnings are only
+counted.
+"""
 
 
 class ThrottledWarnings:
-    """Allows the first warnings to be logged in full, and reports only the number and the last of later ones.
+    """Allows the first warnings to be logged in full. Later warnings are summarized by their number and the
+    last one.
 
     For the event loop only.
     """
 
     def __init__(self, log: logging.Logger, loop: BackgroundLoop, more: str) -> None:
-        """Report later warnings with the format `more`: `%d` were suppressed, the last is about `%s`."""
+        """Report later warnings with the format `more`. `%d` is the number of suppressed warnings, `%s` the
+        subject of the last.
+        """
         self._log = log
         self._loop = loop
         self._more = more
@@ -29,7 +34,9 @@ class ThrottledWarnings:
         self._is_reporting = False
 
     def should_log(self, last: str) -> bool:
-        """Return whether to log this warning in full; if not, count it. `last` names it in the report."""
+        """Return whether to log this warning in full; if not, count it. `last` describes the warning in the
+        report.
+        """
         if not self._is_reporting:
             self._is_reporting = True
             self._loop.asyncio.call_later(REPORT_S, self._report)

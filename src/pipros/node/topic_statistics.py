@@ -1,7 +1,7 @@
 """Topic statistics: a subscriber's measurements of each publisher, published on `/statistics`.
 
 Source: http://wiki.ros.org/Topics#Topic_statistics. Off unless the parameter `/enable_statistics` is true.
-Pure: arrivals in, figures out.
+    This module does no I/O: it takes arrivals and returns figures.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from pipros.msg.time import NS_PER_S
 class WindowLimits:
     """The number of messages that a window should hold, and its length in seconds.
 
-    The parameters `/statistics_window_min_elements`, `..._max_elements`, `..._min_size` and `..._max_size`,
-    with the defaults of genuine nodes.
+    Set by the parameters `/statistics_window_min_elements`, `..._max_elements`, `..._min_size` and
+    `..._max_size`. The defaults are those of genuine nodes.
     """
 
     min_elements: int = 10
@@ -29,7 +29,7 @@ class WindowLimits:
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """The figures of one window; times in nanoseconds, spans in seconds."""
+    """The figures for one window; times in nanoseconds, spans in seconds."""
 
     start_ns: int
     stop_ns: int
@@ -60,7 +60,7 @@ class TrafficMeter:
     def add(self, now_ns: int, size: int, sequence: int | None, stamp_ns: int | None) -> Window | None:
         """Count a received message; return the figures of the window once it is full.
 
-        `sequence` and `stamp_ns` are from the message's header; None without a header.
+        `sequence` and `stamp_ns` are from the message's header; None if it has no header.
         """
         if not self._start_ns:
             self._start_ns = now_ns

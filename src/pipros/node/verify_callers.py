@@ -13,10 +13,10 @@ Question = Callable[[], object]
 class CallerVerification:
     """Queries the master to confirm the claims of untrusted callers.
 
-    The first query is sent at once. Queries requested while it runs, and for `interval_s` after its response,
-    are then sent together, each once. So a peer that calls a thousand times costs the master one call, and a
-    notice from a master with an unexpected address still takes effect, though later. Queries run in a
-    separate thread, so that the event loop never waits.
+    The first query is sent at once. Further queries requested while it is running, and for `interval_s` after
+    its response, are sent together afterwards, without duplicates. A peer that calls a thousand times
+    therefore costs the master one call, and a notice from a master with an unexpected address still takes
+    effect, though later. Queries run in a separate thread, so that the event loop never waits.
     """
 
     def __init__(self, interval_s: float) -> None:
@@ -25,10 +25,11 @@ class CallerVerification:
         self._is_busy = False
 
     def ask(self, about: str, question: Question) -> None:
-        """Call `question` soon, in another thread. Called in the event loop.
+        """Call `question` soon, in another thread. This method must be called from the event loop.
 
         Args:
-            about: the subject; a question whose subject is queued already is not queued twice.
+            about: the subject of the question. A question is not queued if one with the same subject is
+                already queued.
         """
         self._waiting[about] = question
         if not self._is_busy:
@@ -48,5 +49,5 @@ class CallerVerification:
             for question in questions.values():
                 question()
         finally:
-            with suppress(RuntimeError):  # the node has ended, and its loop with it
+            with suppress(RuntimeError):  # the node and its event loop have ended
                 loop.call_soon_threadsafe(loop.call_later, self._interval_s, self._send_next)

@@ -24,13 +24,13 @@ from pipros.safe import guarded, operators
 from pipros.safe.methods import find_method
 
 TYPE_NAMES = ("_type", "_md5sum")
-"""Names with a leading underscore that are looked up with `fields`: the type of a message."""
+"""Names with a leading underscore that may be looked up with `fields`, such as a message's type."""
 
 DEPTH_LIMIT = 50
 """Maximum nesting, well below the depth that would exhaust the interpreter's stack."""
 
 _STEP = 2
-"""The share of `expression_work` that one loop iteration uses: about a microsecond."""
+"""Units of `expression_work` that one loop iteration uses, equivalent to about a microsecond."""
 
 _TAKE_A_FUNCTION = ("map", "filter")
 _HAVE_A_KEY = ("sorted", "min", "max")
@@ -44,7 +44,7 @@ class ExpressionError(PiprosError, ValueError):
 
     Attributes:
         text: the whole expression.
-        column: the position of the error, counted from 1; 0 if it has none.
+        column: the position of the error, counted from 1; 0 if unknown.
     """
 
     def __init__(self, text: str, column: int, reason: str) -> None:
@@ -73,11 +73,11 @@ def evaluate(
     """Return the value of an expression.
 
     It may contain literals, arithmetic, comparisons, `and`/`or`/`not`, `a if b else c`, subscripts,
-    f-strings, comprehensions, the methods of `methods.py`, and calls of named functions. The functions and
+    f-strings, comprehensions, the methods in `methods.py`, and calls to named functions. The functions and
     constants of `guarded.py`, which include `math`, are predefined; `functions` and `names` add to or replace
-    them. `map`, `filter` and `key=` take the name of a function. Generators and `map` give lists. `a.b` calls
-    `fields(a, "b")`, if given; a callable in the result is a method. The limits default to the process-wide
-    limits.
+    them. `map`, `filter` and `key=` take the name of a function. Generators and `map` return lists. `a.b`
+    calls `fields(a, "b")`, if given; a callable in the result is a method. The limits default to the
+    process-wide limits.
 
     Raises:
         ExpressionError: any error occurred, including in a called function (whose exception is the cause).
@@ -119,7 +119,7 @@ class Expression:
         return {node.id for node in ast.walk(self._tree) if isinstance(node, ast.Name)}
 
     def value(self, names: Mapping[str, Any]) -> Any:
-        """Return the value for these names. Raises `ExpressionError`, as `evaluate`."""
+        """Return the value for these names. Raises the same errors as `evaluate`."""
         budget = guarded.Budget(self._limits)
         walk = _Walk(
             self._text,
@@ -302,7 +302,7 @@ class _Walk:
         return self._budget.charge(function(*arguments, **keywords))
 
     def _called(self, node: ast.expr) -> Function:
-        """Return the called function: a function by its name, or a method of a value."""
+        """Return the function that a call refers to: a named function, or a method of a value."""
         if isinstance(node, ast.Name):
             function = self._functions.get(node.id)
             if function is None:
@@ -324,9 +324,10 @@ class _Walk:
         return found  # type: ignore[no-any-return]
 
     def _function_named(self, node: ast.expr) -> Function | None:
-        """Return the function that is passed to another one by its name.
+        """Return the function that is passed by name as an argument to another function.
 
-        Each call of it is charged as a call by the expression: there may be a hundred thousand.
+        Each call to it is charged like a call in the expression, because there can be a hundred thousand of
+        them.
         """
         if isinstance(node, ast.Constant) and node.value is None:
             return None
@@ -400,7 +401,7 @@ class _Walk:
         else:
             raise self._error(target, "only plain names can be the variables of a loop")
 
-    # ---- texts
+    # ---- strings
 
     def joined_text(self, node: ast.JoinedStr) -> Any:
         text = ""

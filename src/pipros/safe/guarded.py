@@ -11,7 +11,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
 
 BITS_LIMIT = 4096
-"""Maximum number of bits of an integer; a parameter has 32."""
+"""Maximum number of bits in an integer. An integer parameter has 32."""
 
 _COUNT_LIMIT = 1000
 _WIDTH = re.compile(r"\d+")
@@ -36,7 +36,7 @@ class Budget:
             "set": self._set,
             "sum": self._total,
         }
-        """Functions that are charged while they run."""
+        """Functions whose work is charged while they run."""
 
     def charge(self, value: Any) -> Any:
         """Charge the size of a value and return the value.
@@ -62,7 +62,7 @@ class Budget:
             raise ResultTooLarge("the expression builds too much")
 
     def spend_on_reading(self, *values: Any) -> None:
-        """Charge for reading all parts of values, up to the largest allowed size.
+        """Charge for reading all parts of `values`, up to the largest allowed size.
 
         Raises the same errors as `spend`.
         """
@@ -144,7 +144,7 @@ class Budget:
         return dict(values, **named)
 
     def _spend_on_hashes(self, keys: Iterable[Any]) -> None:
-        """Charge the comparisons of keys with equal hashes: numbers can be chosen to collide."""
+        """Charge for comparing keys with equal hashes, because numbers can be chosen to collide."""
         first: dict[int, Any] = {}
         collisions: dict[int, int] = {}
         for key in keys:
@@ -161,7 +161,9 @@ class Budget:
         return self._folded(self.add, values, start)
 
     def _folded(self, operation: Callable[[Any, Any], Any], values: Iterable[Any], start: Any) -> Any:
-        """Combine `start` with all `values` in order; each result is a copy and costs its length."""
+        """Combine `start` with all `values` in order; each intermediate result is a copy and costs its
+        length.
+        """
         result = start
         for value in values:
             result = operation(result, value)
@@ -187,7 +189,7 @@ def _check_width(form: str) -> None:
 
 
 def _bounded_count(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Bound the arguments of functions whose time grows with them, such as `factorial`."""
+    """Bound the arguments of functions whose running time grows with them, such as `factorial`."""
 
     def guarded(*counts: int) -> Any:
         if any(abs(count) > _COUNT_LIMIT for count in counts):

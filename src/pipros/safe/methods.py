@@ -1,4 +1,4 @@
-"""The methods that a safe expression may call: those without side effects, from fixed tables.
+"""The methods that a safe expression may call, which have no side effects and are listed in fixed tables.
 
 A method is looked up by the exact class of its value, never by `getattr` with a name from the expression.
 Methods whose result may be much larger than their arguments check the budget before they run.
@@ -16,7 +16,8 @@ Method = Callable[..., Any]
 
 
 def find_method(value: Any, name: str) -> Method | None:
-    """Return the function for `value.name(…)`, which takes the budget and the value first; None if refused.
+    """Return the function for `value.name(…)`, whose first arguments are the budget and the value; None if
+    refused.
 
     >>> from pipros.basics.limits import Limits
     >>> find_method("a b", "split")(Budget(Limits()), "a b")
@@ -37,7 +38,7 @@ def _plain(kind: type, *names: str) -> dict[str, Method]:
 
 
 def _cut(method: Method) -> Method:
-    """Return a method that splits a string: into one part for each character, at worst."""
+    """Return a method that splits a string, at worst into one part per character."""
 
     def call(budget: Budget, text: str, *arguments: Any, **keywords: Any) -> Any:
         budget.foresee(len(text))

@@ -1,8 +1,8 @@
 """Counts the values in a YAML text from its events, before any value is built.
 
-A list of aliases to a list of aliases doubles in size with every line, and so does a mapping that merges
-others (`<<: [*a, *a]`); deep nesting exhausts the stack of the C library that builds values. The library's
-parser, which produces the events, has neither problem.
+Nested lists of aliases double in size with every line, and so do mappings that merge others (`<<: [*a, *a]`);
+deep nesting exhausts the stack of the C library that builds values. The library's parser, which produces the
+events, has neither problem.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
 
 _DIRECTIVES_LIMIT = 100
-"""Maximum number of `%TAG` lines in a text: the parser compares each with all others."""
+"""Maximum number of `%TAG` lines in a text, because the parser compares each with all others."""
 
 
 class TooMuch(PiprosError, ValueError):
@@ -34,13 +34,14 @@ class TooMuch(PiprosError, ValueError):
 
 
 def check_outline(loader_class: Any, text: str | bytes, limits: Limits) -> None:
-    """Check the number of values of all documents with aliases expanded, and the depth of nesting.
+    """Check the number of values in all documents, with aliases expanded, and the depth of nesting.
 
     Args:
         loader_class: the PyYAML loader that produces the events.
 
     Raises:
-        TooMuch: more than `yaml_values` or `yaml_depth`, or an alias inside the value that it refers to.
+        TooMuch: the text exceeds `yaml_values` or `yaml_depth`, or has an alias inside the value that it
+            refers to.
         yaml.YAMLError: the text is malformed.
     """
     if isinstance(text, bytes) and text.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
@@ -72,9 +73,9 @@ class _Open:
 
 
 class _Outline:
-    """The anchors of the current document with their sizes, and the number of values so far.
+    """The anchors in the current document with their sizes, and the number of values so far.
 
-    The number is checked when a list or mapping begins, and at each alias.
+    The number is checked at the start of each list or mapping, and at each alias.
     """
 
     def __init__(self, limits: Limits) -> None:
@@ -82,10 +83,10 @@ class _Outline:
         self._limits = limits
         self._open: list[_Open] = []
         self._anchored: dict[str | None, tuple[int, int] | None] = {}
-        """Values and height by anchor; None until the anchored value has ended."""
+        """The number of values and the height for each anchor; None until the anchored value has ended."""
 
     def count(self, event: Any) -> None:
-        """Count the next event of the text. Raises the same errors as `check_outline`."""
+        """Count the next event from the text. Raises the same errors as `check_outline`."""
         match event:
             case yaml.CollectionStartEvent():
                 self._check_depth(1, event.start_mark)

@@ -1,4 +1,4 @@
-"""Reads XML files into elements with their line and column; refuses document types and entities.
+"""Reads XML files into elements that know their line and column. Document types and entities are refused.
 
 A document type can define entities that expand to gigabytes or read other files. ROS files do not need one,
 so any `<!DOCTYPE` is an error.
@@ -66,7 +66,7 @@ def parse(content: bytes | str, file: str = "<string>", limits: Limits | None = 
     depth_limit = limits.xml_depth
     if len(content) > limits.xml_bytes:
         raise XmlError(file, 1, 1, f"larger than {limits.xml_bytes} bytes")
-    # A decoded text may still declare the encoding of its bytes.
+    # Decoded text may still declare the encoding of the original bytes.
     parser = expat.ParserCreate("utf-8" if isinstance(content, str) else None)
     parser.buffer_text = True
     roots: list[Element] = []

@@ -19,13 +19,15 @@ from pipros.safe.expr import ExpressionError, arithmetic
 from pipros.safe.outline import TooMuch, check_outline
 
 _DIGITS_LIMIT = 4300
-"""Maximum number of digits of a number, as in Python's own limit, which does not apply to base 60
+"""Maximum number of digits in a number. Python's own limit is the same, but does not apply to base 60
 (`1:30:00`).
 """
 
 _USUAL_DIGITS = 20
 _LONG_NUMBERS_LIMIT = 1000
-"""Maximum number of numbers above 64 bits in a text: as keys with equal hashes they would be slow."""
+"""Maximum number of integers above 64 bits in a text, because they can be chosen to have equal hashes, which
+makes them slow as keys.
+"""
 
 
 class YamlError(PiprosError, ValueError):
@@ -60,7 +62,7 @@ class _Loader(_PlainLoader):
 
 
 def construct_radians(loader: Any, node: Any) -> float:
-    """Return the angle in radians of `rad(pi/2)` or `pi/2`.
+    """Return the angle written as `rad(pi/2)` or `pi/2`, in radians.
 
     Raises:
         yaml.constructor.ConstructorError: the text is not arithmetic.
@@ -69,7 +71,7 @@ def construct_radians(loader: Any, node: Any) -> float:
 
 
 def construct_degrees(loader: Any, node: Any) -> float:
-    """Return the angle in radians of `deg(90)` or `90`, given in degrees.
+    """Return the angle written in degrees as `deg(90)` or `90`, in radians.
 
     Raises the same errors as `construct_radians`.
     """
@@ -150,7 +152,7 @@ def load_all(
     angles: bool = True,
     limits: Limits | None = None,
 ) -> list[Any]:
-    """Return all documents in the text, none for an empty text.
+    """Return all documents in the text; an empty list if the text is empty.
 
     Takes the same arguments and raises the same errors as `load`.
     """
@@ -167,6 +169,6 @@ def load_all(
         raise YamlError(file, line, column, "invalid YAML: " + ", ".join(reasons)) from None
     except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
         raise YamlError(file, 0, 0, f"invalid YAML: {str(error) or 'nested too deeply'}") from None
-    except (LookupError, ArithmeticError, AttributeError) as error:  # for example of `!!bool maybe`
+    except (LookupError, ArithmeticError, AttributeError) as error:  # raised, for example, for `!!bool maybe`
         reason = f"a value does not fit its tag ({error})"
         raise YamlError(file, 0, 0, f"invalid YAML: {reason}") from None

@@ -1,1 +1,1 @@
-"""Test runners for ROS packages: rostest, rosunit, and result files in the xUnit format."""
+"""Test runners for ROS packages: rostest and rosunit, and result files in xUnit format."""

@@ -1,4 +1,4 @@
-"""A test program that runs without a ROS system, as a case of unittest."""
+"""A test program that runs without a ROS system, as a unittest case."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipros.testing.rostest import TestProgramTimedOut
 from pipros.testing.xunit import parse_suites
 from pipros.workspace.program_start import command_of, program_environment
 
-# unittest omits the frames of modules with this variable from its reports.
+# unittest omits the frames of modules that have this variable from its reports.
 __unittest = True
 
 

@@ -1,4 +1,4 @@
-"""The system in which rostest runs a test: a new or existing master, and the nodes of the launch file."""
+"""The system in which rostest runs a test: a new or existing master, and the launch file's nodes."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from pipros.net.master_client import MasterClient
 from pipros.testing.rostest import TestProgramTimedOut
 from pipros.workspace.index import PackageIndex
 
-# unittest omits the frames of modules with this variable from its reports.
+# unittest omits the frames of modules that have this variable from its reports.
 __unittest = True
 
 _CALLER_ID = "/rostest"
 
-# Parameters of the master itself, which --clear keeps.
+# The master's own parameters, which --clear keeps.
 _KEPT_PARAMETERS = ("/run_id", "/rosversion", "/rosdistro")
 _KEPT_NAMESPACE = "/roslaunch/"
 
@@ -59,9 +59,9 @@ class LaunchFixture:
         Args:
             reuse_master: whether to use the master at `ROS_MASTER_URI` instead of starting one on a free
                 port.
-            clear: whether to delete that master's parameters first.
+            clear: whether to delete the existing master's parameters first.
             text: whether test programs print to the console instead of their log files.
-            port: the port of a new master; 0 for a free port.
+            port: the port for a new master; 0 for a free port.
         """
         self.run_id = new_run_id()
         self._launch = launch
@@ -86,7 +86,7 @@ class LaunchFixture:
         if self._reuse_master:
             self._join(self.master_uri)
         else:
-            # The new master is on this computer, even if ROS_MASTER_URI names another one.
+            # The new master is on this computer, even if ROS_MASTER_URI names another computer.
             local = replace(self._environment, master_uri=DEFAULT_MASTER_URI)
             self._core = Core(port=self._port, run_id=self.run_id, rosout=False, environment=local)
             self._core.start()

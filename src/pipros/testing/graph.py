@@ -20,7 +20,7 @@ def is_publisher(topic: str, node: str, tool: str) -> bool:
 
 
 def is_subscriber(topic: str, node: str, tool: str) -> bool:
-    """Return True if `node` is registered as a subscriber of `topic`. See `is_publisher`."""
+    """Return True if `node` is registered as a subscriber to `topic`. See `is_publisher`."""
     with GraphClient(tool) as graph:
         subscribers = SystemState.from_state(graph.master.get_system_state()).subscribers
         return graph.resolve(node) in subscribers.get(graph.resolve(topic), ())

@@ -28,8 +28,8 @@ class NodesDidNotStart(PiprosError):
 class Launched:
     """The nodes of a launch file while a test runs.
 
-    A thread monitors the nodes and restarts those with `respawn`, until a `required` node exits. Only `stop`
-    ends the others.
+    A thread monitors the nodes and restarts those with `respawn`, until a `required` node exits. The other
+    nodes run until `stop` is called.
 
     Attributes:
         exit_codes: exit codes of the nodes that have exited, by name.
@@ -42,7 +42,7 @@ class Launched:
 
         Args:
             words: `package file`, or the path of a file.
-            arguments: arguments of the file; booleans and numbers are converted to text.
+            arguments: arguments for the file; booleans and numbers are converted to text.
             folder: the base of a relative path.
 
         Raises:
@@ -57,7 +57,7 @@ class Launched:
         launch = load(resolve_files(names, index), texts, context=LoadContext.of_process(index))
         run_id = new_run_id()
         logs = LogFolder.of_run(environment, run_id)
-        # Nothing is logged there; the guardian identifies the nodes of this launch by the name of the file.
+        # Nothing is logged to this file; the guardian identifies this launch's nodes by its name.
         log = logs.file_of_launcher(f"pytest-{run_id}")
         self.exit_codes: dict[str, int] = {}
         self._run = LaunchRun(
@@ -74,7 +74,7 @@ class Launched:
         """Set the parameters and start the nodes.
 
         Raises:
-            NodesDidNotStart: some nodes failed to start, and are named. Other nodes may be running.
+            NodesDidNotStart: some nodes failed to start. The message names them. Other nodes may be running.
         """
         self._run.set_parameters()
         if failed := self._run.start_nodes():
@@ -83,7 +83,7 @@ class Launched:
 
     @property
     def running(self) -> tuple[str, ...]:
-        """The full names of the running nodes: `/robot/talker`."""
+        """The full names of the running nodes, such as `/robot/talker`."""
         return tuple(f"/{name.rpartition('-')[0]}" for name in self._run.running())
 
     def stop(self) -> None:

@@ -44,7 +44,7 @@ class LaunchFileCollector(pytest.File):
         except PiprosError as error:
             raise self.CollectError(str(error)) from None
         for test in launch.tests:
-            # Each test runs separately, with its own master and all nodes of the file.
+            # Each test runs separately, with its own master and all nodes in the file.
             yield LaunchTestItem.from_parent(
                 self, name=test.test_name, launch=replace(launch, tests=(test,)), test=test, index=index
             )
@@ -60,7 +60,7 @@ class LaunchFileCollector(pytest.File):
 
 
 class LaunchTestItem(pytest.Item):
-    """One `<test>` of a launch file."""
+    """One `<test>` in a launch file."""
 
     def __init__(self, *, launch: Launch, test: Test, index: PackageIndex, **more: Any) -> None:
         super().__init__(**more)
@@ -69,10 +69,10 @@ class LaunchTestItem(pytest.Item):
         self._index = index
 
     def runtest(self) -> None:
-        """Run the test program with the nodes of the file on a private master.
+        """Run the test program with the file's nodes on a private master.
 
         Raises:
-            TestDidNotPass: the test failed; with the report of the test program.
+            TestDidNotPass: the test failed. The message is the test program's report.
         """
         with tempfile.TemporaryDirectory(prefix="pipros-results-") as results:
             broken = self._run(Path(results))
@@ -89,7 +89,7 @@ class LaunchTestItem(pytest.Item):
         return super().repr_failure(excinfo, style)
 
     def _run(self, results: Path) -> list[Case]:
-        """Return the cases that did not pass. Add the output of the test program to the report."""
+        """Return the cases that did not pass. Add the test program's output to the report."""
         owner = self._index.containing(self.path)
         package = owner.name if owner else self.path.parent.name
         environment = Environment.from_os()
@@ -120,7 +120,7 @@ def _report(case: Case) -> str:
 
 @contextmanager
 def _launcher_log(environment: Environment) -> Iterator[None]:
-    """Set a unique log file name, which identifies the nodes that are left if pytest is killed."""
+    """Set a unique log file name, which identifies the nodes that are left running if pytest is killed."""
     folder = LogFolder(environment.log_dir.absolute())
     before = os.environ.get("ROS_LOG_FILENAME")
     os.environ["ROS_LOG_FILENAME"] = str(folder.file_of_launcher(f"pytest-{new_run_id()}"))

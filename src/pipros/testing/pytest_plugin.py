@@ -44,14 +44,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         metavar="NUMBER",
         type=int,
         default=0,
-        help="seed of the faults of ros_faults: the same one gives the same faults at the same bytes",
+        help="seed for the faults of ros_faults; the same seed gives the same faults at the same bytes",
     )
     group.addoption(
         "--ros-arg",
         metavar="NAME:=VALUE",
         action="append",
         default=[],
-        help="argument for the launch files with tests, as on the command line of rostest; may be repeated",
+        help="argument for launch files with tests, as on rostest's command line; may be repeated",
     )
 
 
@@ -60,7 +60,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
     if file_path.suffix not in (".test", ".launch"):
         return None
     content = file_path.read_bytes()
-    # The tests of a `.test` file may be in included files. Other programs also use the suffix `.test`.
+    # A `.test` file's tests may be in included files. Other programs also use the suffix `.test`.
     if b"<launch" not in content or (file_path.suffix == ".launch" and b"<test" not in content):
         return None
     from pipros.testing.pytest_items import LaunchFileCollector
@@ -70,14 +70,14 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
 
 @pytest.fixture
 def ros_master(monkeypatch: pytest.MonkeyPatch) -> Iterator[Core]:
-    """A master for the test, on a free port and in this process; `ROS_MASTER_URI` is set to it.
+    """A master for the test, in this process and on a free port. `ROS_MASTER_URI` is set to its address.
 
-    Its address is `ros_master.uri`. Tests that run in parallel have separate masters.
+    The address is `ros_master.uri`. Tests that run in parallel have separate masters.
     """
     from pipros.basics.env import DEFAULT_MASTER_URI, Environment
     from pipros.launch.roscore import Core
 
-    # The new master is on this computer, even if ROS_MASTER_URI names another one.
+    # The new master is on this computer, even if ROS_MASTER_URI names another computer.
     monkeypatch.setenv("ROS_MASTER_URI", DEFAULT_MASTER_URI)
     with Core(port=0, rosout=False, environment=Environment.from_os()) as core:
         monkeypatch.setenv("ROS_MASTER_URI", core.uri)
@@ -86,7 +86,7 @@ def ros_master(monkeypatch: pytest.MonkeyPatch) -> Iterator[Core]:
 
 @pytest.fixture
 def ros_node(ros_master: Core) -> Iterator[Node]:
-    """A node `/pytest` on the test's master, in this process; it is shut down after the test."""
+    """A node `/pytest` on the test's master, in this process. It is shut down after the test."""
     from dataclasses import replace
 
     from pipros.basics.env import Environment
@@ -130,10 +130,11 @@ def ros_launch(ros_master: Core, request: pytest.FixtureRequest) -> Iterator[Lau
 def ros_faults(
     ros_master: Core, monkeypatch: pytest.MonkeyPatch, pytestconfig: pytest.Config
 ) -> Iterator[FaultProxy]:
-    """A proxy between the nodes started by the test and the rest: it delays, splits, corrupts, stalls, cuts.
+    """A proxy between the nodes started by the test and all others, which can delay, split, corrupt, stall
+    and cut.
 
-    `ROS_MASTER_URI` is set to it, and `ros_launch` uses it; `ros_node` is on the other side. It forwards
-    everything unchanged until `ros_faults.inject("topics", delay_s=0.05)`, `.cut()`, `.stall()` or
+    `ROS_MASTER_URI` is set to the proxy, and `ros_launch` uses it; `ros_node` is on the other side. The proxy
+    forwards everything unchanged until `ros_faults.inject("topics", delay_s=0.05)`, `.cut()`, `.stall()` or
     `.refuse()` is called.
     """
     from pipros.testing.faults.ros_proxy import FaultProxy
@@ -145,7 +146,7 @@ def ros_faults(
 
 @pytest.fixture
 def ros_history() -> History:
-    """Number messages, and check for duplicates, reordering, corruption and loss.
+    """A history that numbers messages and checks for duplicates, reordering, corruption and loss.
 
     A publisher sends `ros_history.next_text("talker")`, subscribers pass received texts to
     `ros_history.receive(text)`, and `ros_history.problems()` lists the duplicated, reordered, torn and lost
@@ -160,7 +161,7 @@ def ros_history() -> History:
 def ros_wait_until() -> WaitUntil:
     """Wait for a condition: `ros_wait_until(lambda: received, what="a message")`.
 
-    Returns the first true value, and fails the test if there is none within `timeout_s`.
+    Returns the first true value. Fails the test if there is none within `timeout_s`.
     """
 
     def wait_until(condition: Callable[[], T], timeout_s: float = 10.0, what: str = "") -> T:

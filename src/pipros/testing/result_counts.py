@@ -13,7 +13,7 @@ from pipros.safe.xml import Element, XmlError, parse
 
 @dataclass(frozen=True, slots=True)
 class ResultCounts:
-    """The counts of one result file."""
+    """The counts in one result file."""
 
     tests: int = 0
     errors: int = 0
@@ -38,7 +38,7 @@ class ResultCounts:
 
 
 def results_below(folder: Path) -> Iterator[tuple[Path, ResultCounts | str]]:
-    """Yield all XML files below a folder with their counts, or with the reason why there are none."""
+    """Yield all XML files below a folder, each with its counts, or with the reason why it has none."""
     for file in sorted(folder.rglob("*.xml")):
         try:
             yield file, count_results(parse(read_file(file), str(file)))
@@ -49,7 +49,7 @@ def results_below(folder: Path) -> Iterator[tuple[Path, ResultCounts | str]]:
 
 
 def count_results(root: Element) -> ResultCounts:
-    """Return the counts in a result file. Raises KeyError or ValueError if it is not one."""
+    """Return the counts in a result file. Raises KeyError or ValueError if the file is not a result file."""
     if root.tag == "testsuite":
         return _counts_of(root)
     if root.tag != "testsuites":

@@ -13,7 +13,9 @@ class NoPlaceForResults(PiprosError):
 
 
 XML_OUTPUT_FLAG = "--gtest_output=xml:"
-"""Option of test programs for the path of the result file. It is gtest's, so C++ tests support it, too."""
+"""Option with which test programs are given the path of the result file. It is gtest's option, so C++ tests
+support it, too.
+"""
 
 
 def results_file(
@@ -24,7 +26,7 @@ def results_file(
     base: Path | None = None,
     environment: Environment | None = None,
 ) -> Path:
-    """Return the result file of a test. `base` replaces the folder of the environment.
+    """Return a test's result file. `base` replaces the folder given by the environment.
 
     >>> results_file("composiv_tryouts", "composiv_talker", base=Path("/results")).as_posix()
     '/results/composiv_tryouts/rosunit-composiv_talker.xml'
@@ -35,7 +37,7 @@ def results_file(
 
 
 def prepare_path(file: Path) -> bool:
-    """Create the folder of a result file and remove an older file; return True if there was one.
+    """Create a result file's folder and remove any older file. Return True if there was one.
 
     Raises:
         NoPlaceForResults: the file cannot be written; the message suggests a solution.
@@ -54,13 +56,13 @@ def prepare_path(file: Path) -> bool:
 
 
 def rostest_name(package_folder: Path, test_file: Path) -> str:
-    """Return the name of a launch file in result files: its path inside the package, with underscores.
+    """Return a launch file's name in result files, which is its path inside the package, with underscores.
 
     >>> rostest_name(Path("/ws/src/pkg"), Path("/ws/src/pkg/test/talker.test"))
     'test_talker'
     """
     try:
         inside = test_file.relative_to(package_folder)
-    except ValueError:  # as in Noetic, the whole path
+    except ValueError:  # use the whole path, as in Noetic
         inside = test_file
     return inside.with_suffix("").as_posix().replace("/", "_")

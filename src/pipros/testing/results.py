@@ -1,4 +1,4 @@
-"""Results of a test run: cases in suites."""
+"""The results of a test run, as cases in suites."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class Case:
     """One test case.
 
     Attributes:
-        class_name: the class with its module, as in `__main__.TalkerTestCase`.
-        name: the method, or another name chosen by the test program.
+        class_name: the class including its module, as in `__main__.TalkerTestCase`.
+        name: the method name, or another name chosen by the test program.
         seconds: the duration.
         outcome: the outcome.
-        kind: the type of the exception, if it did not pass.
+        kind: the type of the exception, if the case did not pass.
         text: the message and the traceback of the exception.
     """
 
@@ -38,11 +38,11 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Suite:
-    """The cases of one test program, with its output.
+    """The cases in one test program, with its output.
 
     Attributes:
         stated_tests: the number of tests that the file states. A program that crashed may have no cases, so
-            the numbers of tests, failures and errors are at least the stated ones.
+            the numbers of tests, failures and errors are at least the stated numbers.
     """
 
     name: str
@@ -76,7 +76,7 @@ class Suite:
 
 @dataclass(frozen=True, slots=True)
 class Totals:
-    """Totals of several suites, for a summary."""
+    """Totals for several suites, for a summary."""
 
     tests: int = 0
     errors: int = 0

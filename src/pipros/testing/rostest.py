@@ -1,4 +1,4 @@
-"""rostest: run each test of a launch file on a new system with all nodes of the file.
+"""rostest: runs each test in a launch file on a new system with all the file's nodes.
 
 The outer run uses unittest as well: one case per `<test>`, which passes if the test program exited and wrote
 results. The results themselves are reported separately, with a second exit code.
@@ -21,22 +21,22 @@ from pipros.testing.xunit import parse_suites
 from pipros.workspace.executables import find_executables
 from pipros.workspace.index import PackageIndex
 
-# unittest omits the frames of modules with this variable from its reports.
+# unittest omits the frames of modules that have this variable from its reports.
 __unittest = True
 
 _CASE_CLASS = "RosTest"
-# Result files of genuine rostest contain this class, and dashboards group by it.
+# Genuine rostest's result files contain this class, and dashboards group by it.
 _CASE_MODULE = "rostest.runner"
 
 
 class TestProgramTimedOut(PiprosError):
     """A test program exceeded its time limit."""
 
-    __test__ = False  # pytest must not collect it
+    __test__ = False  # pytest must not collect this class
 
 
 class SystemFixture(Protocol):
-    """A running system for one test: its own master or an existing one, the nodes of the launch file."""
+    """A running system for one test: its own master or an existing one, and the launch file's nodes."""
 
     @property
     def run_id(self) -> str: ...
@@ -45,7 +45,7 @@ class SystemFixture(Protocol):
         """Prepare the master and the process monitor."""
 
     def start_nodes(self) -> Sequence[str]:
-        """Start the nodes of the launch file. Return the names of nodes that could not be started."""
+        """Start the launch file's nodes. Return the names of the nodes that could not be started."""
 
     def run_test(self, test: Test, arguments: Sequence[str]) -> bool:
         """Start the test program and wait until it exits; return False if it could not be started.
@@ -60,14 +60,14 @@ class SystemFixture(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """The tests to run, and the destination of their results.
+    """The tests to run, and the destination for their results.
 
     Attributes:
-        package: the package of the results.
+        package: the package to which the results belong.
         file: the launch file.
-        launch: the model of that file.
-        results_base: folder for test results, instead of the default.
-        text: whether test programs report on the console and write no results.
+        launch: the contents of the launch file.
+        results_base: a folder for test results, instead of the default.
+        text: whether test programs report to the console and write no result files.
     """
 
     package: str
@@ -78,7 +78,7 @@ class Plan:
 
 
 class Rostest:
-    """The unittest cases of a plan, and the results of their test programs.
+    """The unittest cases for a plan, and the results from their test programs.
 
     Attributes:
         results: the result suites, each with the prefix `package.rosunit-name`.
@@ -98,7 +98,7 @@ class Rostest:
         self._plan = replace(self._plan, text=text)
 
     def suite(self) -> unittest.TestSuite:
-        """Return the cases of `case_class`."""
+        """Return a suite with the cases in `case_class`."""
         return unittest.TestLoader().loadTestsFromTestCase(self.case_class())
 
     def case_class(self) -> type[unittest.TestCase]:
@@ -182,7 +182,7 @@ class Rostest:
         return run
 
     def _find_problem(self, test: Test) -> str:
-        """Return why the test program cannot run; empty if it can."""
+        """Return why the test program cannot run; an empty string if it can."""
         node = test.node
         try:
             found = find_executables(self._index.find(node.package), node.type)

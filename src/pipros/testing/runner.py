@@ -1,6 +1,6 @@
-"""Runner for unittest cases that works like rosunit: one console line per case, a result file at the end.
+"""Runs unittest cases like rosunit, with one console line per case and a result file at the end.
 
-The output of cases is written to the result file, so that the console stays readable. The lines about cases
+Output from the cases is written to the result file, so that the console stays readable. The lines about cases
 are written to the stream that was `sys.stdout` at the start of the run.
 """
 
@@ -29,7 +29,7 @@ ErrorInfo = tuple[type[BaseException], BaseException, TracebackType] | tuple[Non
 
 
 class CaseResult(unittest.TestResult):
-    """A unittest result that prints `[Testcase: name] ... ok` and keeps the cases for the result file."""
+    """A unittest result that prints `[Testcase: name] ... ok` and stores the cases for the result file."""
 
     def __init__(self, console: TextIO) -> None:
         super().__init__()
@@ -83,7 +83,7 @@ class CaseResult(unittest.TestResult):
         kind, value, frames = error
         shown = _frames_of_interest(frames)
         if not shown and not isinstance(value, (AssertionError, PiprosError)):
-            shown = traceback.extract_tb(frames)  # an error of the tools themselves needs the full traceback
+            shown = traceback.extract_tb(frames)  # an error in the tools themselves needs the full traceback
         where = "".join(traceback.format_list(shown))
         self._break(test, outcome, kind.__name__ if kind else "", f"{value}\n{where}")
 
@@ -104,13 +104,13 @@ class CaseResult(unittest.TestResult):
 
 
 def _name(test: unittest.TestCase) -> str:
-    """Return the method's name, with the parameters of a sub-test: `test_levels (level=25)`."""
+    """Return the method's name, including the parameters of a sub-test: `test_levels (level=25)`."""
     path, space, more = test.id().partition(" ")
     return path.rpartition(".")[2] + space + more
 
 
 def _frames_of_interest(frames: TracebackType | None) -> traceback.StackSummary:
-    """Return the frames of the test itself, without frames of unittest and of the tools."""
+    """Return the test's own frames, without those of unittest and the tools."""
     while frames is not None and "__unittest" in frames.tb_frame.f_globals:
         frames = frames.tb_next
     kept = []
@@ -123,7 +123,7 @@ def _frames_of_interest(frames: TracebackType | None) -> traceback.StackSummary:
 class XmlRunner:
     """A unittest runner that writes a result file only if the suite was completed.
 
-    So a file without failures always means that all cases passed.
+    A file without failures therefore always means that all cases passed.
     """
 
     def __init__(self, results_file: Path) -> None:

@@ -1,7 +1,7 @@
-"""Runner for Python test scripts: runs the cases, writes the result file, and prints the summary.
+"""Runs Python test scripts: runs the cases, writes the result file, and prints the summary.
 
-`python -m pipros.testing.script_runner PATH RESULTS` runs the unit tests of a file or folder without pytest,
-like nose did for `catkin_add_nosetests`: `unittest` cases in modules called `test…`.
+`python -m pipros.testing.script_runner PATH RESULTS` runs the unit tests in a file or folder without pytest,
+as nose did for `catkin_add_nosetests`: `unittest` cases in modules called `test…`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Tests = type[unittest.TestCase] | unittest.TestSuite | ModuleType | str
 
 
 def load_suite(tests: Tests) -> unittest.TestSuite:
-    """Return the suite of a TestCase class, a module, a suite, or a dotted name of one of these."""
+    """Return the suite for a TestCase class, a module, a suite, or the dotted name of one of these."""
     if isinstance(tests, unittest.TestSuite):
         return tests
     loader = unittest.TestLoader()
@@ -35,17 +35,17 @@ def load_suite(tests: Tests) -> unittest.TestSuite:
 def make_xml_runner(
     package: str, test_name: str, file: str | Path | None = None, *, is_rostest: bool = False
 ) -> XmlRunner:
-    """Return a runner that writes to `file` (default: in the test results folder), and print the path."""
+    """Return a runner that writes to `file`, by default in the test results folder. Print the path."""
     path = Path(file) if file else results_file(package, test_name, is_rostest=is_rostest)
     print(f"[ROSUNIT] Outputting test results to {path}", flush=True)
     return XmlRunner(path)
 
 
 def run_program(package: str, test_name: str, tests: Tests, argv: Sequence[str]) -> bool:
-    """Run the tests of a script and print their summary; return True if all passed.
+    """Run the tests in a script and print their summary. Return True if all passed.
 
     Args:
-        argv: the command line of the script. `--gtest_output=xml:FILE` names the result file, `--text`
+        argv: the script's command line. `--gtest_output=xml:FILE` names the result file, `--text`
             selects unittest's own report on stderr and no file.
     """
     suite = load_suite(tests)
@@ -72,7 +72,7 @@ def exit_unless(passed: bool) -> None:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the tests of a file or folder and write a result file; return 0 if all passed, else 1."""
+    """Run the tests in a file or folder and write a result file. Return 0 if all passed, otherwise 1."""
     path, results = map(Path, sys.argv[1:] if argv is None else argv)
     folder, pattern = (path, "test*.py") if path.is_dir() else (path.parent, path.name)
     suite = unittest.TestLoader().discover(str(folder), pattern)

@@ -13,7 +13,7 @@ _WIDTH = 80
 
 
 def unittest_summary(tests: int, errors: Sequence[str], failures: Sequence[str]) -> str:
-    """Return the summary of a test program: the number of cases, and the names of the failed cases."""
+    """Return the summary for a test program: the number of cases, and the names of the failed cases."""
     passed = not errors and not failures
     result = f"{_GREEN} * RESULT: SUCCESS{_PLAIN}" if passed else " * RESULT: FAIL"
     return "\n".join(
@@ -30,11 +30,11 @@ def unittest_summary(tests: int, errors: Sequence[str], failures: Sequence[str])
 
 
 def runner_summary(runner: Suite, ran: Iterable[tuple[str, Suite]], name: str = "ROSTEST") -> str:
-    """Return the summary of a run of several test programs.
+    """Return the summary for a run of several test programs.
 
     Args:
-        runner: one case per program, passed if the program exited and wrote results.
-        ran: the results of the programs, each with a prefix such as `pkg.rosunit-test`.
+        runner: one case per program, which passes if the program exited and wrote results.
+        ran: the programs' results, each with a prefix such as `pkg.rosunit-test`.
         name: the runner's name, for the headline.
     """
     results = list(ran)

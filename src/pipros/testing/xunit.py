@@ -1,6 +1,6 @@
-"""Result files in the xUnit format: a writer compatible with rosunit, and a reader for files of any program.
+"""Result files in xUnit format: a writer compatible with rosunit, and a reader for files from any program.
 
-A genuine file has an escaped CDATA marker around the output of the program. Dashboards and genuine
+A genuine file has an escaped CDATA marker around the program's output. Dashboards and genuine
 `catkin_test_results` expect the marker, so this module writes it as well.
 """
 
@@ -19,11 +19,11 @@ CDATA_END = "\n]]>"
 
 
 class UnreadableResults(PiprosError):
-    """A result file is not XML, or not in the xUnit format."""
+    """A result file is not XML, or is not in xUnit format."""
 
 
 def format_suite(suite: Suite) -> str:
-    """Return the content of a result file."""
+    """Return the content of a suite's result file."""
     cases = "".join(_format_case(case) for case in suite.cases)
     return (
         '<?xml version="1.0" encoding="utf-8"?>\n'
@@ -62,10 +62,11 @@ def _is_outside_xml(char: str) -> bool:
 
 
 def parse_suites(content: bytes, file: str) -> list[Suite]:
-    """Return the suites of a result file: one `<testsuite>`, or a `<testsuites>` as written by gtest.
+    """Return the suites in a result file, which has one `<testsuite>`, or a `<testsuites>` as written by
+    gtest.
 
     Raises:
-        UnreadableResults: the content is something else; with the file and the reason.
+        UnreadableResults: the content is not a result file. The message gives the file and the reason.
     """
     try:
         root = parse(content, file)
@@ -94,7 +95,7 @@ def _parse_suite(element: Element) -> Suite:
 
 
 def _stated(element: Element, name: str) -> int:
-    """Return the number in an attribute of a suite; 0 if it is missing."""
+    """Return the number in one of a suite's attributes; 0 if the attribute is missing."""
     text = element.attributes.get(name, "")
     if text and not (text.isdecimal() and len(text) < 10):
         raise UnreadableResults(f"line {element.line}: the attribute {name} must be a number, got [{text}]")
@@ -104,7 +105,7 @@ def _stated(element: Element, name: str) -> int:
 def _parse_case(element: Element) -> Case:
     outcome, kind, text = Outcome.PASSED, "", ""
     for worse, tag in _TAG_OF.items():
-        # gtest writes one <failure> per failed expectation; keep all of them.
+        # gtest writes one <failure> per failed expectation. Keep all of them.
         found = list(element.all(tag))
         if found:
             outcome = worse

@@ -1,8 +1,8 @@
-"""The headers that both ends of a TCPROS connection exchange first, and the rules for refusing one.
+"""The headers that both ends of a TCPROS connection exchange first, and the rules for refusing a connection.
 
-Pure: headers in, headers or a refusal out. Sources: http://wiki.ros.org/ROS/TCPROS and, where it says
-nothing, genuine rospy and roscpp. The end that connects sends first; a refusal is a header with the single
-field `error`, after which the connection closes.
+This module does no I/O: it takes headers and returns headers or a refusal. Sources:
+http://wiki.ros.org/ROS/TCPROS and, where it says nothing, genuine rospy and roscpp. The end that connects
+sends first; a refusal is a header with the single field `error`, after which the connection closes.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pipros.basics.errors import ProtocolError, Refused
 from pipros.basics.printable import printable
 
-ANY = "*"  # an md5sum or type of `*` matches every other
+ANY = "*"  # as an md5sum or type, matches any other
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ def accept_service_link(
 ) -> dict[str, str]:
     """Return the header with which a service server accepts a client.
 
-    It includes the types of request and response, which roscpp expects.
+    It includes the request and response types, which roscpp expects.
     """
     fields = {
         "callerid": caller_id,
@@ -95,7 +95,7 @@ def refuse(reason: str) -> dict[str, str]:
 def topic_refusal(fields: Mapping[str, str], interface: WireType) -> str | None:
     """Return why a publisher refuses the subscriber that sent `fields`; None if it accepts.
 
-    Only the md5sum decides: a type with another name and the same md5sum is accepted.
+    Only the md5sum is compared, so a type with another name but the same md5sum is accepted.
     """
     missing = _missing(fields, ("topic", "md5sum", "callerid"))
     if missing:
@@ -127,7 +127,7 @@ def check_topic_reply(fields: Mapping[str, str], interface: WireType, peer: str)
     """Check a publisher's reply header on the subscriber's side.
 
     Raises:
-        Refused: the publisher refused; the text is the publisher's.
+        Refused: the publisher refused the link. The text is the publisher's.
         ProtocolError: the reply lacks a field, or its type is not the requested one.
     """
     _raise_refusal(fields, peer)

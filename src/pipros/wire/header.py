@@ -60,7 +60,7 @@ class HeaderReader:
     __slots__ = ("_buffer", "fields", "limit_bytes", "rest")
 
     def __init__(self, limit_bytes: int | None = None) -> None:
-        """Limit the header to `limit_bytes`, by default `Limits.header_bytes` of the process."""
+        """Limit the header to `limit_bytes`; defaults to the process-wide `Limits.header_bytes`."""
         self.limit_bytes = process_limits().header_bytes if limit_bytes is None else limit_bytes
         self.fields: dict[str, str] | None = None
         self.rest = b""
@@ -70,7 +70,7 @@ class HeaderReader:
         """Return the fields once the header is complete; None until then.
 
         Raises:
-            LimitExceeded: the announced length exceeds the limit. Raised before the rest arrives.
+            LimitExceeded: the announced length exceeds the limit. This is raised before the rest arrives.
             ProtocolError: the header is malformed.
         """
         self._buffer += data

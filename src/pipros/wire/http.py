@@ -5,9 +5,9 @@ or for a body whose end is given by `Content-Length`, by chunks, or, for respons
 connection. Memory grows with the bytes that arrived, never with the length that a peer announces, and an
 announced length beyond the limit is refused before the body is received.
 
-h11 implements all of HTTP, but takes 17 ms to import and 40 us a request; this takes
-1 ms and 8 us, and the master answers a request in less time than h11 needs to read it. A test compares
-this reader with h11 (`tests/unit/wire/test_http_against_h11.py`).
+h11 implements all of HTTP, but takes 17 ms to import and 40 us per request; this module takes 1 ms and 8 us.
+The master answers a request in less time than h11 needs to read it. A test compares this reader with h11
+(`tests/unit/wire/test_http_against_h11.py`).
 
 The output suits other implementations: XmlRpc++ (roscpp) looks for `Content-length: ` in upper or lower case,
 and supports neither chunks nor compression; Python's `http.server` accepts anything.
@@ -34,7 +34,7 @@ __all__ = [
 ]
 
 HEAD_LIMIT_BYTES: Final = 16 * 1024
-"""Maximum size of a head; those of ROS peers have 100 to 300 bytes."""
+"""Maximum size of a head. ROS peers send heads of 100 to 300 bytes."""
 
 _REASONS: Final = {
     200: "OK",
@@ -53,7 +53,7 @@ _REASONS: Final = {
 
 
 class Request(NamedTuple):
-    """One request. Header names are lower case; of a repeated header the values are joined by commas."""
+    """One request. Header names are lower case; the values of repeated headers are joined by commas."""
 
     method: str
     target: str
@@ -73,7 +73,9 @@ class Response(NamedTuple):
 
 
 def build_request(host: str, target: str, body: bytes) -> bytes:
-    """Return a POST of an XML-RPC document. `host` is the value of the `Host` header: `localhost:11311`."""
+    """Return a POST request with an XML-RPC document. `host` is the value of the `Host` header, such as
+    `localhost:11311`.
+    """
     return request_head(host, target, len(body)) + body
 
 
@@ -88,7 +90,7 @@ def request_head(host: str, target: str, length: int) -> bytes:
 def build_response(
     body: bytes, *, status: int = 200, keep_alive: bool = True, send_keep_alive: bool = False
 ) -> bytes:
-    """Return a response with an XML-RPC document, or with plain text when `status` is not 200.
+    """Return a response that contains an XML-RPC document, or plain text if `status` is not 200.
 
     HTTP/1.0 clients that requested to keep the connection need a header that confirms it (`send_keep_alive`).
     """
@@ -113,10 +115,13 @@ CONTINUE: Final = b"HTTP/1.1 100 Continue\r\n\r\n"
 
 _END_OF_HEAD = re.compile(rb"\r?\n\r?\n")
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]|\r(?!\n)").search
-"""Control characters that no head contains: what they mean differs between implementations."""
+"""Control characters that a head must not contain, because implementations differ in how they interpret
+them.
+"""
 _TOKEN = re.compile(r"[!#$%&'*+.^_`|~0-9A-Za-z-]+").fullmatch
 _STATUS_LINE = re.compile(r"HTTP/(\d)\.(\d) (\d{3})(?: ([^\r\n]*))?").fullmatch
-_REQUEST_LINE = r"([A-Z]{1,20}) ([!-~]{1,2000}) HTTP/(\d)\.(\d)"  # compiled at the first use, by servers
+# compiled on first use, which only servers need
+_REQUEST_LINE = r"([A-Z]{1,20}) ([!-~]{1,2000}) HTTP/(\d)\.(\d)"
 _LENGTH_DIGITS: Final = 15
 
 _UNTIL_END: Final = -1
@@ -143,23 +148,25 @@ class _Reader:
 
     @property
     def is_idle(self) -> bool:
-        """Whether the reader is between two messages, with no byte of the next one."""
+        """Whether the reader is between two messages and has no bytes of the next message."""
         return self._start is None and not self._buffer
 
     @property
     def held_bytes(self) -> int:
-        """How many bytes of an incomplete message have arrived."""
+        """The number of bytes of an incomplete message that have arrived."""
         return len(self._buffer) + self._chunks.held_bytes
 
     def _read_head(self) -> bool:
         """Remove a head from the buffer; return False if it is incomplete."""
         buffer = self._buffer
-        if not self._searched:  # blank lines before a start line are to be skipped (RFC 9112, 2.2)
+        if not self._searched:  # blank lines before a start line must be skipped (RFC 9112, 2.2)
             del buffer[: len(buffer) - len(buffer.lstrip(b"\r\n"))]
-            if buffer and not 0x41 <= buffer[0] <= 0x5A:  # TLS, for example: do not wait for more
+            # this may be TLS, for example, so do not wait for more
+            if buffer and not 0x41 <= buffer[0] <= 0x5A:
                 raise HttpError(400, f"not an HTTP message: it begins with {bytes(buffer[:20])!r}")
         end = _END_OF_HEAD.search(buffer, max(0, self._searched - 3))
-        if (end.start() if end else len(buffer) - 3) > self._head_limit:  # three bytes of an end may be there
+        # the last three bytes may be the start of the end marker
+        if (end.start() if end else len(buffer) - 3) > self._head_limit:
             raise HttpLimitExceeded(431, f"an HTTP head of more than {self._head_limit} bytes")
         if end is None:
             self._searched = len(buffer)
@@ -188,7 +195,7 @@ class _Reader:
         if len(self._buffer) < self._length:
             return None
         behind = len(self._buffer) - self._length
-        if behind < self._length:  # copy the smaller part: the other may be large
+        if behind < self._length:  # copy the smaller part, because the other may be large
             body, self._buffer = self._buffer, self._buffer[self._length :]
             del body[self._length :]
             return body
@@ -246,7 +253,7 @@ class RequestReader(_Reader):
     _failure: HttpError | None = None
 
     def __init__(self, *, head_limit: int = HEAD_LIMIT_BYTES, body_limit: int | None = None) -> None:
-        """Limit bodies to `body_limit` bytes, by default `Limits.body_bytes` of the process."""
+        """Limit bodies to `body_limit` bytes; defaults to the process-wide `Limits.body_bytes`."""
         limit = process_limits().body_bytes if body_limit is None else body_limit
         super().__init__(head_limit=head_limit, body_limit=limit, limit_name="body_bytes")
 
@@ -277,7 +284,9 @@ class RequestReader(_Reader):
         return Request(start[1], start[2], self._headers, body, self._keep_alive(start, 3, 4))
 
     def wants_continue(self) -> bool:
-        """Return True, once per request, if the client waits for `100 Continue` before it sends the body."""
+        """Return True, once per request, if the client is waiting for `100 Continue` before it sends the
+        body.
+        """
         return self._start is not None and self._headers.pop("expect", "").lower() == "100-continue"
 
     def _parse_start_line(self, line: str) -> re.Match[str]:
@@ -294,7 +303,7 @@ class RequestReader(_Reader):
 
     def _body_length(self) -> int:
         if "origin" in self._headers:
-            # Only browsers send Origin. Without this check a web page could call servers bound to loopback.
+            # Only browsers send Origin. Without this check, a web page could call servers bound to loopback.
             raise HttpError(403, f"a request from a web page of {self._headers['origin'][:80]}")
         length = self._declared_length()
         if length is None:
@@ -309,7 +318,7 @@ class ResponseReader(_Reader):
     """
 
     def __init__(self, *, head_limit: int = HEAD_LIMIT_BYTES, body_limit: int | None = None) -> None:
-        """Limit bodies to `body_limit` bytes, by default `Limits.answer_bytes` of the process."""
+        """Limit bodies to `body_limit` bytes; defaults to the process-wide `Limits.answer_bytes`."""
         limit = process_limits().answer_bytes if body_limit is None else body_limit
         super().__init__(head_limit=head_limit, body_limit=limit, limit_name="answer_bytes")
 
@@ -325,7 +334,7 @@ class ResponseReader(_Reader):
         return None
 
     def end(self) -> Response | None:
-        """Return the response that is completed by the end of the connection, if any.
+        """Return the response that the end of the connection completes, if there is one.
 
         Raises:
             HttpError: the connection ended in the middle of a response.

@@ -1,4 +1,4 @@
-"""Chunked HTTP bodies, and the errors of HTTP messages."""
+"""Chunked HTTP bodies, and errors in HTTP messages."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from pipros.basics.limits import limit_text
 _SIZE_LINE = rb"([0-9A-Fa-f]{1,8})[ \t]*(?:;[^\r\n]*)?\r"
 _LINE_LIMIT: Final = 256
 CHUNKS_LIMIT: Final = 2_000
-"""Maximum number of chunks of one body, lines of its trailer included. Each takes time, even one of a single
-byte; clients send chunks of thousands of bytes.
+"""Maximum number of chunks in one body, including the lines of its trailer. Each takes time, even a chunk of
+a single byte. Clients usually send chunks of thousands of bytes.
 """
 
 
 class HttpError(ProtocolError):
-    """A message violates HTTP, or uses a part of it that is not supported.
+    """A message violates HTTP, or uses an HTTP feature that is not supported.
 
     Attributes:
-        status: the status code with which a server answers it.
+        status: the status code with which a server responds.
     """
 
     def __init__(self, status: int, text: str) -> None:
@@ -29,7 +29,7 @@ class HttpError(ProtocolError):
 
 
 class HttpLimitExceeded(HttpError, LimitExceeded):
-    """A head or body exceeds its limit, or announces a length that does."""
+    """A head or body exceeds its limit, or announces a length that exceeds it."""
 
 
 def check_body_length(length: int, limit: int, limit_name: str) -> None:
@@ -59,7 +59,8 @@ class ChunkedBody:
         return len(self._body)
 
     def feed(self, buffer: bytearray) -> bytearray | None:
-        """Remove complete chunks from the front of `buffer`; return the body once complete, else None.
+        """Remove complete chunks from the front of `buffer`. Return the body once it is complete; None until
+        then.
 
         Raises:
             HttpError: the bytes are not a chunk, or the body exceeds the limit.
@@ -80,7 +81,7 @@ class ChunkedBody:
         return None
 
     def _cut_chunk(self, buffer: bytearray, line: bytes) -> bool:
-        """Remove the chunk that `line` begins; return False if it is incomplete."""
+        """Remove the chunk that starts with `line`; return False if it is incomplete."""
         size_text = re.fullmatch(_SIZE_LINE, line)
         if size_text is None:
             raise HttpError(400, f"an HTTP chunk that begins with {line[:40]!r}")

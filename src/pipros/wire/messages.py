@@ -1,8 +1,8 @@
 """TCPROS messages: a little-endian 32-bit length, then that many bytes.
 
-`MessageReader` is for topics and the requests of services: sockets receive directly into memory that is
-reused, because new buffers of megabytes cost page faults, which dominate the time of large messages.
-`ReplyReader` is for the replies of services: messages after a byte that says whether the call succeeded.
+`MessageReader` is for topics and service requests. Sockets receive directly into memory that is reused,
+because new buffers of megabytes cause page faults, which dominate the time for large messages. `ReplyReader`
+is for service replies, which are messages preceded by a byte that says whether the call succeeded.
 
 Source: http://wiki.ros.org/ROS/TCPROS
 """
@@ -17,13 +17,15 @@ from pipros.basics.limits import limit_text, process_limits
 
 _INITIAL_BYTES = 4 * 1024
 _COMFORTABLE_BYTES = 128 * 1024
-"""Buffers start small, for nodes with hundreds of quiet topics, and grow to the second size under traffic."""
+"""Initial buffer size, and size under traffic. Buffers start small, for nodes with hundreds of quiet
+topics.
+"""
 
 _ROUNDS = 100
-"""After being emptied this many times, a large buffer is replaced by a smaller one if that would do."""
+"""After being emptied this many times, a large buffer is replaced by a smaller one if that is sufficient."""
 
 _REPLY_HEAD_BYTES = 5
-"""Header of a reply: one byte for success, four for the length of the rest."""
+"""Header of a reply: one byte for success, and four bytes for the length of the rest."""
 
 _unpack_length = struct.Struct("<I").unpack_from
 
@@ -32,9 +34,9 @@ class MessageReader:
     """A receive buffer that hands out complete messages as views of itself.
 
     Call `space()`, receive into it, and pass `received()` the number of bytes; or `feed()` bytes that were
-    received elsewhere. The messages that these yield are valid until the next `space()` or `feed()`: copy one
-    to keep it. The buffer is at most twice as large as the data that really arrived, so a claimed length
-    costs nothing.
+    received elsewhere. The messages that these yield are valid until the next `space()` or `feed()`; copy a
+    message to keep it. The buffer is at most twice as large as the data that has actually arrived, so
+    announcing a large length does not use memory.
 
     >>> buffer = MessageReader(limit_bytes=1024)
     >>> [bytes(message) for message in buffer.feed(b"\\x02\\x00\\x00\\x00h")]
@@ -46,18 +48,18 @@ class MessageReader:
     __slots__ = ("_end", "_largest", "_rounds", "_start", "_store", "_view", "is_large", "limit_bytes")
 
     def __init__(self, limit_bytes: int | None = None) -> None:
-        """Limit each message to `limit_bytes`, by default `Limits.frame_bytes` of the process."""
+        """Limit each message to `limit_bytes`; defaults to the process-wide `Limits.frame_bytes`."""
         self.limit_bytes = process_limits().frame_bytes if limit_bytes is None else limit_bytes
         self._use(bytearray(_INITIAL_BYTES))
         self._start = 0  # index of the first byte that is not in a yielded message
         self._end = 0  # index after the last byte received
-        self._rounds = 0  # how often the buffer was filled and emptied while it was large
+        self._rounds = 0  # number of times the buffer was filled and emptied while it was large
         self._largest = 0  # maximum number of bytes held since the last reset
 
     def space(self) -> memoryview:
-        """Return memory to receive into, never empty. Messages yielded before become invalid."""
+        """Return memory to receive into, which is never empty. Previously yielded messages become invalid."""
         if self._end == len(self._store) < _COMFORTABLE_BYTES:
-            self._grow()  # the peer sent more than fitted
+            self._grow()  # the peer sent more than fits
         pending = self._end - self._start
         if not pending:
             if self.is_large:
@@ -73,7 +75,7 @@ class MessageReader:
 
     @property
     def has_partial_message(self) -> bool:
-        """Whether a message has arrived in part."""
+        """Whether part of a message has arrived."""
         return self._end > self._start
 
     def received(self, count: int) -> Iterator[memoryview]:
@@ -127,7 +129,7 @@ class MessageReader:
             self._rounds = self._largest = 0
 
     def _missing(self) -> int:
-        """Return how many bytes the incomplete message still lacks, as far as known."""
+        """Return the number of bytes that the incomplete message still lacks, as far as known."""
         have = self._end - self._start
         if have < 4:
             return 4 - have
@@ -147,7 +149,7 @@ class ReplyReader:
     """Splits the byte stream from a service server into replies.
 
     Feed it the bytes from the socket, and take the complete replies in order, one at a time. Memory grows
-    with the bytes that really arrived, never with the length that the server announces.
+    with the bytes that have actually arrived, never with the length that the server announces.
 
     >>> replies = ReplyReader(limit_bytes=1024)
     >>> replies.feed(b"\\x01\\x02\\x00\\x00\\x00h")
@@ -157,13 +159,14 @@ class ReplyReader:
     (True, b'hi')
 
     Attributes:
-        missing_bytes: how many bytes the next reply lacks, as far as known at the last `next_reply`.
+        missing_bytes: the number of bytes that the next reply lacks, as far as known at the last call of
+            `next_reply`.
     """
 
     __slots__ = ("_held", "limit_bytes", "missing_bytes")
 
     def __init__(self, limit_bytes: int | None = None) -> None:
-        """Limit each reply to `limit_bytes`, by default `Limits.frame_bytes` of the process."""
+        """Limit each reply to `limit_bytes`; defaults to the process-wide `Limits.frame_bytes`."""
         self.limit_bytes = process_limits().frame_bytes if limit_bytes is None else limit_bytes
         self.missing_bytes = _REPLY_HEAD_BYTES
         self._held: bytes | bytearray = b""
@@ -180,7 +183,7 @@ class ReplyReader:
         """Remove and return the next reply: whether the call succeeded, and the response or the error text.
 
         Returns:
-            None if no reply is complete; `missing_bytes` then says how many bytes the next one lacks.
+            None if no reply is complete; `missing_bytes` then says how many bytes the next reply lacks.
 
         Raises:
             LimitExceeded: a reply was announced that exceeds the limit.

@@ -2,10 +2,10 @@
 
 `decode_call` and `decode_response` use two readers. The fast one (`xmlrpc_fast`) handles the plain documents
 that ROS peers send, and gives up on anything else. The complete one (`xmlrpc_expat`) then reads the document
-with Expat, and it alone decides which documents are invalid, so every refusal is worded in one place. A
-property test checks that both agree on every document that the fast one accepts.
+with Expat. It alone decides which documents are invalid, so every refusal is worded in one place. A property
+test checks that both readers agree on every document that the fast reader accepts.
 
-The fast reader is worth its code: a nested dictionary of 1,000 keys takes 0.9 ms instead of 4.6 ms
+The fast reader is worth its code: a nested dictionary with 1,000 keys takes 0.9 ms instead of 4.6 ms
 (`xmlrpc.client`: 3.3 ms), a `getParam` call 2 us instead of 9 us. Compiling its patterns takes 4 ms, longer
 than all calls of a typical command to the master, so Expat reads short responses until something else needs
 the fast reader.
@@ -23,9 +23,9 @@ from pipros.basics.limits import limit_text, process_limits
 NESTING_LIMIT: Final = 100
 """Maximum nesting of lists and dictionaries in a call; far below Python's recursion limit."""
 ANSWER_NESTING_LIMIT: Final = 200
-"""The same for responses: a parameter tree is as deep as its keys and its values together."""
+"""The same for responses. A parameter tree is as deep as its keys and its values together."""
 BRIEF_BYTES: Final = 16 * 1024
-"""A response up to this size is not worth importing the fast reader."""
+"""For responses up to this size, importing the fast reader is not worthwhile."""
 INT_MIN: Final = -(2**31)
 INT_MAX: Final = 2**31 - 1
 
@@ -48,7 +48,7 @@ class Fault(PiprosError):
 
 
 class Encoded:
-    """A value that is encoded already, inserted unchanged into an array or struct of a response."""
+    """A value that is already encoded, and is inserted unchanged into an array or struct in a response."""
 
     __slots__ = ("text",)
 
@@ -60,7 +60,7 @@ class Encoded:
 
 
 class ValueTooLarge(PiprosError):
-    """A value exceeds the `size_limit` of the caller."""
+    """A value exceeds the caller's `size_limit`."""
 
 
 def encode_call(method: str, params: tuple[Any, ...] | list[Any], *, size_limit: int | None = None) -> bytes:
@@ -68,7 +68,7 @@ def encode_call(method: str, params: tuple[Any, ...] | list[Any], *, size_limit:
 
     Raises:
         ValueTooLarge: `size_limit` is exceeded, as in `encode_response`.
-        TypeError: XML-RPC has no form for a value (None, a set, a dictionary key that is not a string).
+        TypeError: XML-RPC cannot represent a value (None, a set, a dictionary key that is not a string).
         OverflowError: an integer exceeds 32 bits.
         ValueError: a string has control characters, which XML cannot represent.
     """
@@ -86,8 +86,8 @@ def encode_response(value: Any, *, size_limit: int | None = None) -> bytes:
     """Return a `methodResponse` document with one value. Raises the same errors as `encode_call`.
 
     Raises:
-        ValueTooLarge: the value has more than `size_limit` elements; a long string or binary counts as one
-            for each `SLICE_CHARACTERS`. Raised as soon as the count exceeds the limit.
+        ValueTooLarge: the value has more than `size_limit` elements. A long string or binary counts as one
+            element per `SLICE_CHARACTERS`. This is raised as soon as the count exceeds the limit.
     """
     parts = ["<?xml version='1.0'?>\n<methodResponse><params><param>"]
     _encode(value, parts, ANSWER_NESTING_LIMIT, _Budget(size_limit))
@@ -137,7 +137,7 @@ def _join(parts: list[str]) -> bytes:
 
 
 _NOT_XML: Final = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"
-"""A pattern, compiled on first use: most processes never need it."""
+"""A pattern that is compiled on first use, because most processes never need it."""
 
 
 def _escape(text: str) -> str:
@@ -205,7 +205,9 @@ def _slices(text: str, budget: _Budget) -> list[str]:
 
 
 def _encode_rare(value: Any, budget: _Budget) -> str:
-    """Encode binary data and dates. `xmlrpc.client` and `datetime` are used only if imported already."""
+    """Encode binary data and dates. `xmlrpc.client` and `datetime` are used only if they have already been
+    imported.
+    """
     if value is None:
         raise TypeError("cannot marshal None unless allow_none is enabled")
     if isinstance(value, (bytes, bytearray)):
@@ -233,7 +235,7 @@ def _encode_binary(data: bytes, budget: _Budget) -> str:
 def decode_call(body: bytes | bytearray, *, limit_bytes: int | None = None) -> tuple[str, tuple[Any, ...]]:
     """Return the method and parameters of a `methodCall` document. The default limit is `Limits.body_bytes`.
 
-    Base64 becomes `xmlrpc.client.Binary` and dates `xmlrpc.client.DateTime`, as ROS users know them.
+    Base64 is returned as `xmlrpc.client.Binary`, and dates as `xmlrpc.client.DateTime`, as in genuine ROS.
 
     Raises:
         LimitExceeded: the document is larger or deeper than the limits.

@@ -1,13 +1,15 @@
 """The complete XML-RPC reader: reads any well-formed document, and words every refusal.
 
-Theory of operation: a stack of open elements. `_MAY_CONTAIN` lists which elements an element may contain; any
+Theory of operation: the reader keeps a stack of open elements. `_MAY_CONTAIN` lists which elements an element
+    may contain; any
 other is an error. Complete values are collected in the enclosing element, and combined when it closes.
 Attributes, comments and CDATA are treated as XML specifies. A DTD is refused at its first byte, so only the
 five predefined entities exist.
 
-Expat gets the document in slices: it holds the interpreter lock while it reads one, and a server reads large
-documents in a thread while it serves other requests. A tag or comment longer than some slices is refused,
-because Expat would scan it again from its start with each slice, and a tag of a million attributes at once.
+Expat gets the document in slices, because it holds the interpreter lock while it reads a slice, and a server
+reads large documents in a thread while it serves other requests. A tag or comment longer than a few slices is
+refused, because Expat would rescan it from its start with each slice, and would process a tag with a million
+attributes in one go.
 """
 
 from __future__ import annotations
@@ -40,13 +42,13 @@ _MAY_CONTAIN: dict[str, frozenset[str]] = {
 _NOTHING: frozenset[str] = frozenset()
 
 SLICE_BYTES: Final = 32 * 1024
-"""Size of a slice; Expat takes less than a millisecond for one, whatever its content."""
+"""Size of a slice. Expat reads a slice in less than a millisecond, whatever its content."""
 TAG_LIMIT_BYTES: Final = 64 * 1024
-"""The longest tag, comment or processing instruction."""
+"""Maximum length of a tag, comment or processing instruction."""
 
 
 def decode_call(body: bytes | bytearray, nesting_limit: int) -> tuple[str, tuple[Any, ...]]:
-    """Return the method and parameters of a call, as `wire.xmlrpc.decode_call`."""
+    """Return the method and parameters of a call, like `wire.xmlrpc.decode_call`."""
     root, children = _read(body, nesting_limit)
     if root != "methodCall" or not children or not isinstance(children[0], _Name):
         raise ProtocolError("an XML-RPC call was expected: a methodCall element that has a methodName")
@@ -92,7 +94,7 @@ class _Element:
 
 
 def _read(body: bytes | bytearray, nesting_limit: int) -> tuple[str, list[Any]]:
-    """Return the name of the root element and the values in it."""
+    """Return the name of the root element and the values that it contains."""
     document = _Element("")
     open_elements = [document]
     containers = 0

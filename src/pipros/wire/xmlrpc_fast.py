@@ -17,16 +17,16 @@ class NeedsExpat(Exception):
 
 
 def decode_call(body: bytes | bytearray, nesting_limit: int) -> tuple[str, tuple[Any, ...]]:
-    """Return the method and parameters of a call, as `wire.xmlrpc.decode_call`, or raise `NeedsExpat`."""
+    """Return the method and parameters of a call, like `wire.xmlrpc.decode_call`, or raise `NeedsExpat`."""
     return _Scanner(body).call(nesting_limit)
 
 
 def decode_response(body: bytes | bytearray, nesting_limit: int) -> Any:
-    """Return the value of a response, as `wire.xmlrpc.decode_response`, or raise `NeedsExpat`."""
+    """Return the value of a response, like `wire.xmlrpc.decode_response`, or raise `NeedsExpat`."""
     return _Scanner(body).response(nesting_limit)
 
 
-# White space and text are bounded, so that a megabyte of either is left to Expat, which is faster with it.
+# White space and text are bounded, so that a megabyte of either is left to Expat, which handles it faster.
 _S = r"[ \t\n]{0,80}"
 _T = r"([^<]{0,20000})"
 _VALUE = (
@@ -92,7 +92,7 @@ def _string(text: str) -> str:
     return _ENTITY.sub(_replace_entity, text) if "&" in text else text
 
 
-# In the order of the groups of _VALUE.
+# In the order of the groups in _VALUE.
 _CONVERT: tuple[Callable[[str], Any], ...] = (_integer, _integer, _string, _double, "1".__eq__, _string)
 
 
@@ -100,10 +100,10 @@ class _Scanner:
     __slots__ = ("_at", "_text")
 
     def __init__(self, body: bytes | bytearray) -> None:
-        # In slices, so that other threads can run in between.
+        # Read the document in slices, so that other threads can run in between.
         for start in range(0, len(body), _SLICE_BYTES):
             piece = body[start : start + _SLICE_BYTES + 2]
-            # "]]>" is not allowed in text, U+FFFE and U+FFFF nowhere: xmlrpc_expat words the error.
+            # "]]>" is not allowed in text, nor U+FFFE and U+FFFF anywhere; xmlrpc_expat words the error.
             if len(piece.translate(None, _NOT_PLAIN_BYTES)) != len(piece) or b"]]>" in piece:
                 raise NeedsExpat
         try:

@@ -1,4 +1,4 @@
-"""Build a catkin workspace: check every package, write the Python part of the devel space, install.
+"""Builds a catkin workspace: checks every package, writes the Python part of the devel space, and installs.
 
 Packages with only Python, messages, launch files and data need neither CMake nor a compiler. Packages with
 compiled code are built by genuine catkin and CMake (`genuine_catkin.py`) if these are installed. If a package
@@ -59,9 +59,10 @@ class BuildResult:
         built: names of the packages that were built, in build order.
         unchanged: names of packages that were up to date.
         errors: one text per problem, starting with the package or file.
-        skipped: packages that were not built, each with the failed package that it depends on.
+        skipped: packages that were not built, each mapped to the failed package that it depends on.
         projects: the parsed `CMakeLists.txt` of each package, by package name.
-        needs_genuine: packages that were not built because only genuine catkin can; used with `is_alone`.
+        needs_genuine: packages that were not built because only genuine catkin can build them; used with
+            `is_alone`.
     """
 
     built: list[str] = field(default_factory=list)
@@ -82,7 +83,7 @@ def build(
     """Build a workspace.
 
     Args:
-        projects: packages of the workspace that an earlier call has built.
+        projects: packages in the workspace that an earlier call has built.
 
     Raises:
         WorkspaceError: nothing can be built.
@@ -158,7 +159,8 @@ class _Build:
         self._build_natives(packages, natives, native_names)
         (self._layout.build / "test_results").mkdir(parents=True, exist_ok=True)
         if self._layout.build != self._layout.source:
-            # The build folder contains links to packages: a crawl of the workspace would find these twice.
+            # The build folder contains links to packages, so a crawl of the workspace would find these
+            # packages twice.
             (self._layout.build / "CATKIN_IGNORE").touch()
         underlays = underlays_of_build(self._variables, self._layout.devel)
         sources = self._options.sources or (self._layout.source,)
@@ -261,7 +263,7 @@ class _Build:
         users = [native for native in natives if self._result.projects[native.name].has_reconfigure_options]
         if not users or "dynamic_reconfigure" in self._result.projects:
             return
-        with suppress(genuine_catkin.MissingTools):  # reported by the build itself
+        with suppress(genuine_catkin.MissingTools):  # the build itself reports missing tools
             tools = genuine_catkin.find_tools(self._variables)
             if genuine_catkin.has_package(tools, "dynamic_reconfigure", self._variables):
                 return

@@ -1,4 +1,4 @@
-"""Build options of `catkin_make`."""
+"""Build options for `catkin_make`."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ class BuildOptions:
     """Options of a build.
 
     Attributes:
-        only: names of packages to build with all their dependencies; empty for all packages.
+        only: names of the packages to build with all their dependencies; empty for all packages.
         left_out: names of packages to skip.
         definitions: the `-D` settings.
         installs: whether to write the install space as well.
         tests: whether tests will be run; compiled tests are then built.
         jobs: arguments for make, for packages with compiled code.
-        targets: custom targets to run besides `all`.
+        targets: custom targets to run in addition to `all`.
         is_alone: whether to build the packages in `only` without their dependencies. Packages that need
             genuine catkin are then listed in the result instead of built, unless they are in `genuine`.
         genuine: if `is_alone` is true, the packages that genuine catkin builds regardless of their code.

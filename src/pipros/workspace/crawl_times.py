@@ -1,4 +1,4 @@
-"""Search time of each package folder, for `rospack profile`."""
+"""Measures the search time for each package folder, for `rospack profile`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from pipros.packages.crawl import crawl
 
 
 def crawl_times(roots: Sequence[Path], length: int, *, only_empty: bool = False) -> list[str]:
-    """Return the output lines of `rospack profile`: the slowest folders; a star marks empty ones."""
+    """Return the output lines of `rospack profile`, which list the slowest folders. A star marks empty
+    folders.
+    """
     started = time.perf_counter()
     costs: list[tuple[float, bool, str]] = []
     for root in roots:

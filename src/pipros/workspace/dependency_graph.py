@@ -37,13 +37,16 @@ class DependencyGraph:
         return [needed for needed in self.manifest(name).depends("exec_depends") if self._index.get(needed)]
 
     def named(self, name: str) -> list[str]:
-        """Return all dependencies in a package's manifest, of any kind, sorted; in the index or not."""
+        """Return all dependencies of any kind in a package's manifest, sorted, whether or not they are in the
+        index.
+        """
         return sorted(self.manifest(name).depends())
 
     def rosdeps(self, name: str, *, only_direct: bool = False) -> list[str]:
         """Return the sorted names that rosdep has to install for a package and its dependencies.
 
-        For a dry package these are the system packages of dry packages; for others, all names in manifests.
+        For a dry package, these are the system packages that dry packages list; for other packages, all names
+        in manifests.
         """
         names = [name, *([] if only_direct else self.all(name))]
         if self.manifest(name).is_dry:

@@ -1,4 +1,4 @@
-"""Writers for the files of one package in the devel space and the install space."""
+"""Writes one package's files to the devel space and the install space."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def write_over_genuine(project: Project, devel: Path) -> None:
 
 
 def _write_relays(project: Project, setup: PythonSetup | None, devel: Path) -> None:
-    """Write programs that run the scripts of a package in the source space."""
+    """Write programs that run a package's scripts in the source space."""
     relays: dict[Path, str] = {}
     for item in project.installations:
         if item.is_python and item.copy is not None and not os.path.isabs(item.copy.target):
@@ -111,7 +111,7 @@ def _write_relays(project: Project, setup: PythonSetup | None, devel: Path) -> N
 
 
 def _write_hooks(project: Project, prefix: Path, *, is_installed: bool) -> None:
-    """Write the environment hooks of a package to the folder that the setup files read."""
+    """Write a package's environment hooks to the folder that the setup files read."""
     for hook in project.hooks:
         text = Path(hook.source).read_text("utf-8") if hook.text is None else hook.text
         if is_installed and hook.installed is not None:
@@ -145,7 +145,7 @@ def _write_stubs(project: Project, definitions: Definitions, devel: Path) -> Non
     try:
         stubs = package_stubs(project.name, definitions)
     except (DefinitionError, NotFound):
-        return  # a file that the package does not list is invalid
+        return  # the invalid file is one that the package does not list
     for path, text in stubs.items():
         write_if_changed(devel / PYTHON_DESTINATION / project.name / path, text)
 
@@ -156,7 +156,7 @@ def install_package(
     """Copy the files that a package installs.
 
     Args:
-        settings: variables for the code of `install(CODE)`.
+        settings: variables for the code in `install(CODE)`.
 
     Raises:
         PiprosError, OSError: a file is missing, or cannot be copied.

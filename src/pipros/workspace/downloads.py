@@ -1,4 +1,4 @@
-"""Download of test data."""
+"""Downloads test data."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _CHUNK_BYTES = 1 << 20
 
 
 def fetch(download: Download, say: Callable[[str], object]) -> None:
-    """Download a file unless it exists with the right MD5. A failure is printed, not raised."""
+    """Download a file unless it already exists with the right MD5 sum. Failures are printed, not raised."""
     path = Path(download.path)
     if path.is_file() and download.md5 in ("", _md5(path)):
         return

@@ -1,4 +1,4 @@
-"""Complete contents of `manifest.xml`, the manifest that preceded catkin's `package.xml`.
+"""Represents the complete contents of `manifest.xml`, the manifest that preceded catkin's `package.xml`.
 
 Building and finding packages uses `manifest.py`; this module is for programs that show or edit such files.
 Source: http://wiki.ros.org/Manifest

@@ -17,7 +17,7 @@ from pipros.workspace.hooks import FoundHook, find_hooks
 from pipros.workspace.index import SHARED_PACKAGES
 from pipros.workspace.overlays import MARKER, built_workspaces
 
-# The workspace folder that each path variable receives.
+# The workspace folder that is added to each path variable.
 _LISTS = {
     "CMAKE_PREFIX_PATH": "",
     "LD_LIBRARY_PATH": "lib",
@@ -39,7 +39,7 @@ def workspace_environment(
 
     Args:
         prefix: the devel or install space; None for an environment without a workspace.
-        underlays: the workspaces that it was built on, the topmost first.
+        underlays: the workspaces that it was built on, topmost first.
         variables: the current environment.
         extend: whether to keep the workspaces that are already set up, below this one.
         own_programs: a folder to add to `PATH` if it is missing there.
@@ -76,7 +76,7 @@ def workspace_environment(
 
 
 def underlays_of_build(variables: Mapping[str, str], prefix: Path) -> list[Path]:
-    """Return the workspaces that are set up while `prefix` is built; they become its underlays."""
+    """Return the workspaces that are set up during the build of `prefix`. They become its underlays."""
     return [workspace.prefix for workspace in built_workspaces(variables) if workspace.prefix != prefix]
 
 
@@ -132,7 +132,7 @@ def quoted_for_powershell(text: str) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Print the shell code; called by the setup files with `shell prefix [--extend] [--local]`."""
+    """Print the shell code. The setup files call this with `shell prefix [--extend] [--local]`."""
     shell, folder, *options = sys.argv[1:] if argv is None else argv
     prefix = Path(folder) if folder else None
     code = setup_code(
@@ -158,14 +158,14 @@ def setup_code(
 def environment_changes(
     prefix: Path | None, variables: Mapping[str, str], *, extend: bool = False, with_underlays: bool = True
 ) -> dict[str, str]:
-    """Return the changes of `workspace_environment` with the underlays that `prefix` was built on."""
+    """Return the result of `workspace_environment` for the underlays that `prefix` was built on."""
     underlays: list[Path] = []
     if prefix is not None and with_underlays:
         try:
             listed = (prefix / UNDERLAYS_FILE).read_text("utf-8").split("\0")
             underlays = [Path(entry) for entry in listed if entry and Path(entry, MARKER).is_file()]
         except OSError:
-            pass  # no list was written, or the workspace was moved
+            pass  # no list of underlays was written, or the workspace was moved
     return workspace_environment(
         prefix, underlays, variables, extend=extend, own_programs=Path(sys.executable).parent
     )

@@ -1,7 +1,7 @@
-"""Search for programs by package and name, for rosrun, roslaunch and rostest.
+"""Finds programs by package and name, for rosrun, roslaunch and rostest.
 
-Built programs (`devel/lib/<package>`) precede those in the package's folder. A name without a folder matches
-at any depth; `scripts/talker.py` is compared with the end of the path.
+Built programs (`devel/lib/<package>`) take precedence over those in the package's folder. A name without a
+folder matches at any depth; `scripts/talker.py` is compared with the end of the path.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Executables:
     Attributes:
         runnable: executable files in order of preference, built programs first.
         unusable: matching paths that are not files or not executable.
-        searched: the folders that were searched, devel and install spaces first.
+        searched: the folders that were searched, starting with devel and install spaces.
     """
 
     runnable: tuple[Path, ...]
@@ -50,8 +50,8 @@ def find_executables(
 ) -> Executables:
     """Return the programs called `name` in `package`.
 
-    `workspaces` are the built workspaces to search; defaults to the workspaces in `CMAKE_PREFIX_PATH`; only
-    the first one with programs of this package is used.
+    `workspaces` are the built workspaces to search; defaults to the workspaces in `CMAKE_PREFIX_PATH`. Only
+    the first workspace that has programs for this package is used.
     """
     if workspaces is None:
         workspaces = built_workspaces()
@@ -69,7 +69,7 @@ def find_executables(
 
 
 def list_executables(package: Package, workspaces: Sequence[BuiltWorkspace] | None = None) -> list[str]:
-    """Return the sorted names of all programs of a package, for completion and suggestions."""
+    """Return the sorted names of all programs in a package, for completion and suggestions."""
     if workspaces is None:
         workspaces = built_workspaces()
     folders = [workspace.executables_of(package.name) for workspace in workspaces] + [package.path]
@@ -89,7 +89,9 @@ def _named(folder: Path, name: str) -> Iterator[Path]:
 
 
 def _walk(folder: Path, *, with_folders: bool = False) -> Iterator[tuple[str, str]]:
-    """Yield folder and name of each entry below a folder, sorted; skip hidden folders, follow links once."""
+    """Yield the folder and name of each entry below a folder, sorted. Hidden folders are skipped; links are
+    followed once.
+    """
     visited: set[str] = set()
     for parent, folders, files in os.walk(folder, followlinks=True):
         real = os.path.realpath(parent)

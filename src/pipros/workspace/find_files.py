@@ -1,4 +1,4 @@
-"""Search for files and folders of packages in the chain of workspaces, for `catkin_find`."""
+"""Finds files and folders of packages in the chain of workspaces, for `catkin_find`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _WITH_PROJECT = ("etc", "include", "libexec", "share")
 
 
 class WrongFolders(PiprosError):
-    """A search folder is unknown, or not allowed with (or without) a project."""
+    """A search folder is unknown, or is not allowed with, or without, a project."""
 
 
 @dataclass(slots=True)
@@ -44,10 +44,11 @@ def find_files(
     """Return the paths `<workspace>/<folder>/<project>/<path>` that exist.
 
     Args:
-        workspaces: the topmost first. For `share`, packages in their source folders are searched as well.
+        workspaces: the workspaces, topmost first. For `share`, packages in their source folders are searched
+            as well.
         project: a package; empty for paths outside packages.
-        path: below the folder of the project; empty for the folder itself.
-        folders: `bin`, `etc`, `include`, `lib`, `libexec` or `share`; all allowed ones if empty.
+        path: a path below the project's folder; empty for the folder itself.
+        folders: `bin`, `etc`, `include`, `lib`, `libexec` or `share`; if empty, all allowed folders.
             `libexec` includes `lib/<project>`.
         only_first_workspace: whether to stop at the first workspace with a match.
         only_first: whether to stop at the first match.

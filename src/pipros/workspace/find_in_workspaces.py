@@ -10,12 +10,12 @@ from pipros.workspace.overlays import MARKER, BuiltWorkspace, built_workspaces
 
 
 def workspaces() -> list[str]:
-    """Return the built workspaces of `CMAKE_PREFIX_PATH`, the topmost overlay first."""
+    """Return the built workspaces in `CMAKE_PREFIX_PATH`, topmost overlay first."""
     return [str(workspace.prefix) for workspace in built_workspaces()]
 
 
 def source_paths(workspace: str) -> list[str]:
-    """Return the source folders that a workspace was built from; none for an install space.
+    """Return the source folders that a workspace was built from; an empty list for an install space.
 
     Raises:
         ValueError: the folder is not a workspace.
@@ -40,12 +40,13 @@ def find_in_workspaces(
     """Return the existing paths `workspace/folder/project/path`; see `pipros.workspace.find_files`.
 
     Args:
-        search_dirs: the folders; by default all allowed ones.
+        search_dirs: the folders; by default, all allowed folders.
         project: a package.
-        path: a file or folder in it.
+        path: a file or folder in the package.
         _workspaces: the workspaces to search instead of the workspaces in `CMAKE_PREFIX_PATH`.
         considered_paths: list to which all checked paths are appended.
-        first_matching_workspace_only, first_match_only: when to stop.
+        first_matching_workspace_only, first_match_only: whether to stop at the first workspace with a match,
+        or at the first match.
         workspace_to_source_spaces: source folders of workspaces, if already known.
         source_path_to_packages: accepted for compatibility; has no effect.
 

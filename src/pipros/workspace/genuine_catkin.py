@@ -1,4 +1,4 @@
-"""Build packages with compiled code with genuine catkin and CMake, if installed."""
+"""Builds packages with compiled code with genuine catkin and CMake, if these are installed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _PREFIXES = ("/opt/ros/noetic", "/opt/ros/one", "/opt/ros/melodic", "/usr")
 _TOPLEVEL = "share/catkin/cmake/toplevel.cmake"
 _PYTHON = "/usr/bin/python3"
 
-# If ROS_DISTRO differs, an environment hook of Debian's packages prints a line into the output that catkin
+# If ROS_DISTRO differs, an environment hook in Debian's packages adds a line to the output that catkin
 # evaluates as Python.
 _DEBIAN = "Debian"
 
@@ -35,7 +35,9 @@ class NativeBuildFailed(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class NativeTools:
-    """Location of CMake and genuine catkin. `prefix` is catkin's: `/opt/ros/noetic` or `/usr`."""
+    """The location of CMake and genuine catkin. `prefix` is catkin's prefix, such as `/opt/ros/noetic` or
+    `/usr`.
+    """
 
     cmake: str
     prefix: Path
@@ -99,7 +101,7 @@ def build(
     variables: Mapping[str, str],
     components: Collection[str] = (),
 ) -> None:
-    """Build packages into the devel space. The tools inherit the standard output of this process.
+    """Build packages into the devel space. The tools inherit this process's standard output.
 
     Also build pipros's message packages that the local ROS installation lacks. pipros's Python packages need
     no build; CMake finds them as they are. Blocks until the tools exit, without a time limit.
@@ -135,7 +137,7 @@ def build(
         else:
             write_configuration(package, provided)
             if package.name in components:
-                say(f"-- {package.name} is not installed: CMake finds the one of pipros, which has no C++")
+                say(f"-- {package.name} is not installed: CMake finds the one from pipros, which has no C++")
     variables["CMAKE_PREFIX_PATH"] += os.pathsep + str(provided)
     for package in packages:
         (source / package.name).symlink_to(package.folder)
@@ -200,9 +202,10 @@ def _carry_out(
 
 
 def use_python_of_environment(prefix: Path) -> None:
-    """Rewrite the shebangs of Python programs that genuine catkin wrote to the first `python3` in `PATH`.
+    """Make the Python programs that genuine catkin wrote run the first `python3` in `PATH`.
 
-    catkin writes the Python of genuine rospy there, even if `rosrun` and `roslaunch` are those of pipros.
+    catkin writes genuine rospy's Python into their shebangs, even if `rosrun` and `roslaunch` are those of
+    pipros.
 
     Raises:
         OSError: a program cannot be written.
@@ -219,7 +222,7 @@ def use_python_of_environment(prefix: Path) -> None:
 
 
 def make(layout: WorkspaceFolders, target: str) -> None:
-    """Make another target of packages that were already built.
+    """Make another target in packages that have already been built.
 
     Raises:
         MissingTools: a tool has been removed since the build.
@@ -253,7 +256,7 @@ def is_installed(name: str, variables: Mapping[str, str]) -> bool:
 
 
 def native_environment(tools: NativeTools, variables: Mapping[str, str]) -> dict[str, str]:
-    """Return the environment for genuine catkin: the system's Python, and the distribution of genuine ROS.
+    """Return the environment for genuine catkin, with the system's Python and genuine ROS's distribution.
 
     Args:
         variables: the user's environment, which may be set up for pipros.

@@ -1,4 +1,4 @@
-"""Environment hooks: files of packages that the setup files of a workspace source."""
+"""Environment hooks: files in packages that a workspace's setup files source."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ class FoundHook:
 
 
 def find_hooks(workspaces: Sequence[Path], shell: str) -> list[FoundHook]:
-    """Return the hooks for a shell in Noetic's order: `.sh` before shell-specific, underlays before overlays.
+    """Return a shell's hooks in Noetic's order: `.sh` before shell-specific hooks, underlays before overlays.
 
     If several workspaces have a hook with the same name, only the topmost one is returned.
 
     Args:
-        workspaces: the topmost first.
+        workspaces: the workspaces, topmost first.
     """
     kinds = [_GENERIC] if shell in _POSIX_SHELLS else []
     if shell != _GENERIC:

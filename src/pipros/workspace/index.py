@@ -25,7 +25,7 @@ class Package:
 
     @property
     def manifest_file(self) -> Path:
-        """Its `package.xml`, or the `manifest.xml` of a dry package."""
+        """The package's `package.xml`, or `manifest.xml` for a dry package."""
         file = self.path / MANIFEST
         dry = self.path / DRY_MANIFEST
         return dry if not file.is_file() and dry.is_file() else file
@@ -34,7 +34,7 @@ class Package:
 class PackageIndex:
     """Packages by name. If a name occurs twice, the package in the earlier folder wins. Thread-safe.
 
-    `PackageFolders` documents when the disk is read and what is cached.
+    `PackageFolders` documents when the disk is read and which data is cached.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class PackageIndex:
 
     @property
     def advice(self) -> str:
-        """Hint to set ROS_PACKAGE_PATH if a package was not found; empty if it is set."""
+        """A hint to set ROS_PACKAGE_PATH, for packages that were not found; empty if the variable is set."""
         if any(folder != SHARED_PACKAGES for folder in self.folders):
             return ""
         return (
@@ -93,7 +93,7 @@ class PackageIndex:
         return package
 
     def __iter__(self) -> Iterator[Package]:
-        """Iterate over all packages, each name once, sorted by name."""
+        """Iterate over all packages, sorted by name. Each name occurs once."""
         folders = self._found.by_name()
         return iter([Package(name, Path(folders[name])) for name in sorted(folders)])
 
@@ -101,7 +101,7 @@ class PackageIndex:
         return isinstance(name, str) and self.get(name) is not None
 
     def containing(self, path: Path) -> Package | None:
-        """Return the package that contains a file or folder, found by the nearest manifest above it."""
+        """Return the package that contains a file or folder, by finding the nearest manifest above it."""
         for folder in (path.absolute(), *path.absolute().parents):
             if (folder / MANIFEST).is_file() or (folder / DRY_MANIFEST).is_file():
                 found = crawl(str(folder)).packages
@@ -109,7 +109,9 @@ class PackageIndex:
         return None
 
     def duplicates(self) -> dict[str, list[Path]]:
-        """Return each name that occurs more than once, with all its folders, the winning one first."""
+        """Return each name that occurs more than once, with all its folders, starting with the folder that is
+        used.
+        """
         folders: dict[str, list[Path]] = {}
         for name, folder in self._found.occurrences():
             folders.setdefault(name, []).append(Path(folder))

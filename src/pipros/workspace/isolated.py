@@ -1,4 +1,4 @@
-"""Isolated builds: package by package, each with its own build space and devel space."""
+"""Isolated builds, in which each package has its own build space and devel space."""
 
 from __future__ import annotations
 
@@ -61,11 +61,11 @@ def build_isolated(
     """Build packages one after another; each uses the previous ones as underlays.
 
     Genuine catkin builds packages with compiled code and their dependencies. Compiled code is only discovered
-    when the build reaches such a package; the build then starts over.
+    when the build reaches such a package. The build then starts over.
 
     Args:
         layout: `build` and `devel` are the parent folders of the packages' spaces.
-        packages: all packages of the workspace in build order.
+        packages: all packages in the workspace, in build order.
         chosen: the packages to build.
 
     Raises:
@@ -176,7 +176,7 @@ def _build_plain(
 
 
 def _without_headings(say: Say) -> Say:
-    """Return `say` without the lines that `catkin_make` prints around each package."""
+    """Return a version of `say` that omits the lines that `catkin_make` prints around each package."""
     return lambda line: None if line.startswith(_BUILDER_LINES) else say(line)
 
 

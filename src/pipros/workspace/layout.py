@@ -22,12 +22,14 @@ WORKSPACE_MARKER = ".catkin_workspace"
 
 
 class WorkspaceError(PiprosError):
-    """The workspace as a whole cannot be built: no source folder, two packages with one name, a cycle."""
+    """The workspace as a whole cannot be built: it has no source folder, two packages with the same name, or
+    a dependency cycle.
+    """
 
 
 @dataclass(frozen=True, slots=True)
 class WorkspaceFolders:
-    """The folders of a workspace: its root, and the source, build, devel and install space."""
+    """A workspace's folders: its root, and its source, build, devel and install spaces."""
 
     base: Path
     source: Path
@@ -68,7 +70,7 @@ class SourcePackage:
         )
 
     def line_of(self, word: str) -> int:
-        """Return the number of the first line of the manifest that contains the word; 1 if there is none."""
+        """Return the number of the first line in the manifest that contains the word; 1 if there is none."""
         for number, line in enumerate(read_text(self.manifest_file, errors="replace").splitlines(), 1):
             if word in line:
                 return number
@@ -77,7 +79,7 @@ class SourcePackage:
 
 @dataclass(slots=True)
 class SourceSpace:
-    """The packages of a source folder.
+    """The packages in a source folder.
 
     Attributes:
         packages: the packages in build order.
@@ -118,10 +120,10 @@ def _read_manifest(folder: Path, variables: Mapping[str, str], errors: list[str]
     file = folder / MANIFEST
     warnings: list[str] = []
     try:
-        parse(read_file(file), str(file))  # unlike catkin_pkg, it reports the position of malformed XML
+        parse(read_file(file), str(file))  # unlike catkin_pkg, this reports the position of malformed XML
         manifest = parse_package(str(file), warnings=warnings)
         with catch_warnings():
-            simplefilter("ignore")  # catkin_pkg uses deprecated names of pyparsing
+            simplefilter("ignore")  # catkin_pkg uses deprecated pyparsing names
             manifest.evaluate_conditions({**DISTRIBUTION, **variables})
     except XmlError as error:
         errors.append(str(error))
@@ -136,7 +138,9 @@ def _read_manifest(folder: Path, variables: Mapping[str, str], errors: list[str]
 
 
 class _Evaluated:
-    """A manifest with evaluated conditions: catkin_pkg would evaluate them again, with `os.environ`."""
+    """A manifest whose conditions are already evaluated. catkin_pkg would evaluate them again, with
+    `os.environ`.
+    """
 
     def __init__(self, manifest: Manifest) -> None:
         self._manifest = manifest
@@ -147,7 +151,7 @@ class _Evaluated:
         return getattr(self._manifest, name)
 
     def evaluate_conditions(self, context: Mapping[str, str]) -> None:
-        """Do nothing: the conditions are already evaluated."""
+        """Do nothing, because the conditions are already evaluated."""
 
 
 def _in_order(packages: Mapping[str, SourcePackage]) -> list[SourcePackage]:
@@ -163,7 +167,7 @@ def _in_order(packages: Mapping[str, SourcePackage]) -> list[SourcePackage]:
 
 
 def closure(packages: Sequence[SourcePackage], wanted: set[str]) -> set[str]:
-    """Return the wanted packages and all their direct and indirect dependencies in the workspace."""
+    """Return the wanted packages and all their direct and indirect dependencies that are in the workspace."""
     by_name = {package.name: package for package in packages}
     known: set[str] = set()
     pending = [name for name in wanted if name in by_name]

@@ -1,4 +1,4 @@
-"""Targets of `catkin_make`, and catkin's names of test results."""
+"""`catkin_make` targets, and catkin's names for test results."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def names(projects: Mapping[str, Project]) -> Iterator[str]:
     """Yield all targets of a workspace."""
     yield from _ALWAYS
     for name, project in projects.items():
-        # For make, the folder of a package is an up-to-date target.
+        # For make, a package's folder is an up-to-date target.
         yield from (name, f"run_tests_{name}", f"clean_test_results_{name}")
         yield from project.targets
         for test in project.tests:
@@ -40,7 +40,7 @@ def _names_of(test: TestEntry, package: str) -> Iterator[str]:
 def label(test: TestEntry) -> str:
     """Return the name of a test: its path, or its file name with its arguments if it has any.
 
-    So a file can be listed several times with different arguments.
+    This allows a file to be listed several times with different arguments.
     """
     if test.kind == "gtest":
         return test.target
@@ -55,5 +55,5 @@ def label(test: TestEntry) -> str:
 
 
 def results_label(test: TestEntry) -> str:
-    """Return the name of a launch file's results: the part before the first dot, as in catkin."""
+    """Return the name for a launch file's results, which is the part before the first dot, as in catkin."""
     return label(test).partition(".")[0]

@@ -1,4 +1,4 @@
-"""Reader for the parts of package manifests (`package.xml`) that tools such as `rospack` need.
+"""Reads the parts of package manifests (`package.xml`) that tools such as `rospack` need.
 
 Supports formats 1, 2 and 3, and `manifest.xml` of dry packages. Conditions on dependencies are evaluated with
 Noetic's values. Manifests are not validated.
@@ -22,7 +22,7 @@ from pipros.basics.input_file import read_file
 from pipros.packages.crawl import DRY_MANIFEST, MANIFEST
 from pipros.safe.xml import Element, XmlError, parse
 
-# The dependency lists of format 3 to which each element adds, in rospack's output order.
+# The dependency lists in format 3 to which each element adds, in rospack's output order.
 _MEANING: dict[str, tuple[str, ...]] = {
     "run_depend": ("build_export_depends", "exec_depends"),
     "exec_depend": ("exec_depends",),
@@ -109,7 +109,9 @@ def _text(root: Element, tag: str) -> str:
 
 
 def _holds(condition: str) -> bool:
-    """Return whether a condition of format 3 holds: comparisons with `==` or `!=`, joined by `and`."""
+    """Return whether a format 3 condition holds. It consists of comparisons with `==` or `!=`, joined by
+    `and`.
+    """
     for part in re.split(r"\band\b", condition):
         compared = _COMPARISON.fullmatch(part)
         if compared is None:

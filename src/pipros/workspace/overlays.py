@@ -1,6 +1,6 @@
-"""The built workspaces in `CMAKE_PREFIX_PATH`, the topmost overlay first.
+"""The built workspaces in `CMAKE_PREFIX_PATH`, topmost overlay first.
 
-A folder of that path is a workspace if it contains a file `.catkin`. In a devel space the file lists the
+A folder on that path is a workspace if it contains a file `.catkin`. In a devel space the file lists the
 source folders whose packages were built there; in an install space it is empty.
 """
 
@@ -22,12 +22,14 @@ class BuiltWorkspace:
     sources: tuple[Path, ...] = ()
 
     def executables_of(self, package: str) -> Path:
-        """Return the folder of a package's built programs. It exists only if there are any."""
+        """Return the folder for a package's built programs. The folder exists only if there are any
+        programs.
+        """
         return self.prefix / "lib" / package
 
 
 def built_workspaces(variables: Mapping[str, str] | None = None) -> tuple[BuiltWorkspace, ...]:
-    """Return the workspaces of an environment, which defaults to this process's."""
+    """Return the workspaces in an environment, which defaults to this process's."""
     prefix_path = (os.environ if variables is None else variables).get("CMAKE_PREFIX_PATH") or ""
     workspaces = []
     for folder in prefix_path.split(os.pathsep):

@@ -1,4 +1,4 @@
-"""Compiler and linker flags of packages, from the `.pc` files that catkin writes and pkg-config reads."""
+"""Compiler and linker flags for packages, from the `.pc` files that catkin writes and pkg-config reads."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ class NoFlags(PiprosError):
 
 
 def flags(package: str, option: str, prefix: str = "") -> list[str]:
-    """Return the flags of a package, folders of overlays first.
+    """Return the flags for a package, with folders in overlays first.
 
     Args:
-        option: pkg-config option, without its dashes: `cflags-only-I`.
-        prefix: removed from the start of each flag, such as `-I`.
+        option: pkg-config option without its dashes, such as `cflags-only-I`.
+        prefix: a prefix to remove from the start of each flag, such as `-I`.
 
     Raises:
         NoFlags: pkg-config is missing or does not know the package; the message says what to do.
@@ -41,7 +41,9 @@ def flags(package: str, option: str, prefix: str = "") -> list[str]:
 
 
 def _rank(folder: str) -> int:
-    """Return the position of the workspace that contains a folder in the chain; 0 for the topmost."""
+    """Return the position in the chain of the workspace that contains a folder; 0 for the topmost
+    workspace.
+    """
     prefixes = [str(workspace.prefix) for workspace in built_workspaces()]
     for number, prefix in enumerate(prefixes):
         if (folder + os.sep).startswith(prefix + os.sep):

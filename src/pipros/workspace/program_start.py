@@ -1,4 +1,4 @@
-"""Environment and command lines that run a workspace's programs with pipros' Python.
+"""Environments and command lines that run a workspace's programs with pipros's Python.
 
 The first line of a node is `#!/usr/bin/env python3`, which runs the first `python3` in `PATH`. If a pipros
 tool is called by its full path, without an activated virtual environment, that would be a Python without
@@ -21,10 +21,10 @@ _POSIX_SHELL = "/bin/sh"
 
 
 def program_environment(variables: Mapping[str, str], executable: str = sys.executable) -> dict[str, str]:
-    """Return the environment for a program of a package.
+    """Return the environment for a program in a package.
 
     In it, `python3` and `python` run the given interpreter, and `ROS_DISTRO`, `ROS_VERSION` and
-    `ROS_PYTHON_VERSION` are set as by a setup file of Noetic.
+    `ROS_PYTHON_VERSION` are set as by Noetic's setup files.
     """
     environment = {**DISTRIBUTION, **variables}
     own = os.path.dirname(os.path.abspath(executable))
@@ -52,7 +52,9 @@ def command_of(program: Path, arguments: Sequence[str] = (), prefix: str = "") -
 
 
 def why_not_startable(program: Path) -> str | None:
-    """Return the problem with a script's first line, or None; the kernel's own error is unhelpful."""
+    """Describe the problem with a script's first line; None if there is none. The kernel's own error is
+    unhelpful.
+    """
     try:
         start = _start_of(program)
     except OSError as error:

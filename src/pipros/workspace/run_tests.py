@@ -1,4 +1,6 @@
-"""`catkin_make run_tests`: run the tests that packages list; results are written to `build/test_results`."""
+"""`catkin_make run_tests`: runs the tests that packages list, and writes the results to
+`build/test_results`.
+"""
 
 from __future__ import annotations
 
@@ -36,9 +38,9 @@ def run_tests(
     """Run tests one after another. As in Noetic, `catkin_test_results` reports the failures afterwards.
 
     Args:
-        targets: the targets of `catkin_make`, such as `run_tests`.
+        targets: the `catkin_make` targets, such as `run_tests`.
         say: called with each line to print.
-        leave_error: called for a test that cannot run; writes a result file with the reason.
+        leave_error: called for a test that cannot run, to write a result file with the reason.
         script_runner: command that runs a Python test without pytest, given the script and the result file.
     """
     results = layout.build / "test_results"
@@ -61,7 +63,7 @@ def run_tests(
 
 
 def _compile(test: TestEntry, project: Project, layout: WorkspaceFolders) -> None:
-    """Compile the program of a test, if it has one, with genuine catkin.
+    """Compile a test's program, if it has one, with genuine catkin.
 
     Raises:
         MissingTools, NativeBuildFailed: the program cannot be compiled.

@@ -1,4 +1,4 @@
-"""The `setup.*` files of a devel or install space, for bash, zsh, sh, fish and PowerShell."""
+"""Writes the `setup.*` files in a devel or install space, for bash, zsh, sh, fish and PowerShell."""
 
 from __future__ import annotations
 
@@ -110,9 +110,10 @@ exec "$@"
 
 
 def functions_code(shell: str) -> str:
-    """Return shell code that defines `roscd`, completion and the like, for a shell of `pipros env --shell`.
+    """Return shell code that defines `roscd`, completion and the other shell functions, for a shell supported
+    by `pipros env --shell`.
 
-    Code for `sh` defines them in bash and zsh, which evaluate it, too.
+    Code for `sh` also defines them in bash and zsh, because these can evaluate it, too.
     """
     if shell == "fish":
         return f"source {quoted_for_fish(str(SHELL_FOLDER / 'ros.fish'))}\n"
@@ -126,11 +127,11 @@ def functions_code(shell: str) -> str:
 
 
 def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence[Path]) -> None:
-    """Make a folder a workspace: writes the marker, the list of underlays, and the setup files.
+    """Turn a folder into a workspace by writing the marker, the list of underlays and the setup files.
 
     Args:
-        sources: the source folders of a devel space; empty for an install space.
-        underlays: the workspaces that it was built on, the topmost first.
+        sources: the source folders for a devel space; empty for an install space.
+        underlays: the workspaces that it was built on, topmost first.
 
     Raises:
         OSError: the folder cannot be written.
@@ -185,8 +186,9 @@ def write_relaying_setup_files(folder: Path, prefix: Path) -> None:
 def _write(file: Path, content: str) -> None:
     """Write a setup file with an old timestamp, so that genuine catkin can replace it.
 
-    CMake does not copy a file whose timestamp differs by less than a second from the existing one: with the
-    current time this file would remain if genuine catkin built the workspace right afterwards.
+    CMake does not copy a file whose timestamp differs by less than a second from that of the existing file.
+    With the current time, this file would therefore remain if genuine catkin built the workspace right
+    afterwards.
     """
     if write_if_changed(file, content):
         earlier = time.time() - _OLDER_BY_S
@@ -194,7 +196,7 @@ def _write(file: Path, content: str) -> None:
 
 
 def write_if_changed(file: Path, content: str) -> bool:
-    """Write a file unless it already has that content. Return True if it was written."""
+    """Write a file unless it already has the given content. Return True if it was written."""
     try:
         if file.read_text("utf-8") == content:
             return False

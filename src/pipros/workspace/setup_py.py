@@ -1,4 +1,4 @@
-"""Reader for a package's `setup.py`: its Python packages, their folders, and its scripts.
+"""Reads a package's `setup.py`: its Python packages, their folders, and its scripts.
 
 As in catkin, a separate interpreter runs the file, and `setup()` only records its arguments. `distutils` is
 replaced because Python 3.12 and newer lack it; so is `find_packages` if setuptools is not installed.
@@ -64,10 +64,11 @@ class PythonSetup:
 
 
 def read_setup_py(folder: str) -> PythonSetup:
-    """Run the `setup.py` in a folder; `ROS_DISTRO` and the like default to Noetic's values.
+    """Run the `setup.py` in a folder; `ROS_DISTRO` and similar variables default to Noetic's values.
 
     Raises:
-        SetupPyError: it failed or exceeded the time limit; with the last lines of its output.
+        SetupPyError: the file failed or exceeded the time limit. The message includes the last lines of its
+            output.
     """
     try:
         ended = subprocess.run(  # noqa: S603

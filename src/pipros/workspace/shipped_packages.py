@@ -1,4 +1,4 @@
-"""pipros's packages that a build by genuine catkin needs and genuine ROS lacks.
+"""Finds pipros packages that a build with genuine catkin needs and the genuine ROS installation lacks.
 
 Message packages are built along with the workspace. Python packages have nothing to build: `find_package()`
 finds a small configuration file for each of them.
@@ -33,10 +33,10 @@ _ONLY_GENUINE = frozenset(
 def shipped_packages(
     packages: Sequence[SourcePackage], prefixes: Sequence[Path], components: Collection[str] = ()
 ) -> list[SourcePackage]:
-    """Return pipros's packages that the given packages need and that no prefix contains.
+    """Return the pipros packages that the given packages need and that no prefix contains.
 
-    Packages with CMake commands, or with messages and a C++ library, are excluded: pipros has no substitute
-    for these. The dependencies of message packages are included.
+    Packages with CMake commands, or with messages and a C++ library, are excluded, because pipros has no
+    substitute for these. The dependencies of message packages are included.
 
     Args:
         components: further required names, in addition to the dependencies in the manifests.
@@ -61,7 +61,7 @@ def shipped_packages(
 
 
 def has_cmake(package: SourcePackage) -> bool:
-    """Return whether CMake can build a pipros package; Python packages have nothing to build."""
+    """Return whether CMake can build a pipros package. Python packages have nothing to build."""
     return (package.folder / "CMakeLists.txt").is_file()
 
 

@@ -1,4 +1,4 @@
-"""Lookup of message, service and action types."""
+"""Looks up message, service and action types."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class TypeCatalogue:
     Attributes:
         command: the tool that shows these types.
         kind: the extension of the files and the name of their folder.
-        noun: the word for one type of this kind, for texts.
+        noun: the word for a type of this kind, used in messages.
         unknown: the start of the error text for an unknown type.
     """
 
@@ -36,17 +36,17 @@ class TypeCatalogue:
         return installed_library().definitions
 
     def packages(self) -> Iterator[str]:
-        """Yield the packages with types of this kind, sorted."""
+        """Yield the packages that define types of this kind, sorted."""
         for package in PackageIndex.from_environment():
             if self.names(package.name):
                 yield package.name
 
     def names(self, package: str) -> list[str]:
-        """Return the names of the types of a package. Raises NotFound."""
+        """Return the names of a package's types. Raises NotFound if the package does not exist."""
         return self.definitions.files.names(self.kind, package)
 
     def types_named(self, name: str) -> list[str]:
-        """Return the types with the given name in all packages; a full name is returned unchanged."""
+        """Return the types with the given name in all packages. A full name is returned unchanged."""
         if "/" in name:
             return [name]
         return [f"{package}/{name}" for package in self.packages() if name in self.names(package)]
@@ -61,7 +61,8 @@ class TypeCatalogue:
         return name.startswith("/") or name.count("/") > 1
 
     def text(self, type_name: str, *, is_raw: bool) -> str:
-        """Return the definition: as written, or with the fields of embedded messages and without comments.
+        """Return the definition, either as written or with the fields of embedded messages and without
+        comments.
 
         Raises:
             NotFound, DefinitionError: the type does not exist or is invalid.
@@ -102,7 +103,7 @@ class TypeCatalogue:
 
 
 def expanded(spec: MessageSpec, lookup: Lookup, indent: str = "") -> str:
-    """Return the constants and fields of a message; embedded messages are indented below their fields."""
+    """Return a message's constants and fields. Embedded messages are indented below their fields."""
     lines = [f"{indent}{item.type} {item.name}={item.text}\n" for item in spec.constants]
     for field in spec.fields:
         lines.append(f"{indent}{field.type} {field.name}\n")

@@ -1,4 +1,4 @@
-"""Checks for mistakes in a package that catkin would reject, before anything is built."""
+"""Checks a package for mistakes that catkin would reject, before anything is built."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ def check_interfaces(
     """Check every message, service and action of a package, including embedded messages.
 
     Args:
-        find_folder: function that finds the folder of a package; None if it does not exist.
+        find_folder: function that returns a package's folder, or None if the package does not exist.
 
     Raises:
         DefinitionError: a file is malformed; the message names the file, line and column.
         UndefinedType: a field has a type that does not exist.
-        CMakeError: a field has a type of a package that `generate_messages(DEPENDENCIES …)` does not name.
+        CMakeError: a field has a type from a package that `generate_messages(DEPENDENCIES …)` does not name.
     """
     allowed = {project.name, *MESSAGES_WITHOUT_DEPENDENCY}
     allowed |= _with_dependencies(project.message_dependencies, find_folder)

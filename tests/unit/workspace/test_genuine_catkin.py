@@ -175,7 +175,7 @@ def test_packages_found_without_a_declared_dependency_are_found_too(tmp_path: Pa
         folder, packages, layout, BuildOptions(), lines.append, {"PATH": "/bin"}, {"tf2_ros"}
     )
 
-    assert "-- tf2_ros is not installed: CMake finds the one of pipros, which has no C++" in lines
+    assert "-- tf2_ros is not installed: CMake finds the one from pipros, which has no C++" in lines
 
 
 @pytest.mark.parametrize("name", ["message_generation", "message_runtime", "rostest", "dynamic_reconfigure"])

@@ -1,8 +1,8 @@
 """`pipros-complete`: completes the word at the cursor of a ROS command line in a shell.
 
-The shells' completion passes the position of the word and all words; one candidate is printed per line. A
-candidate of several lines is printed alone, after the character 0x1f. If called with `--find PACKAGE NAME`,
-the command prints the files with that name in a package, for roscat, rosed and roscp.
+The shell's completion passes the position of the word and all words. One candidate is printed per line. A
+multi-line candidate is printed alone, after the character 0x1f. If called with `--find PACKAGE NAME`, the
+command prints the files with that name in a package, for roscat, rosed and roscp.
 """
 
 from __future__ import annotations
@@ -34,7 +34,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _is_one_candidate(candidate: str) -> bool:
-    """Return False if the shell would read it as two, such as a file name with a line break."""
+    """Return False if the shell would read the candidate as several, such as a file name with a line
+    break.
+    """
     return candidate.startswith(MANY_LINES) or candidate.isprintable()
 
 

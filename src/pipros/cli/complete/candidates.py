@@ -1,4 +1,4 @@
-"""Completion candidates for a word: packages, programs, files, types, names of the running system."""
+"""Completion candidates for a word: packages, programs, files, types, and names in the running system."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def _for_subcommand(command: str, before: Sequence[str], current: str) -> Iterab
 
 
 def _index() -> PackageIndex:
-    from pipros.workspace.index import PackageIndex  # not needed for names of the running system
+    from pipros.workspace.index import PackageIndex  # not needed for names in the running system
 
     return PackageIndex.from_environment()
 
@@ -77,7 +77,7 @@ def _packages() -> list[str]:
 
 
 def _folders(current: str) -> list[str]:
-    """Return packages, or the folders inside one: `package/folder/`."""
+    """Return packages, or the folders inside a package, such as `package/folder/`."""
     index = _index()
     name, slash, rest = current.partition("/")
     package = index.get(name) if slash else None
@@ -103,7 +103,7 @@ def _files(folder: str, endings: tuple[str, ...]) -> list[str]:
 
 
 def _arguments(folder: str, name: str) -> list[str]:
-    """Return the settable arguments of a launch file: `name:=`."""
+    """Return a launch file's settable arguments, in the form `name:=`."""
     from pipros.safe.xml import XmlError, parse
 
     for base, folders, files in os.walk(folder):
@@ -123,7 +123,7 @@ def _arguments(folder: str, name: str) -> list[str]:
 
 
 def _types(kind: str, current: str) -> list[str]:
-    """Return packages with definitions of this kind (`std_msgs/`), or the types of one."""
+    """Return packages with definitions of this kind (`std_msgs/`), or the types in one package."""
     from pipros.msg.importing.hook import installed_library
 
     package, slash, _ = current.partition("/")

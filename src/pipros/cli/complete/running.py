@@ -1,6 +1,6 @@
-"""Completes names of the running system: topics, nodes, services, parameters.
+"""Completes names in the running system: topics, nodes, services and parameters.
 
-Only legal graph names are offered: other text registered by peers must not reach a command line.
+Only legal graph names are offered, because other text registered by peers must not reach a command line.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from pipros.basics.graph_variables import master_uri_of
 _TIMEOUT_S = 0.5
 
 MANY_LINES = "\x1f"
-"""Precedes a candidate of several lines, which is offered alone."""
+"""Precedes a multi-line candidate, which is offered alone."""
 
 
 def live_names(command: str, before: Sequence[str]) -> list[str]:
-    """Return names from the running system; empty if no master answers at once."""
+    """Return names from the running system; an empty list if no master answers at once."""
     return [name for name in _registered(command, before) if names.is_legal(name)]
 
 
@@ -61,7 +61,7 @@ def service_type(service: str) -> str:
 
 
 def prototype(kind: str, type_name: str) -> list[str]:
-    """Return a message or a request template with default values; empty for an unknown type."""
+    """Return a message or request template with default values; an empty list if the type is unknown."""
     from pipros.cli.rosmsg_proto import UnknownInterface, example
     from pipros.graph.skeleton import skeleton
 

@@ -75,7 +75,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(name: str, arguments: Sequence[str]) -> int:
-    """Run a subcommand. Errors of the operating system, such as a full disk, raise `CommandError`."""
+    """Run a subcommand. Operating system errors, such as a full disk, raise `CommandError`."""
     try:
         with nullcontext() if name in _NODES else ended_by_termination():
             return _subcommand(name)(arguments)

@@ -1,4 +1,4 @@
-"""`rosbag export`: exports topics of a bag to CSV, NumPy and image files."""
+"""`rosbag export`: exports topics from a bag to CSV, NumPy and image files."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def _file_names(topics: Iterable[str]) -> dict[str, str]:
     taken: set[str] = set()
     for topic in topics:
         if not is_legal_topic(topic):
-            raise CommandError(f"[{listed(topic)}] is not a legal name of a topic. Name the topics to export")
+            raise CommandError(f"[{listed(topic)}] is not a legal topic name. Name the topics to export")
         base = name = canonicalize(topic).strip("/").replace("/", "__")
         number = 1
         while name.lower() in taken:
@@ -95,7 +95,9 @@ def _export(bag: BagReader, topic: str, path: Path, form: str) -> None:
 
 
 def _table(bag: BagReader, topic: str, file: TextIO) -> int:
-    """Write the rows of `rostopic echo -p`, with the times of the bag; return the number of messages."""
+    """Write the rows that `rostopic echo -p` prints, with the times from the bag. Return the number of
+    messages.
+    """
     rows, count = MessageRows(), 0
     for _, message, time, connection in bag.messages(topic):
         part = Part(message, connection.type)

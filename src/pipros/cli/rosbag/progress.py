@@ -1,4 +1,4 @@
-"""Shows the progress of long work: one line on a terminal, nothing elsewhere."""
+"""Shows the progress of long operations, as one line on a terminal. Prints nothing elsewhere."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Progress:
             self._show(done, now)
 
     def finish(self) -> None:
-        """Show the final state, and end the line."""
+        """Show the final state and end the line."""
         if self._is_shown:
             self._show(self._total, time.monotonic())
             print()

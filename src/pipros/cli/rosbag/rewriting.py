@@ -1,4 +1,4 @@
-"""`rosbag compress`, `decompress` and `reindex`: rewrite bags and keep the originals beside them."""
+"""`rosbag compress`, `decompress` and `reindex`: rewrite bags and keep the originals next to them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pipros.cli.rosbag.progress import Progress
 from pipros.cli.runner import add_flag, option_parser
 
 Work = Callable[[Path, Path, Values], None]
-"""Writes the second path from the first."""
+"""A function that reads the bag at the first path and writes the result to the second."""
 
 
 def compress(argv: Sequence[str]) -> int:
@@ -81,7 +81,7 @@ def _for_each(parser: OptionParser, argv: Sequence[str], work: Work) -> int:
 
 
 def _with_backup(path: Path, options: Values, work: Work) -> None:
-    """Replace the bag with a rewritten one, and keep the old one as `name.orig.bag`."""
+    """Replace the bag with a rewritten bag, and keep the old bag as `name.orig.bag`."""
     backup = path.with_name(f"{path.stem}.orig{path.suffix}")
     if backup.exists() and not options.force:
         if not options.quiet:

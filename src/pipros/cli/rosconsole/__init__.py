@@ -1,4 +1,4 @@
-"""`rosconsole`: sets logger levels of other nodes, and prints log messages."""
+"""`rosconsole`: sets the logger levels of other nodes, and prints log messages."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from pipros.graph.client import GraphClient
 from pipros.graph.errors import GraphError
 from pipros.graph.loggers import LEVELS
 
-# Level numbers of rosgraph_msgs/Log, and the colours of Noetic.
+# Level numbers from rosgraph_msgs/Log, and Noetic's colours.
 _NUMBERS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
 _COLOURS = {"DEBUG": 92, "INFO": 97, "WARN": 93, "ERROR": 91, "FATAL": 95}
 _NAMES = {number: name for name, number in _NUMBERS.items()}
@@ -77,7 +77,7 @@ def _follow(topic: str, printer: LogPrinter, *, is_once: bool, argv: Sequence[st
     from pipros.msg import load_message_class
 
     with GraphClient("rosconsole") as graph:
-        graph.master.get_pid()  # a missing master is an error, not a wait
+        graph.master.get_pid()  # fail if there is no master, instead of waiting
         name = graph.resolve(topic)
     log_class = load_message_class("rosgraph_msgs/Log")
     with command_node("rosconsole", argv) as node:
@@ -97,7 +97,7 @@ def _follow(topic: str, printer: LogPrinter, *, is_once: bool, argv: Sequence[st
 
 
 class LogPrinter:
-    """Prints messages of rosgraph_msgs/Log that pass a level and a filter."""
+    """Prints rosgraph_msgs/Log messages that have at least a given level and pass a filter."""
 
     def __init__(
         self,
@@ -110,7 +110,7 @@ class LogPrinter:
     ) -> None:
         """Create a printer.
 
-        `pattern` is a regular expression to search for in node names; `level` is a severity constant of
+        `pattern` is a regular expression to search for in node names; `level` is a severity constant from
         rosgraph_msgs/Log.
         """
         self._pattern = pattern

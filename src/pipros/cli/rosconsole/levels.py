@@ -68,7 +68,7 @@ def change_level(argv: Sequence[str]) -> int:
 
 
 def _levels(graph: GraphClient, node: str) -> dict[str, str] | None:
-    """Return the levels of a node's loggers; None, after printing an error, if it does not answer."""
+    """Return the levels of a node's loggers. If the node does not answer, print an error and return None."""
     try:
         return levels_of(graph.master, graph.resolve(node))
     except GraphError as error:

@@ -1,4 +1,4 @@
-"""`rosmsg list`, `rosmsg package`, `rosmsg packages`, and the equivalents of `rossrv` and `rosaction`."""
+"""`rosmsg list`, `rosmsg package`, `rosmsg packages`, and the equivalents for `rossrv` and `rosaction`."""
 
 from __future__ import annotations
 

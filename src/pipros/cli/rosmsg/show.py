@@ -1,4 +1,4 @@
-"""`rosmsg show` and `rosmsg md5`, and the equivalents of `rossrv` and `rosaction`."""
+"""`rosmsg show` and `rosmsg md5`, and the equivalents for `rossrv` and `rosaction`."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def _show_one(interfaces: TypeCatalogue, name: str, *, is_raw: bool) -> int:
 
 
 def _show_from_bag(bag: Path, type_names: Sequence[str], *, is_raw: bool) -> int:
-    """Show types as defined by the publishers of a bag's messages."""
+    """Show types as defined by the publishers of the messages in a bag."""
     texts = bag_definitions(bag)
     status = 0
     for type_name in type_names:
@@ -94,7 +94,9 @@ def _print_mistakes(beginning: str, error: DefinitionError) -> None:
 
 
 def _type_names(parser: OptionParser, arguments: Sequence[str]) -> list[str]:
-    """Return the type on the command line, else those read from a pipe: `rostopic type /x | rosmsg show`."""
+    """Return the type on the command line or, if there is none, the types read from a pipe, as in `rostopic
+    type /x | rosmsg show`.
+    """
     if len(arguments) > 1:
         parser.error("you may only specify one message type")
     if arguments:

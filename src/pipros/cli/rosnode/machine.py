@@ -1,4 +1,4 @@
-"""`rosnode machine`: lists machines, or the nodes on one."""
+"""`rosnode machine`: lists machines, or the nodes on a machine."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def ping_nodes(argv: Sequence[str]) -> int:
 def _refuse_without_node(parser: OptionParser, master: MasterClient) -> None:
     try:
         nodes = node_names(master)
-    except PiprosError:  # without a master the list is empty
+    except PiprosError:  # if there is no master, the list is empty
         nodes = []
     if nodes:
         choice = "\n".join(map(listed, nodes))

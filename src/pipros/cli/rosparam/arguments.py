@@ -1,4 +1,4 @@
-"""Options and arguments shared by several subcommands of `rosparam`."""
+"""Options and arguments shared by several `rosparam` subcommands."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def add_verbose_option(parser: OptionParser) -> None:
 
 
 def parse_name(parser: OptionParser, argv: Sequence[str]) -> tuple[Values, str]:
-    """Return the options, and the only parameter name."""
+    """Return the options and the only parameter name."""
     options, arguments = parser.parse_args(list(argv))
     return options, single_argument(
         parser,

@@ -17,7 +17,7 @@ from pipros.graph.params import delete, write
 
 _NEGATIVE_NUMBER = re.compile(r"-\.?\d")
 _VALUE_MARK = "\0"
-"""Prefix for negative numbers while options are parsed, because `-1` looks like an option."""
+"""Prefix added to negative numbers while options are parsed, because `-1` looks like an option."""
 
 
 def set_parameter(argv: Sequence[str]) -> int:

@@ -1,4 +1,4 @@
-"""`rostopic`: prints and publishes messages of topics, and measures their rates."""
+"""`rostopic`: prints and publishes messages on topics, and measures their rates."""
 
 from __future__ import annotations
 
@@ -40,12 +40,14 @@ SUBCOMMANDS = {
 }
 
 NODES = frozenset(("echo", "pub", "hz", "bw", "delay"))
-"""Subcommands that run a node and so end on SIGINT even if it was ignored at their start."""
+"""Subcommands that run a node, and therefore end on SIGINT even if SIGINT was ignored when they were
+started.
+"""
 
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one subcommand. Remapping arguments (`a:=b`) are for its node and are not options."""
+    """Run one subcommand. Remapping arguments (`a:=b`) apply to its node and are not options."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     if arguments[:1] and arguments[0] in NODES:
         accept_ctrl_c()

@@ -58,7 +58,7 @@ def echo_bag(path: str, topic: str, options: EchoOptions, *, shows_all: bool) ->
 
 
 def _part(topic: str, topics: set[str]) -> TopicPart:
-    """Split a path such as `/scan/ranges[0]` into a topic of the bag and the rest."""
+    """Split a path such as `/scan/ranges[0]` into a topic in the bag and the rest."""
     words = topic.split("/")
     for count in range(len(words), 1, -1):
         name = "/".join(words[:count])
@@ -68,7 +68,9 @@ def _part(topic: str, topics: set[str]) -> TopicPart:
 
 
 def list_bag(path: str, topic: str | None) -> None:
-    """Print the topics of a bag, or number and time span of the messages of a topic and those below it."""
+    """Print the topics in a bag, or the number and time span of the messages on a topic and the topics below
+    it.
+    """
     with opened(path) as bag:
         if topic is None:
             print("\n".join(sorted({listed(connection.topic) for connection in bag.connections})))

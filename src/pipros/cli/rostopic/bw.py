@@ -27,7 +27,8 @@ def measure_bandwidth(argv: Sequence[str]) -> int:
     options, arguments = parser.parse_args(list(parse_arguments(argv).rest))
     if not arguments:
         parser.error("topic must be specified")
-    if len(arguments) > 1 and not is_terminal():  # as Noetic; a terminal shows a table of several topics
+    # like Noetic, except on a terminal, which shows a table of several topics
+    if len(arguments) > 1 and not is_terminal():
         parser.error("you may only specify one input topic")
     window = window_of(parser, options, BANDWIDTH_WINDOW)
     from pipros.cli.command_node import command_node

@@ -21,7 +21,7 @@ REPORT_PERIOD_S = 1.0
 def measure_delay(argv: Sequence[str]) -> int:
     from argparse import ArgumentParser
 
-    # Noetic uses argparse for this subcommand only, so its help and errors look different.
+    # Noetic uses argparse only for this subcommand, so its help and errors look different.
     parser = ArgumentParser(prog="rostopic", usage="rostopic delay [options] /topic")
     parser.add_argument("topic", help="topic name to be calcurated the delay")
     parser.add_argument(
@@ -59,7 +59,7 @@ def measure_delay(argv: Sequence[str]) -> int:
 
 
 class Delays:
-    """Collects delays from any thread, and prints new ones."""
+    """Collects delays from any thread, and prints new delays."""
 
     def __init__(self, window: int = DEFAULT_WINDOW) -> None:
         from pipros.graph.raw_decoder import RawDecoder
@@ -71,7 +71,9 @@ class Delays:
         self._has_warned = False
 
     def add(self, raw: AnyMsg, now_ns: int) -> None:
-        """Count a message that arrived at `now_ns`; the first one without a header prints an error."""
+        """Count a message that arrived at `now_ns`. The first message that has no header causes an error to
+        be printed.
+        """
         from pipros.msg.time import Time
 
         message = self._decoder.decode(raw)

@@ -14,11 +14,11 @@ class EchoOptions:
     """The format of printed messages.
 
     Attributes:
-        count: number of messages; None for no limit.
+        count: the number of messages to print; None for no limit.
         plot: whether to print rows of a table.
-        no_arrays, no_texts: leave out arrays or strings, or print only their size.
-        width: width of numbers, in characters.
-        clear: clear the screen before each message.
+        no_arrays, no_texts: whether to leave out arrays or strings, or print only their size.
+        width: the width of numbers, in characters.
+        clear: whether to clear the screen before each message.
         offset: whether to print times as offsets from now.
         expression: only messages for which this expression is true are printed.
     """
@@ -42,7 +42,7 @@ class BagChoice:
 
 
 def parse(argv: Sequence[str]) -> tuple[str, EchoOptions, BagChoice | None]:
-    """Return the topic, the options for printing, and the bag if one is given.
+    """Return the topic, the options for printing, and the bag, if one is given.
 
     Exit if `argv` is invalid.
     """

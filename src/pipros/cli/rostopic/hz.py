@@ -26,8 +26,8 @@ class HzOptions:
     """The options for measuring rates.
 
     Attributes:
-        window: number of intervals to keep.
-        expression: measure only messages for which it is true.
+        window: the number of intervals to keep.
+        expression: only messages for which this expression is true are measured.
         wall_time: whether to use the machine's clock even if `/use_sim_time` is set.
         tcp_nodelay: whether to ask publishers to send each message immediately.
     """
@@ -49,7 +49,7 @@ def measure_rate(argv: Sequence[str]) -> int:
         try:
             topics = [wait_for_topic(graph.master, graph.resolve(name)).topic for name in names]
         except KeyboardInterrupt:
-            return 1  # like Noetic, which fails without a topic to subscribe to
+            return 1  # like Noetic, which fails if there is no topic to subscribe to
     # Noetic logs the report for one topic; for several topics it is a table, updated in place on a terminal.
     block = LiveBlock() if len(topics) > 1 else None
     show = block.show if block else partial(print, flush=True)
@@ -63,7 +63,7 @@ def measure_rate(argv: Sequence[str]) -> int:
         def count(topic: str) -> Callable[[AnyMsg], None]:
             def callback(raw: AnyMsg) -> None:
                 now_ns = clock.now_ns()
-                has_begun = now_ns > 0  # a simulated clock is 0 until its first message
+                has_begun = now_ns > 0  # a simulated clock is 0 until the first message on /clock
                 if has_begun and (passes is None or passes(decoder.decode(raw), topic)):
                     rates.add(topic, now_ns / 1e9)
 

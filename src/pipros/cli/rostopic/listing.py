@@ -63,7 +63,7 @@ def _below(registrations: Registrations, ns: str) -> Registrations:
 def _lines(
     state: SystemState, types: Mapping[str, str], sections: tuple[bool, bool], verbose: bool
 ) -> list[str]:
-    """Return the lines to print; `sections` selects whether to list publishers and subscribers."""
+    """Return the lines to print. `sections` selects whether to list publishers, subscribers or both."""
     if not verbose:
         return [listed(topic) for topic in state.topics()]
     lines = [""]
@@ -84,13 +84,13 @@ def _lines(
 
 
 def _indented(lines: Sequence[str]) -> str:
-    """Indent lines by two spaces like Noetic: all but empty first and last ones."""
+    """Indent lines by two spaces like Noetic, except for an empty first or last line."""
     last = len(lines) - 1
     return "\n".join(f"  {line}" if line or 0 < at < last else "" for at, line in enumerate(lines))
 
 
 class _Hosts:
-    """Looks up the host of each node, with one call to the master per node."""
+    """Looks up each node's host, with one call to the master per node."""
 
     def __init__(self, master: MasterClient) -> None:
         self._master = master
@@ -106,7 +106,7 @@ class _Hosts:
 
         try:
             return split_uri(self._master.lookup_node(node))[0]
-        except (Refused, ValueError):  # it has just unregistered, or has an invalid address
+        except (Refused, ValueError):  # the node has just unregistered, or has an invalid address
             return "unknown"
 
 

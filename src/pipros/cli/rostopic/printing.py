@@ -1,4 +1,4 @@
-"""Prints the messages of `rostopic echo` in the selected format."""
+"""Prints messages for `rostopic echo` in the selected format."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class MessagePrinter:
     def __init__(
         self, options: EchoOptions, source: TopicPart, clock: Clock | None, finish: Callable[[], object]
     ) -> None:
-        """Prepare to print; `finish` is called after the last requested message."""
+        """Store the arguments. `finish` is called after the last requested message."""
         self._options = options
         self._source = source
         self._clock = clock
@@ -44,11 +44,13 @@ class MessagePrinter:
             finish()
 
     def show(self, raw: AnyMsg) -> None:
-        """Print a message or the requested part of it; print an error if the message lacks that part."""
+        """Print a message or the requested part of it. Print an error if the message lacks that part."""
         self.show_message(self._decoder.decode(raw), None, self._source.topic)
 
     def show_message(self, message: Any, received_ns: int | None, topic: str) -> None:
-        """Print a message like `show`; a known `received_ns` becomes the time of its row."""
+        """Print a message like `show`. If `received_ns` is known, it becomes the time in the message's
+        row.
+        """
         if self._filter is not None and not self._filter(message, topic):
             return
         try:
@@ -90,7 +92,7 @@ class MessagePrinter:
 
 
 def _readable(part: Part) -> Any:
-    """Return the bytes of a `uint8[]` field as numbers, as printed inside a message."""
+    """Return the bytes in a `uint8[]` field as numbers, as printed inside a message."""
     if isinstance(part.value, (bytes, bytearray)) and (part.type_name or "").startswith("uint8["):
         return list(part.value)
     return part.value

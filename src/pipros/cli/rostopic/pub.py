@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from pipros.node import Node, Publisher
 
 ONCE_S = 3.0
-"""Time for which a message published once stays available."""
+"""Time for which a message that is published once stays available."""
 DOCUMENTS_RATE_HZ = 10.0
 QUEUE_SIZE = 100
 LINK_DEADLINE_S = 1.0
 """Timeout for connecting to existing subscribers, so that they get the first message."""
 SUBSCRIBER_DEADLINE_S = 5.0
-"""Timeout for the first subscriber before the messages of a file or a pipe are published."""
+"""Timeout for the first subscriber before messages from a file or a pipe are published."""
 POLL_PERIOD_S = 0.01
 
 
@@ -35,15 +35,15 @@ class PubOptions:
     """The messages to publish, and their rate.
 
     Attributes:
-        topic, type_name: as typed.
+        topic, type_name: the topic and type as typed.
         words: YAML values from the command line; empty if they come from a file or a pipe.
         file: YAML documents, one per message.
-        rate_hz: None if not given.
+        rate_hz: the rate; None if not given.
         once: whether to end after one message.
         latch: whether to keep the first message for later subscribers.
         verbose: whether to print each message.
         substitute: whether to replace `now` and `auto` with the time of each message.
-        ros_time: whether to take those times from ROS time, which may be simulated.
+        ros_time: whether to take these times from ROS time, which may be simulated.
     """
 
     topic: str
@@ -61,7 +61,7 @@ class PubOptions:
 def publish(argv: Sequence[str]) -> int:
     parser, options = _parse(list(parse_arguments(argv).rest))
     with GraphClient("rostopic") as graph:
-        graph.master.get_pid()  # fails at once without a master
+        graph.master.get_pid()  # fails at once if there is no master
     from pipros.cli.command_node import command_node
     from pipros.cli.rostopic.pub_values import Template, message_class_of, read_values
 
@@ -86,7 +86,7 @@ def publish(argv: Sequence[str]) -> int:
 
 
 class _Publishing:
-    """Publishes the messages of one command."""
+    """Publishes one command's messages."""
 
     def __init__(self, node: Node, options: PubOptions, message_class: type[Message]) -> None:
         self._node = node
@@ -94,7 +94,7 @@ class _Publishing:
         self._message_class = message_class
 
     def publish_values(self, make: Callable[[], Message]) -> None:
-        """Publish the message of the command line: latched, or at a rate."""
+        """Publish the message from the command line, either latched or at a rate."""
         options, first = self._options, make()
         if options.rate_hz is None:
             publisher = self._advertise(latch=True)
@@ -113,14 +113,14 @@ class _Publishing:
     def publish_documents(self, messages: Iterator[Message]) -> None:
         """Publish the messages in order, at a rate.
 
-        Publish only the first one if `once` is true, or if `latch` is true and there is no rate.
+        Publish only the first message if `once` is true, or if `latch` is true and there is no rate.
 
         If a file has only one message, it is repeated at the rate.
         """
         options, rate_hz = self._options, self._options.rate_hz
         publisher = self._advertise(
             latch=rate_hz is None or options.latch, queue_size=None
-        )  # no message stays queued at the end
+        )  # so that no message is still queued at the end
         self._wait_for_subscriber(publisher)
         if rate_hz is None and (options.once or options.latch):
             for message in islice(messages, 1):
@@ -142,7 +142,7 @@ class _Publishing:
             publisher.publish(message)
 
     def _wait_for_subscriber(self, publisher: Publisher[Any]) -> None:
-        """Give subscribers that poll for topics the chance to get the first message."""
+        """Wait, so that subscribers that poll for topics can get the first message."""
         deadline = time.monotonic() + SUBSCRIBER_DEADLINE_S
         while publisher.connection_count == 0 and time.monotonic() < deadline and not self._node.is_shutdown:
             self._wait(POLL_PERIOD_S)
@@ -188,7 +188,7 @@ def _is_one_document(file: str | None) -> bool:
 
 
 def _documents(file: str | None) -> Iterator[Any]:
-    """Yield the YAML documents of a file, or of standard input as they arrive."""
+    """Yield the YAML documents in a file, or those from standard input as they arrive."""
     from pipros.cli.yaml_args import documents_of
 
     if file is None:

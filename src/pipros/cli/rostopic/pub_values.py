@@ -33,7 +33,7 @@ def message_class_of(type_name: str) -> type[Message]:
 
 
 def read_values(parser: OptionParser, words: Sequence[str]) -> list[Any] | None:
-    """Parse the words of a command line; return None without words. An empty word is an empty string.
+    """Parse the words of a command line; return None if there are none. An empty word is an empty string.
 
     Exit with an error if a word is not valid YAML.
     """
@@ -46,7 +46,9 @@ def read_values(parser: OptionParser, words: Sequence[str]) -> list[Any] | None:
 
 
 class Template:
-    """Creates messages of one class from values. `now` is the time, `auto` a header with that time."""
+    """Creates messages of one class from values. `now` stands for the time, `auto` for a header with that
+    time.
+    """
 
     def __init__(self, message_class: type[Message]) -> None:
         self._message_class = message_class

@@ -1,4 +1,4 @@
-"""The option `--window` of `rostopic hz` and `rostopic bw`."""
+"""The option `--window` for `rostopic hz` and `rostopic bw`."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """Writes the graph in Graphviz's language, without a layout.
 
-The packages graphviz and pydot build the same lines from objects, and run Graphviz, which is not needed here.
+The packages graphviz and pydot are not used, because they build the same lines from objects and run Graphviz,
+which is not needed here.
 """
 
 from __future__ import annotations

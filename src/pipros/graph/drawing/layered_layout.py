@@ -7,8 +7,8 @@ heights are fitted by least squares. Vertices without arrows form a grid below t
 group form a band across all layers, so that a rectangle can be drawn around them. The page and the pictures
 share this module.
 
-The one pure Python library for such layouts, grandalf 0.8, has no bands for groups, and takes 2.6 s for 100
-nodes and 300 topics instead of 16 ms.
+The only pure Python library for such layouts, grandalf 0.8, does not support bands for groups, and takes 2.6
+s instead of 16 ms for 100 nodes and 300 topics.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ BAND_GAP = 34.0
 _SWEEPS = 6
 _FITTINGS = 6
 _MAX_BENDS = 20_000
-"""With more vertices than this, long arrows are drawn straight."""
+"""If there are more vertices than this, long arrows are drawn straight."""
 _GRID_ASPECT = 1.8
 """Width of the grid of isolated vertices divided by its height, if no arrows make the drawing wider."""
 _LAYERS_PER_ROOT = 3
@@ -49,9 +49,9 @@ class GraphLayout(Generic[Key]):
     """Positions of all vertices, arrows and groups.
 
     Attributes:
-        boxes: box of each vertex.
-        routes: points along each arrow, ends included, in the given order of arrows.
-        bands: box of each group; vertices without a group are in none.
+        boxes: the box for each vertex.
+        routes: the points along each arrow, including its ends, in the given order of arrows.
+        bands: the box for each group. Vertices that have no group are outside all bands.
         width, height: total size; the upper left corner is (0, 0).
     """
 
@@ -72,10 +72,10 @@ def layered_layout(
     """Lay out a graph. The same graph always gets the same layout.
 
     Args:
-        sizes: width and height of each vertex.
+        sizes: the width and height of each vertex.
         arrows: pairs of vertices; loops and parallel arrows are allowed.
-        groups: group of each vertex; empty for none.
-        gap: distance between layers in pixels.
+        groups: the group of each vertex; empty for no group.
+        gap: the distance between layers in pixels.
     """
     if not sizes:
         return GraphLayout()
@@ -83,7 +83,9 @@ def layered_layout(
 
 
 class _LayeredLayout(Generic[Key]):
-    """One layout. Vertices are numbered: those of the caller first, then the bends of long arrows."""
+    """The computation of one layout. Vertices are numbered: first the caller's, then the bends of long
+    arrows.
+    """
 
     def __init__(
         self,
@@ -116,7 +118,7 @@ class _LayeredLayout(Generic[Key]):
         self._order = self._ordered_layers()
 
     def _directed(self) -> list[tuple[int, int]]:
-        """Return the arrows without cycles and loops, each pair of vertices once."""
+        """Return the arrows without cycles and loops. Each pair of vertices occurs once."""
         pairs = {
             (end, start) if index in self._reversed else (start, end)
             for index, (start, end) in enumerate(self._arrows)
@@ -125,7 +127,9 @@ class _LayeredLayout(Generic[Key]):
         return sorted(pairs)
 
     def _layers(self) -> list[int]:
-        """Assign layers: each vertex right of its predecessors, each source next to a successor."""
+        """Assign layers. Each vertex is to the right of its predecessors, and each source is next to a
+        successor.
+        """
         count = len(self._keys)
         after: list[list[int]] = [[] for _ in range(count)]
         missing = [0] * count
@@ -150,7 +154,9 @@ class _LayeredLayout(Generic[Key]):
         return layer
 
     def _nearest_layers(self) -> list[int]:
-        """Assign each vertex the layer of its distance from the nearest vertex without predecessors."""
+        """Assign each vertex the layer given by its distance from the nearest vertex that has no
+        predecessors.
+        """
         count = len(self._keys)
         after: list[list[int]] = [[] for _ in range(count)]
         is_source = [True] * count
@@ -173,7 +179,7 @@ class _LayeredLayout(Generic[Key]):
         return layer
 
     def _add_bends(self) -> list[list[int]]:
-        """Add the bends of long arrows; return the vertices along each arrow, from left to right."""
+        """Add the bends for long arrows. Return the vertices along each arrow, from left to right."""
         chains = []
         bends: dict[tuple[int, int], list[int]] = {}
         straight = sum(abs(self._layer[end] - self._layer[start]) for start, end in self._arrows) > _MAX_BENDS
@@ -195,7 +201,7 @@ class _LayeredLayout(Generic[Key]):
         return len(self._layer) - 1
 
     def _ordered_layers(self) -> list[list[int]]:
-        """Return the vertices of each layer from top to bottom, with few crossings and contiguous groups."""
+        """Return the vertices in each layer from top to bottom, with few crossings and contiguous groups."""
         neighbours = self._neighbours()
         self._left, self._right = neighbours
         layers: list[list[int]] = [[] for _ in range(max(self._layer) + 1)]
@@ -239,7 +245,9 @@ class _LayeredLayout(Generic[Key]):
         return left, right
 
     def _in_component_order(self) -> list[int]:
-        """Return all vertices, with connected ones next to each other, so that components stay separate."""
+        """Return all vertices, with connected vertices next to each other, so that components stay
+        separate.
+        """
         seen = [False] * len(self._layer)
         found = []
         for first in range(len(self._layer)):
@@ -279,7 +287,7 @@ class _LayeredLayout(Generic[Key]):
         return GraphLayout(boxes, routes, rectangles, width, height)
 
     def _columns(self) -> tuple[list[float], float]:
-        """Return the horizontal centre of each layer, and the total width."""
+        """Return the horizontal centre of each layer and the total width."""
         columns = []
         right = 0.0
         for layer in self._order:
@@ -305,7 +313,7 @@ class _LayeredLayout(Generic[Key]):
         return top + math.ceil(len(vertices) / count) * row - ROW_GAP
 
     def _heights(self, grid_width: float) -> tuple[list[float], dict[int, tuple[float, float]]]:
-        """Return the y of each vertex, and the top and bottom of each group's band."""
+        """Return the y coordinate of each vertex, and the top and bottom of each group's band."""
         heights = [0.0] * len(self._layer)
         bands: dict[int, tuple[float, float]] = {}
         top = 0.0
@@ -362,13 +370,13 @@ class _LayeredLayout(Generic[Key]):
     ) -> list[tuple[float, float]]:
         start, end = self._arrows[index]
         chain = self._chains[index]
-        if start == end:  # a loop: leaves and returns on the right, above the vertex
+        if start == end:  # a loop leaves and returns on the right, above the vertex
             x, y = columns[self._layer[start]], heights[start]
             width, height = self._sizes[start]
             peak = y - height / 2 - ROW_GAP / 2
             return [(x + width / 2, y), (x + width / 4, peak), (x - width / 4, peak), (x - width / 2, y)]
         left, right = chain[0], chain[-1]
-        if self._layer[left] == self._layer[right]:  # leaves and returns on the right
+        if self._layer[left] == self._layer[right]:  # an arrow within a layer leaves and returns on the right
             x = columns[self._layer[left]]
             edges = [(x + self._sizes[vertex][0] / 2, heights[vertex]) for vertex in (left, right)]
             beyond = max(edges)[0] + self._gap / 2
@@ -380,7 +388,9 @@ class _LayeredLayout(Generic[Key]):
 
 
 def _back_arrows(count: int, arrows: Sequence[tuple[int, int]]) -> set[int]:
-    """Return the indices of arrows that lead back to a vertex on the current path, depth first."""
+    """Search depth first, and return the indices of the arrows that lead back to a vertex on the current
+    path.
+    """
     leaving: list[list[tuple[int, int]]] = [[] for _ in range(count)]
     incoming = [0] * count
     for index, (start, end) in enumerate(arrows):
@@ -415,7 +425,7 @@ def _ascending(wanted: Sequence[float]) -> list[float]:
     >>> _ascending([1.0, 5.0, 3.0, 9.0])
     [1.0, 4.0, 4.0, 9.0]
     """
-    pools: list[tuple[float, int]] = []  # sum and number of members with an equal value
+    pools: list[tuple[float, int]] = []  # the sum and number of the members that share a value
     for value in wanted:
         total, count = value, 1
         while pools and pools[-1][0] / pools[-1][1] > total / count:

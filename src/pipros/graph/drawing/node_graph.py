@@ -1,4 +1,4 @@
-"""Selects nodes, topics and arrows to draw, as rqt_graph does: modes, filters, hidden parts."""
+"""Selects the nodes, topics and arrows to draw, as rqt_graph does, by modes, filters and hidden parts."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 from pipros.graph.system_state import SystemState, TopicConnection
 
 Mode = Literal["nodes", "active", "all"]
-"""Nodes with topics as labels; nodes and connected topics; nodes and all topics."""
+"""The modes: nodes, with topics as labels; nodes and connected topics; nodes and all topics."""
 MODES: tuple[Mode, ...] = ("nodes", "active", "all")
 Kind = Literal["node", "topic", "frame", "group", "namespace"]
 """A group is a box for several topics, a namespace one for everything in it."""
@@ -25,17 +25,17 @@ _PARAMETER_TOPICS = ("/parameter_descriptions", "/parameter_updates")
 
 @dataclass(frozen=True, slots=True)
 class GraphOptions:
-    """Selection of the parts of the graph to draw.
+    """Selects the parts of the graph to draw.
 
     Attributes:
         mode: see `Mode`.
         nodes, topics: comma-separated patterns, see `NameFilter`.
-        hide_dead_sinks: whether to leave out topics without a subscriber.
-        hide_leaf_topics: whether to leave out topics with a single neighbour.
+        hide_dead_sinks: whether to leave out topics that have no subscriber.
+        hide_leaf_topics: whether to leave out topics that have only one neighbour.
         hide_debug: whether to leave out `/rosout`, `/clock`, `/statistics` and the nodes of tools.
         hide_tf: whether to leave out `/tf` and `/tf_static`.
         hide_unreachable: whether to leave out nodes that do not answer.
-        hide_parameters: whether to leave out the topics of dynamic_reconfigure.
+        hide_parameters: whether to leave out dynamic_reconfigure's topics.
     """
 
     mode: Mode = "active"
@@ -50,7 +50,7 @@ class GraphOptions:
 
 
 class Key(NamedTuple):
-    """Identifies a vertex of a graph; a node and a topic may have the same name."""
+    """Identifies a vertex in a graph, because a node and a topic can have the same name."""
 
     kind: Kind
     name: str
@@ -61,7 +61,7 @@ class Vertex:
     """A node, a topic or a coordinate frame.
 
     Attributes:
-        group: namespace in which it is drawn; empty for none.
+        group: the namespace in which the vertex is drawn; empty for none.
         is_reachable: False for a node that does not answer.
         is_gone: True for a node or topic that the master no longer knows.
         members: names of the nodes and topics that a group or namespace stands for.
@@ -100,7 +100,7 @@ class NodeGraph:
 
 
 class NameFilter:
-    """Comma-separated patterns of names; a leading `-` excludes, `*` matches any characters.
+    """Comma-separated name patterns. A leading `-` excludes names, and `*` matches any characters.
 
     A pattern without `*` matches a name and everything below it. rqt_graph's `.*` is equivalent to `*`.
 
@@ -150,7 +150,7 @@ def node_graph(
     unreachable: Collection[str] = (),
     options: GraphOptions | None = None,
 ) -> NodeGraph:
-    """Build the graph of the registrations and connections.
+    """Build the graph from the registrations and connections.
 
     Args:
         connections: connections reported by the nodes that answered.
@@ -223,7 +223,7 @@ class _Builder:
         return self._keeps_topic(topic)
 
     def _topics(self, nodes: set[str]) -> dict[str, tuple[list[str], list[str]]]:
-        """Return the publishers and subscribers of each shown topic."""
+        """Return the publishers and subscribers for each topic that is shown."""
         topics = {}
         for topic in self._state.topics():
             if not self._shows_topic(topic):
@@ -258,7 +258,7 @@ class _Builder:
         ]
 
     def _is_connected(self, connection: TopicConnection) -> bool:
-        """Return True if an end reported the connection, or neither end answered."""
+        """Return True if one end reported the connection, or if neither end answered."""
         return (
             connection in self._connections
             or {connection.publisher, connection.subscriber} <= self._unreachable
@@ -266,7 +266,7 @@ class _Builder:
 
 
 def _groups(nodes: Iterable[str]) -> set[str]:
-    """Return the top-level namespaces with at least two nodes."""
+    """Return the top-level namespaces that contain at least two nodes."""
     counts: dict[str, int] = {}
     for node in nodes:
         group = _top_namespace(node)

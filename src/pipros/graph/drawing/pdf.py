@@ -1,8 +1,8 @@
-"""Writes a drawing as a PDF of one page, with lines and texts.
+"""Writes a drawing as a one-page PDF with lines and texts.
 
-`view_frames` writes `frames.pdf`, which tutorials and scripts open, also where Graphviz is not installed. The
-libraries reportlab and fpdf2 draw more than these shapes, and need Pillow: 31 and 55 MB installed, and 60 and
-290 ms to import.
+`view_frames` uses it to write `frames.pdf`, which tutorials and scripts open, even if Graphviz is not
+installed. The libraries reportlab and fpdf2 are not used, because they draw far more than these shapes and
+need Pillow. They take 31 and 55 MB when installed, and 60 and 290 ms to import.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from pipros.graph.drawing.svg import middle_of
 
 _TEXT_SIZE = 12.0
 _CHARACTER = 0.6
-"""Width of each character of Courier, relative to the font size."""
+"""Width of each character in Courier, relative to the font size."""
 _ROUND = 0.5523
-"""Distance of the control points of a quarter ellipse, in radii."""
+"""Distance of a quarter ellipse's control points, in radii."""
 
 _INK, _PALE, _LINE = "0.11 0.15 0.2", "0.36 0.4 0.45", "0.42 0.47 0.52"
 _NODE = "0.91 0.95 0.99 rg 0.18 0.44 0.7 RG"
@@ -47,7 +47,7 @@ def to_pdf(scene: Scene) -> bytes:
 
 
 class _Page:
-    """The drawing commands of a page, whose y points up; that of a scene points down."""
+    """A page's drawing commands. Its y axis points up, while that of a scene points down."""
 
     def __init__(self, height: float) -> None:
         self.commands: list[str] = ["1.2 w"]

@@ -14,7 +14,7 @@ from pipros.graph.drawing.svg import middle_of
 
 _SCALE = 2
 _SMOOTHING = 2
-"""Factor by which the picture is enlarged and then reduced, because Pillow draws hard edges."""
+"""Factor by which the picture is drawn larger and then reduced, because Pillow draws hard edges."""
 _MAX_PIXELS = 60_000_000
 _CURVE_STEPS = 24
 
@@ -33,7 +33,7 @@ def to_png(scene: Scene) -> bytes:
     """Return the drawing as a PNG file, at twice its size in pixels.
 
     Raises:
-        PictureFailed: Pillow is not installed, or the image is too large; SVG has no such limit.
+        PictureFailed: Pillow is not installed, or the image is too large. SVG has no such limit.
     """
     try:
         from PIL import Image, ImageDraw, ImageFont

@@ -1,4 +1,4 @@
-"""A drawing as values: the boxes, lines and texts shared by SVG, PNG, PDF and the page."""
+"""A drawing as values: the boxes, lines and texts that SVG, PNG, PDF and the page share."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from pipros.graph.drawing.layered_layout import Box, layered_layout
 from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
 
 CHARACTER_WIDTH = 7.4
-"""Width in pixels of a character in the widest usual fonts, at the size of a label."""
+"""Width in pixels of a character in the widest common fonts, at label size."""
 FONT_SIZE = 13
 NODE_HEIGHT = 40.0
 TOPIC_HEIGHT = 28.0
 MARGIN = 24.0
 TRAFFIC_WIDTH = 150.0
-"""Width of a rate and a bandwidth on an arrow."""
+"""Width reserved for a rate and a bandwidth on an arrow."""
 _MAX_LABEL_CHARACTERS = 60
 
 
@@ -27,7 +27,7 @@ class Scene:
     Attributes:
         boxes: vertices with their boxes and texts.
         arrows: arrows with the points along them and the texts at their middle.
-        bands: rectangle of each namespace.
+        bands: the rectangle for each namespace.
         width, height: total size including the margin; the upper left corner is (0, 0).
     """
 
@@ -73,7 +73,7 @@ def _size(vertex: Vertex, text: str) -> tuple[float, float]:
 
 
 def _join_parallel(arrows: Sequence[Arrow]) -> dict[Arrow, str]:
-    """Join the arrows of each pair of vertices into one, labelled with all topics."""
+    """Join all arrows between each pair of vertices into one, labelled with all topics."""
     pairs: dict[tuple[Key, Key], list[Arrow]] = {}
     for arrow in arrows:
         pairs.setdefault((arrow.start, arrow.end), []).append(arrow)

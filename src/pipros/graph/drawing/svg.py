@@ -1,6 +1,7 @@
 """Writes a drawing as a standalone SVG that follows the desktop's light or dark mode.
 
-Libraries such as svgwrite build the same text from one object per element; here it is one f-string for each.
+Libraries such as svgwrite build the same text from one object per element. This module uses one f-string per
+element instead.
 """
 
 from __future__ import annotations
@@ -78,7 +79,9 @@ def _arrow(route: Sequence[tuple[float, float]], text: str) -> str:
 
 
 def middle_of(route: Sequence[tuple[float, float]], part: float = 0.4) -> tuple[float, float]:
-    """Return the position of an arrow's text: nearer to its start, so that opposite arrows differ.
+    """Return the position for an arrow's text.
+
+    It is nearer to the start, so that the texts of opposite arrows do not overlap.
 
     Args:
         part: position on the middle segment, from 0 at its start to 1 at its end.

@@ -17,7 +17,7 @@ def paths(path: str | None) -> list[str]:
 
 
 def invalid_url(url: str) -> str | None:
-    """Return the problem with a master URI; None if it is valid."""
+    """Return the problem with a master URI; None if the URI is valid."""
     scheme, separator, rest = url.partition("://")
     if scheme != "http" or not separator:
         return "protocol is not 'http'"
@@ -35,7 +35,7 @@ def ros_root_check(subject: Subject) -> str | None:
 
 
 def pythonpath_check(subject: Subject) -> str | None:
-    """Find several folders with rospy, of which only the first is imported."""
+    """Check whether several folders contain rospy, of which only the first is imported."""
     found = [
         entry
         for entry in paths(subject.variables.get("PYTHONPATH"))
@@ -137,5 +137,5 @@ environment_warnings: list[Rule] = [
 
 
 def check_environment(subject: Subject) -> list[Problem]:
-    """Apply all rules of this module."""
+    """Apply all rules in this module."""
     return problems_of(subject, environment_warnings, environment_errors)

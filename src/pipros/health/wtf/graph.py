@@ -46,7 +46,7 @@ def actual_links(system: SystemReport) -> set[Link]:
 
 
 def topics_without_publisher(system: SystemReport) -> dict[str, list[str]]:
-    """Return the subscribed topics without a publisher, by subscriber."""
+    """Return the subscribed topics that have no publisher, by subscriber."""
     found: dict[str, list[str]] = {}
     for topic, subscribers in system.state.subscribers.items():
         for node in () if system.state.publishers.get(topic) else subscribers:
@@ -147,5 +147,5 @@ def _host(api: str) -> str:
 
 
 def check_graph(subject: Subject) -> list[Problem]:
-    """Apply all rules of this module."""
+    """Apply all rules in this module."""
     return problems_of(subject, graph_warnings, graph_errors)

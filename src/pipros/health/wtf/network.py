@@ -1,4 +1,4 @@
-"""Rules about the host name and addresses of this machine."""
+"""Rules about this machine's host name and addresses."""
 
 from __future__ import annotations
 
@@ -58,5 +58,5 @@ warnings: list[Rule] = [
 
 
 def check_network(subject: Subject) -> list[Problem]:
-    """Apply all rules of this module."""
+    """Apply all rules in this module."""
     return problems_of(subject, warnings, errors)

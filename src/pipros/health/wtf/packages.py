@@ -27,5 +27,5 @@ warnings: list[Rule] = []
 
 
 def check_packages(subject: Subject) -> list[Problem]:
-    """Apply all rules of this module."""
+    """Apply all rules in this module."""
     return problems_of(subject, warnings, errors)

@@ -1,4 +1,4 @@
-"""Plugins: rules of packages that export `<roswtf plugin="module"/>`."""
+"""Plugins: rules from packages that export `<roswtf plugin="module"/>`."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from pipros.workspace.dependency_graph import DependencyGraph
 from pipros.workspace.index import PackageIndex
 
 Check = Callable[[Any], Any]
-"""A function of a plugin; its argument is the context that the facade `roswtf` makes for plugins."""
+"""A function in a plugin. Its argument is the context that the facade `roswtf` makes for plugins."""
 
 
 def _ignore(_text: str) -> None:
-    """Discard a text."""
+    """Discard the text."""
 
 
 def load_plugins(
@@ -24,7 +24,7 @@ def load_plugins(
     say: Callable[[str], Any] = _ignore,
     complain: Callable[[str], Any] = _ignore,
 ) -> tuple[list[Check], list[Check]]:
-    """Return the static and the online checks of all plugins; online checks need a running system.
+    """Return the static and online checks from all plugins. Online checks need a running system.
 
     A plugin is a module with a function `roswtf_plugin_static`, `roswtf_plugin_online` or both, which take
     the context. A plugin that cannot be loaded is skipped; `complain` is called with the reason.
@@ -61,7 +61,7 @@ def load_plugins(
 
 
 def run_checks(checks: Iterable[Check], context: object, *, complain: Callable[[str], Any]) -> None:
-    """Call checks of plugins with their context; call `complain` for each one that raises an exception."""
+    """Call plugins' checks with their context. Call `complain` for each check that raises an exception."""
     for check in checks:
         try:
             check(context)

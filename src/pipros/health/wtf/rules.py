@@ -1,4 +1,4 @@
-"""Rules of `roswtf`, and the problems that they find."""
+"""`roswtf` rules, and the problems that they find."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from typing import Any
 from pipros.health.wtf.subject import Subject
 
 Rule = tuple[Callable[[Subject], Any], str]
-"""A function and its text; `%(name)s` in the text is replaced by one of `Subject.words`."""
+"""A function and its text. `%(name)s` in the text is replaced by one of `Subject.words`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """A problem that a rule found; a warning unless `is_error`."""
+    """A problem that a rule found. It is a warning unless `is_error` is true."""
 
     is_error: bool
     text: str
 
 
 def problems_of(subject: Subject, warnings: Sequence[Rule], errors: Sequence[Rule]) -> list[Problem]:
-    """Apply rules to a subject; a rule whose function returns a false value has found no problem."""
+    """Apply rules to a subject. A rule whose function returns a false value has found no problem."""
     return [
         Problem(is_error, text_of(text, result, subject.words))
         for is_error, rules in ((False, warnings), (True, errors))
@@ -31,7 +31,7 @@ def problems_of(subject: Subject, warnings: Sequence[Rule], errors: Sequence[Rul
 
 
 def text_of(text: str, result: object, words: Mapping[str, object]) -> str:
-    """Return the text of a rule followed by its result: a text, or a list of texts, one per line."""
+    """Return a rule's text followed by its result, which is a text, or a list of texts, one per line."""
     text %= words
     if isinstance(result, str):
         return text + result

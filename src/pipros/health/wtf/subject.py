@@ -1,4 +1,4 @@
-"""What the rules of `roswtf` check, as values."""
+"""The subject that the `roswtf` rules check, as values."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ class Subject:
 
     Attributes:
         variables: the environment variables.
-        package: the package to check, if it is a single one.
-        packages: the names of all packages to check, with dependencies.
+        package: the package to check, if there is only one.
+        packages: the names of all packages to check, including dependencies.
         launch: the contents of the launch files.
         system: the running system; None before `graph.with_running_system`.
         launcher_uris: the addresses of running launchers.
@@ -56,7 +56,7 @@ class Subject:
 
     @classmethod
     def from_variables(cls, variables: Mapping[str, str] | None = None) -> Subject:
-        """Return a subject with only the environment, which defaults to this process's."""
+        """Return a subject that consists only of the environment, which defaults to this process's."""
         variables = dict(os.environ if variables is None else variables)
         return cls(variables, PackageIndex.from_environment(Environment.from_os(variables)))
 
@@ -71,7 +71,7 @@ class Subject:
 
     @property
     def words(self) -> dict[str, str]:
-        """The words that texts of rules may contain: the variables by their names in lower case."""
+        """The replacements that rule texts may contain: the variables, by their names in lower case."""
         words = {name.lower(): value for name, value in self.variables.items()}
         return {**words, "ros_master_uri": self.master_uri}
 
@@ -94,7 +94,7 @@ class Subject:
         return replace(self, package=package, packages=(name, *package.dependencies))
 
     def with_launch_files(self, files: Sequence[str], arguments: Mapping[str, str]) -> Subject:
-        """Return the subject with launch files, and with the package that contains the first one.
+        """Return the subject with launch files, and with the package that contains the first of them.
 
         Raises:
             CannotCheck: a file cannot be loaded.

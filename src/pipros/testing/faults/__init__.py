@@ -1,1 +1,1 @@
-"""A proxy that disturbs the connections between nodes, and a checker of the messages that arrive."""
+"""A proxy that disturbs the connections between nodes, and a checker for the messages that arrive."""

@@ -1,4 +1,6 @@
-"""Numbered messages and a checker: none duplicated, reordered or torn, and every loss counted."""
+"""Numbered messages, and a checker that none are duplicated, reordered or torn, and that every loss is
+counted.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +13,14 @@ _FILLER = "0123456789abcdef"
 
 
 class TornMessage(ValueError):
-    """A text does not match its checksum: bytes were changed, lost or mixed."""
+    """A text does not match its checksum, because bytes were changed, lost or mixed."""
 
 
 def numbered_text(source: str, number: int, size: int = 0) -> str:
     """Return a string with its origin and a checksum: `SOURCE NUMBER CHECKSUM FILLER`.
 
     Args:
-        source: a word without blanks. A restarted publisher needs another one.
+        source: a word without blanks. A restarted publisher needs another word.
         number: the position of the message among the source's messages: 1, 2, 3…
         size: the number of filler characters.
     """
@@ -28,7 +30,7 @@ def numbered_text(source: str, number: int, size: int = 0) -> str:
 
 
 def read_numbered(text: str) -> tuple[str, int]:
-    """Return the source and number of a string made by `numbered_text`.
+    """Return the source and number of a string that `numbered_text` made.
 
     Raises:
         TornMessage: the text was changed or has another format.
@@ -47,7 +49,7 @@ def _checksum(source: str, number: str, filler: str) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """Messages of a source that a sink missed between two that it received."""
+    """Messages from a source that a sink missed between two messages that it received."""
 
     sink: str
     source: str
@@ -68,7 +70,8 @@ class _Sequence:
 class History:
     """Record of the messages that each sink received from each source. Thread-safe.
 
-    Messages before a sink's first received one do not count as lost: the sink was not connected yet.
+    Messages before the first one that a sink received do not count as lost, because the sink was not
+    connected yet.
     """
 
     def __init__(self) -> None:
@@ -122,13 +125,13 @@ class History:
 
     @property
     def torn(self) -> list[str]:
-        """One line for each message that was changed in transit."""
+        """A line for each message that was changed in transit."""
         with self._lock:
             return list(self._torn)
 
     @property
     def gaps(self) -> list[Gap]:
-        """The gaps of each sink and source."""
+        """The gaps for each sink and source."""
         with self._lock:
             return [gap for sequence in self._sequences.values() for gap in sequence.gaps]
 
@@ -136,9 +139,9 @@ class History:
         """Return one line for each violated guarantee; empty if there are none.
 
         Args:
-            counted: number of reported drops: the sum of `dropped` of all publishers, subscribers and
+            counted: the number of reported drops: the sum of `dropped` for all publishers, subscribers and
                 recorders.
-            breaks: number of links that ended or nodes that were killed. Each explains one gap.
+            breaks: the number of links that ended and nodes that were killed. Each explains one gap.
         """
         found = self.torn
         with self._lock:
@@ -156,6 +159,6 @@ class History:
         if lost > counted:
             largest = gaps[0]
             yield (
-                f"{lost} messages were lost and {counted} counted; the largest gap is of {largest.count} "
+                f"{lost} messages were lost and {counted} counted; the largest gap is {largest.count} "
                 f"from number {largest.first} of [{largest.source}] at [{largest.sink}]"
             )

@@ -1,4 +1,4 @@
-"""Random schedules that kill processes by signals. Pure; the same seed gives the same schedule."""
+"""Random schedules for killing processes with signals. The same seed gives the same schedule."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from dataclasses import dataclass
 
 # Windows has no SIGKILL; its SIGTERM is as abrupt.
 DEFAULT_SIGNALS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGKILL", signal.SIGTERM))
-"""A shutdown requested by the user, one requested by the system, and an exit without any clean-up."""
+"""The signals for a shutdown requested by the user, a shutdown requested by the system, and an exit without
+any clean-up.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +37,7 @@ def kill_schedule(
     after: tuple[int, int] = (1, 20),
     signals: Iterable[signal.Signals] = DEFAULT_SIGNALS,
 ) -> list[Kill]:
-    """Return `count` kills in random order; each victim is killed once before any is killed again.
+    """Return `count` kills in random order. Each victim is killed once before any is killed again.
 
     Args:
         after: the minimum and maximum number of messages between two kills.

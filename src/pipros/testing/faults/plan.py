@@ -1,4 +1,4 @@
-"""Planned faults in a byte stream. Pure; the same seed gives the same faults.
+"""Planned faults in a byte stream. The same seed gives the same faults.
 
 Faults depend on the position in the stream, not on how the operating system divides it into packets.
 """
@@ -10,15 +10,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields
 
 _NEVER = 1 << 62
-"""The distance of a fault that never occurs."""
+"""The distance for a fault that never occurs."""
 
 
 @dataclass(frozen=True, slots=True)
 class Faults:
-    """The faults in each direction of a connection. Distances are exponentially distributed around the value.
+    """The faults in each direction of a connection. Distances are exponentially distributed with the given
+    mean.
 
     Attributes:
-        delay_s: the delay of all bytes; their order is kept.
+        delay_s: the delay for all bytes; their order is kept.
         jitter_s: the maximum additional delay, drawn for each piece.
         split_bytes: the maximum size of the pieces that are forwarded, each in its own packet.
         corrupt_every_bytes: the distance between two bytes whose value is changed.
@@ -46,7 +47,7 @@ class Faults:
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """Bytes to forward after a delay and a pause."""
+    """Bytes to forward, after a delay and a pause."""
 
     data: bytes
     delay_s: float = 0.0
@@ -56,11 +57,11 @@ class Piece:
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """Order to reset the connection."""
+    """An instruction to reset the connection."""
 
 
 class FaultyStream:
-    """The faults of one direction of one connection. The same seed and bytes give the same decisions."""
+    """The faults for one direction of one connection. The same seed and bytes give the same decisions."""
 
     def __init__(self, seed: str, faults: Faults) -> None:
         self._seed = seed
@@ -68,7 +69,7 @@ class FaultyStream:
         self.use(faults)
 
     def use(self, faults: Faults) -> None:
-        """Replace the faults from the next byte on."""
+        """Replace the faults, starting with the next byte."""
         self.faults = faults
         chance = {name: random.Random(f"{self._seed}/{name}/{self._at}") for name in _DRAWN}  # noqa: S311
         self._chance = chance
@@ -104,7 +105,7 @@ class FaultyStream:
         while self._corrupt < end:
             piece[self._corrupt - self._at] ^= 1 << self._chance["bit"].randrange(8)
             count += 1
-            # counted from there, not from the start of the piece
+            # the distance is counted from this byte, not from the start of the piece
             self._corrupt += self._gap("corrupt", self.faults.corrupt_every_bytes)
         return count
 

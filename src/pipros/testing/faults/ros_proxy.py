@@ -1,10 +1,10 @@
 """A proxy between a node and the rest of a ROS system: its master, and its peers.
 
-A node that is started with the proxy's URI as `ROS_MASTER_URI` communicates with all others through it.
-Theory of operation: the proxy forwards each XML-RPC call, and replaces every address in parameters and
+A node that is started with the proxy's URI as `ROS_MASTER_URI` communicates with all others through the
+proxy. Theory of operation: the proxy forwards each XML-RPC call, and replaces every address in parameters and
 results (the node's own address in registrations, addresses of publishers and services in lookups, the TCPROS
 port in the result of `requestTopic`) by the address of one of its own ports. So each connection leads to the
-proxy, regardless of which side opens it. Each of these ports has the faults of its kind.
+proxy, regardless of which side opens it. Each of these ports has the faults for its kind of connection.
 """
 
 from __future__ import annotations
@@ -31,25 +31,25 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 
 _CALL_LIMIT_S = 60.0
 _WAIT_S = 30.0
-"""Time limit of a forwarded call; genuine nodes wait for their master without a limit."""
+"""Time limit for a forwarded call. Genuine nodes wait for their master without a limit."""
 
 _LEFT_ALONE = frozenset({"setParam", "getParam", "paramUpdate"})
 """Methods whose values are user data, not addresses."""
 
 
 class FaultProxy:
-    """A proxy between the nodes that are started with its `uri` and all others. Thread-safe.
+    """A proxy between the nodes that are started with its `uri` and all other nodes. Thread-safe.
 
     Until `inject`, `cut`, `stall` or `refuse` is called, it forwards everything unchanged. Two nodes behind
-    it also communicate through it. It listens on the loopback address and supports pipros, rospy and roscpp
-    nodes.
+    it also communicate with each other through it. It listens on the loopback address and supports pipros,
+    rospy and roscpp nodes.
 
     Attributes:
         uri: the `ROS_MASTER_URI` for nodes behind the proxy; valid after `start`.
     """
 
     def __init__(self, master_uri: str, *, seed: int = 0) -> None:
-        """Keep the arguments; `start` opens the port.
+        """Store the arguments; `start` opens the port.
 
         The same seed gives each connection the same faults at the same bytes.
         """
@@ -73,7 +73,7 @@ class FaultProxy:
         self._run(self._open())
 
     def close(self) -> None:
-        """Close all ports and connections. May be repeated."""
+        """Close all ports and connections. May be called repeatedly."""
         if self._switches:
             self._run(self._shut())
             self._switches = {}
@@ -95,8 +95,8 @@ class FaultProxy:
         `Faults`: `proxy.inject("topics", "services", delay_s=0.05, split_bytes=7)`.
 
         Raises:
-            TypeError: unknown fault.
-            ValueError: unknown kind, or a negative value.
+            TypeError: the fault is unknown.
+            ValueError: the kind is unknown, or a value is negative.
         """
         wanted = Faults(**faults)
 
@@ -216,7 +216,7 @@ class FaultProxy:
 
 
 class _Forwarder(RpcServer):
-    """Server that forwards each call to another XML-RPC server."""
+    """A server that forwards each call to another XML-RPC server."""
 
     def __init__(self, proxy: FaultProxy, target: str) -> None:
         super().__init__({})
@@ -225,7 +225,8 @@ class _Forwarder(RpcServer):
 
     def call(self, name: str, params: tuple[Any, ...], *, caller: Caller) -> Any:
         if name == "system.multicall":
-            return super().call(name, params, caller=caller)  # `call` is invoked again for each of its calls
+            # `call` is invoked again for each call in the multicall
+            return super().call(name, params, caller=caller)
         return asyncio.ensure_future(self._forward(name, params))
 
     async def _forward(self, name: str, params: tuple[Any, ...]) -> Any:

@@ -20,7 +20,9 @@ _WRITE_LIMIT_BYTES = 64 * 1024
 _CONNECT_LIMIT_S = 10.0
 
 _RESET = struct.pack("ii", 1, 0)
-"""Socket option that resets the connection on close: the peer gets an error, not an orderly end."""
+"""Socket option that resets the connection on close, so that the peer gets an error instead of an orderly
+end.
+"""
 
 Address = tuple[str, int]
 
@@ -52,7 +54,7 @@ class Switch:
         self.links: set[Link] = set()
 
     def inject(self, faults: Faults) -> None:
-        """Replace the faults, also for open connections."""
+        """Replace the faults, including those for open connections."""
         self.faults = faults
         for link in self.links:
             link.use(faults)
@@ -75,7 +77,7 @@ class Switch:
 
 
 class TcpProxy:
-    """Listener on a loopback port that forwards connections to `target`.
+    """Listens on a loopback port and forwards connections to `target`.
 
     Attributes:
         address: host and port; valid after `start`.
@@ -85,8 +87,8 @@ class TcpProxy:
         """Store the arguments; `start` opens the port.
 
         Args:
-            name: part of the seed of each connection's faults, together with the connection's number.
-            alive: an address that must accept connections; otherwise connections to this proxy are reset.
+            name: used to seed each connection's faults, together with the connection's number.
+            alive: an address that must accept connections; otherwise, connections to this proxy are reset.
         """
         self.address: Address = (LOOPBACK, 0)
         self._name = name
@@ -115,7 +117,7 @@ class TcpProxy:
                 asyncio.get_running_loop().remove_reader(listener.fileno())
 
     def close(self) -> None:
-        """Close the port; open connections stay."""
+        """Close the port. Open connections stay open."""
         if self._server is not None:
             self._server.close()
 

@@ -1,4 +1,4 @@
-"""The test nodes of rostest: `<test pkg="rostest" type="hztest" …>` and others.
+"""rostest's test nodes: `<test pkg="rostest" type="hztest" …>` and others.
 
 Each node reads the expectations from its private parameters, checks them, and writes a result file like any
 test script.

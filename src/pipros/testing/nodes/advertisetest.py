@@ -1,4 +1,4 @@
-"""`advertisetest`: check that topics are advertised and services provided, or are not.
+"""`advertisetest`: checks whether topics are advertised and services are provided.
 
 Private parameters `topics` and `services`: lists of `{name, timeout: 10.0, negative: false, type}`.
 """
@@ -14,7 +14,7 @@ from pipros.testing.nodes.expectation import Expectation, Watch, expectations, f
 from pipros.testing.nodes.run_checks import run_checks
 from pipros.wire.handshake import WireType
 
-# unittest omits the frames of modules with this variable from its reports.
+# unittest omits the frames of modules that have this variable from its reports.
 __unittest = True
 
 

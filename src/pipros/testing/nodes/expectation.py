@@ -10,21 +10,22 @@ from pipros.node import Node
 from pipros.node.clock import Clock
 from pipros.testing.nodes.run_checks import parameter, poll
 
-# unittest omits the frames of modules with this variable from its reports.
+# unittest omits the frames of modules that have this variable from its reports.
 __unittest = True
 
 DEFAULT_TIMEOUT_S = 10.0
-"""The default time for a topic or service to appear."""
+"""The default time limit for a topic or service to appear."""
 
 
 @dataclass(frozen=True, slots=True)
 class Expectation:
-    """One entry of a list of topics or services to check.
+    """One entry in a list of topics or services to check.
 
     Attributes:
         name: the global name.
-        timeout_s: the time limit for it to appear; if `negative`, the time during which it must not appear.
-        negative: whether it must not exist.
+        timeout_s: the time limit for the topic or service to appear; if `negative`, the time during which it
+            must not appear.
+        negative: whether the topic or service must not exist.
         type: the required type; None for any.
     """
 
@@ -66,11 +67,11 @@ def expectations(node: Node, name: str) -> list[Expectation]:
 
 
 Find = Callable[[Expectation], str | None]
-"""Function that returns the type of the expected topic or service if it exists, else None."""
+"""Function that returns the type of the expected topic or service, or None if it does not exist."""
 
 
 class Watch:
-    """Several expectations with a common start time. Pure: the time is passed in.
+    """Several expectations with a common start time. The elapsed time is passed in.
 
     >>> watch = Watch([Expectation("/level", 2.0)], "topic")
     >>> watch.check(0.5, lambda expected: None)
@@ -110,10 +111,10 @@ class Watch:
 
 
 def follow(node: Node, watch: Watch, find: Find, clock: Clock | None = None) -> None:
-    """Poll until all expectations are decided. Measures in wall time, or with `clock`.
+    """Poll until all expectations are decided. Time is measured with `clock`, or as wall time.
 
     Raises:
-        AssertionError: names the first expectation that was not met.
+        AssertionError: an expectation was not met. The message names the first one.
     """
     for elapsed_s in poll(node, watch.longest_s, clock):
         if watch.check(elapsed_s, find):

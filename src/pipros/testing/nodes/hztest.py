@@ -1,6 +1,7 @@
-"""`hztest`: check that messages arrive at a given rate, or do not arrive.
+"""`hztest`: checks that messages arrive at a given rate, or do not arrive.
 
-Private parameters: `topic`, `hz` (0: no message may arrive), `hzerror` (required unless `hz` is 0),
+Private parameters: `topic`, `hz` (0 means that no message must arrive), `hzerror` (required unless `hz` is
+    0),
 `test_duration` in seconds, `wait_time` (20 s) for the first message, `check_intervals` (each interval must
 match the rate as well), `wall_clock` (measure in wall time even if time is simulated).
 """
@@ -16,7 +17,7 @@ from pipros.node.any_msg import AnyMsg
 from pipros.node.clock import WallClock
 from pipros.testing.nodes.run_checks import number, parameter, poll, run_checks
 
-# unittest omits the frames of modules with this variable from its reports.
+# unittest omits the frames of modules that have this variable from its reports.
 __unittest = True
 
 
@@ -28,7 +29,7 @@ class AllowedRate:
     error: float
 
     def check(self, arrivals_ns: list[int], *, check_intervals: bool) -> None:
-        """Compare arrival times with the rate. Pure.
+        """Compare arrival times with the rate.
 
         Raises:
             AssertionError: the rate is too low, too high or too irregular, or messages arrived although none
@@ -85,7 +86,7 @@ def check(node: Node) -> None:
         arrivals_ns.append(now_ns)
 
     node.subscribe(topic, AnyMsg, arrive)
-    # Also if no message is expected: the publisher may still be starting.
+    # Wait even if no message is expected, because the publisher may still be starting.
     if not any(arrivals_ns for _ in poll(node, wait)) and rate.hz:
         raise AssertionError("no messages before timeout")
     if rate.hz or not arrivals_ns:

@@ -1,4 +1,4 @@
-"""`paramtest`: check that a parameter is set, optionally to a given value.
+"""`paramtest`: checks that a parameter is set, optionally to a given value.
 
 Private parameters: `param_name_target`, `param_value_expected` (optional), `wait_time` (20 s) for the
 parameter to be set, `test_duration` (5 s) for it to get the expected value after that.
@@ -9,7 +9,7 @@ from __future__ import annotations
 from pipros.node import Node
 from pipros.testing.nodes.run_checks import number, parameter, poll, run_checks
 
-# unittest omits the frames of modules with this variable from its reports.
+# unittest omits the frames of modules that have this variable from its reports.
 __unittest = True
 
 _UNSET = object()

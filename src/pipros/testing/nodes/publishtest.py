@@ -1,4 +1,4 @@
-"""`publishtest`: check that messages arrive on topics, or do not.
+"""`publishtest`: checks whether messages arrive on topics.
 
 Private parameter `topics`: a list of `{name, timeout: 10.0, negative: false}`.
 """
@@ -10,12 +10,14 @@ from pipros.node.any_msg import AnyMsg
 from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
 from pipros.testing.nodes.run_checks import run_checks
 
-# unittest omits the frames of modules with this variable from its reports.
+# unittest omits the frames of modules that have this variable from its reports.
 __unittest = True
 
 
 def check(node: Node) -> None:
-    """Raise AssertionError if no message arrives on a topic, or one arrives that must not."""
+    """Raise AssertionError if no message arrives on a topic, or if one arrives on a topic that must have
+    none.
+    """
     expected = expectations(node, "~topics")
     if not expected:
         raise AssertionError("No topic is specified in rosparam.")

@@ -15,11 +15,11 @@ from pipros.node.clock import Clock, WallClock
 from pipros.node.start_params import set_private_params
 from pipros.testing.script_runner import exit_unless, run_program
 
-# unittest omits the frames of modules with this variable from its reports.
+# unittest omits the frames of modules that have this variable from its reports.
 __unittest = True
 
 POLL_INTERVAL_S = 0.05
-"""Interval between checks of conditions."""
+"""Interval at which conditions are checked."""
 
 CLOCK_TIMEOUT_S = 10.0
 """Time limit for the first message on /clock."""
@@ -32,9 +32,9 @@ def run_checks(
     needs_time: Callable[[Node], bool] = lambda _: True,
     **checks: Callable[[Node], None],
 ) -> None:
-    """Run checks as the cases of a test script called `name`; exit with code 1 if one fails.
+    """Run checks as the cases of a test script called `name`. Exit with code 1 if a check fails.
 
-    Unless `needs_time` returns False, simulated time must run before the checks. A check fails with an
+    Unless `needs_time` returns False, simulated time must be running before the checks. A check fails with an
     AssertionError that states the expectation. Classes and cases have Noetic's names, because dashboards
     group by them.
     """
@@ -62,7 +62,7 @@ _REQUIRED = object()
 
 
 def parameter(node: Node, name: str, default: Any = _REQUIRED) -> Any:
-    """Return a parameter of the test. It is required if there is no default.
+    """Return one of the test's parameters. The parameter is required if there is no default.
 
     Raises:
         AssertionError: the parameter is not set.
@@ -102,7 +102,7 @@ def poll(node: Node, timeout_s: float, clock: Clock | None = None) -> Iterator[f
     elapsed_s = 0.0
     yield elapsed_s
     while elapsed_s < timeout_s and not node.is_shutdown:
-        # In wall time, because simulated time may be paused.
+        # Sleep in wall time, because simulated time may be paused.
         wall.sleep(POLL_INTERVAL_S)
         elapsed_s = (clock.now_ns() - start_ns) / NS_PER_S
         yield elapsed_s

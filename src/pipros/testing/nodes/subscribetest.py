@@ -1,4 +1,4 @@
-"""`subscribetest`: check that topics have subscribers, or do not.
+"""`subscribetest`: checks whether topics have subscribers.
 
 Private parameter `topics`: a list of `{name, timeout: 10.0, negative: false, type}`.
 """
@@ -9,7 +9,7 @@ from pipros.node import Node
 from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
 from pipros.testing.nodes.run_checks import run_checks
 
-# unittest omits the frames of modules with this variable from its reports.
+# unittest omits the frames of modules that have this variable from its reports.
 __unittest = True
 
 

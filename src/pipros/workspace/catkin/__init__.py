@@ -1,1 +1,1 @@
-"""The commands of CMake and catkin, as they apply to packages without compiled code."""
+"""The CMake and catkin commands, as they apply to packages without compiled code."""

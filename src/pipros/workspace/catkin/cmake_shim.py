@@ -21,7 +21,7 @@ sys.exit(main())
 
 
 def cmake_program(build: Path, variables: Mapping[str, str]) -> str:
-    """Return the path of CMake, or of a substitute script in the build space."""
+    """Return the path of CMake, or the path of a substitute script in the build space."""
     found = shutil.which("cmake", path=variables.get("PATH"))
     if found is not None:
         return found

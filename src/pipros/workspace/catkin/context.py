@@ -1,4 +1,4 @@
-"""The state shared by the commands of a `CMakeLists.txt`: the project being described, and the variables."""
+"""The state that the commands in a `CMakeLists.txt` share: the project being described, and the variables."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class ReadContext:
         components: the packages that `find_package()` has found.
         find_package: finds a package by name.
         has_foreign_packages: whether unknown commands may exist that only CMake itself would find.
-        empy_hint: the location of such commands, if it is a template that cannot be expanded.
+        empy_hint: the location of such commands, if they are in a template that cannot be expanded.
     """
 
     def __init__(
@@ -88,11 +88,11 @@ class ReadContext:
         self._interpreter.run_file(self.project.file)
 
     def error(self, command: Command, reason: str) -> CMakeError:
-        """Return an error located at a command of the current file."""
+        """Return an error located at a command in the current file."""
         return self._interpreter.error(command, reason)
 
     def place(self, command: Command) -> str:
-        """Return the file and line of a command of the current file."""
+        """Return the file and line of a command in the current file."""
         return f"{self.file}:{command.line}"
 
     def need_cmake(self, command: Command, what: str) -> None:
@@ -129,4 +129,4 @@ Raises CMakeError, ValueError for wrong arguments, or `Unsupported` if only CMak
 HARMLESS_MODULES = frozenset(
     ("CMakeParseArguments", "CTest", "GNUInstallDirs", "CheckCXXCompilerFlag", "CheckCCompilerFlag")
 )
-"""CMake modules whose commands are of no use to a package without compiled code."""
+"""CMake modules whose commands have no use in a package without compiled code."""

@@ -1,4 +1,4 @@
-"""Parse and execute `install()` and `catkin_install_python()`."""
+"""Parses and executes `install()` and `catkin_install_python()`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Installation:
 
     Attributes:
         copy: the copy to make below the install space; None for code.
-        is_python: whether it is a script of `catkin_install_python()`, also written to the devel space.
+        is_python: whether it is a `catkin_install_python()` script, which is also written to the devel space.
         code: the text of `install(CODE)`.
         script: the file of `install(SCRIPT)`.
     """
@@ -39,13 +39,13 @@ class Installation:
 
 
 def read_installations(words: list[str], scope: Scope, *, is_python: bool = False) -> list[Installation]:
-    """Return the installations of `install(words)`; none for compiled targets.
+    """Return the installations that `install(words)` specifies; an empty list for compiled targets.
 
     Args:
         is_python: whether the command is `catkin_install_python(words)`.
 
     Raises:
-        ValueError: wrong arguments.
+        ValueError: the arguments are invalid.
     """
     kind, rest = words[0] if words else "", words[1:]
     if kind == "CODE":
@@ -66,7 +66,7 @@ def install(item: Installation, prefix: Path, settings: Mapping[str, str], say: 
 
     Args:
         prefix: the install space.
-        settings: cache entries for code.
+        settings: the CMake cache entries for the code.
 
     Raises:
         CannotCopy: the file or folder does not exist.
@@ -84,7 +84,7 @@ def install(item: Installation, prefix: Path, settings: Mapping[str, str], say: 
 
 
 def _name_python_3(script: Path) -> None:
-    """Change a shebang without a Python version to python3, as catkin in Noetic does."""
+    """Change a shebang without a Python version to python3, as Noetic's catkin does."""
     content = script.read_bytes()
     first_line, newline, rest = content.partition(b"\n")
     if first_line.rstrip() == b"#!/usr/bin/env python":

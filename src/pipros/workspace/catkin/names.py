@@ -45,7 +45,7 @@ CATKIN_COMMANDS: Mapping[str, tuple[str, ...] | None] = {
 }
 """Commands of catkin and of ROS packages, each with the components that define it, the usual one first.
 
-Any one of these components is enough; None for commands that need no component.
+Any one of these components is sufficient; None for commands that need no component.
 """
 
 COMPONENT_COMMANDS: Mapping[str, tuple[str, ...]] = {
@@ -72,7 +72,8 @@ _COMPILED = """
 """
 
 CORE_PACKAGES = frozenset((*_CORE.split(), *_COMPILED.split()))
-"""Packages of ROS that `find_package()` finds without a folder.
+"""ROS packages that `find_package()` finds even though they have no folder.
 
-pipros substitutes them, or they are C++ libraries, which a package without compiled code does not need.
+They are either substituted by pipros, or are C++ libraries, which a package without compiled code does not
+need.
 """

@@ -20,7 +20,7 @@ from pipros.workspace.catkin.templates import can_expand, expanded, needs_empy, 
 _HARMLESS_PACKAGES = frozenset(
     ("Boost", "Threads", "PythonInterp", "PythonLibs", "Python", "Python2", "Python3", "Eigen3", "OpenCV")
 )
-"""Packages whose commands are of no use to a package without compiled code."""
+"""Packages whose commands have no use in a package without compiled code."""
 
 _FOUND_VARIABLES: Mapping[str, Mapping[str, str]] = {
     "PythonInterp": {"PYTHONINTERP_FOUND": "1", "PYTHON_VERSION_MAJOR": "3"},
@@ -44,7 +44,7 @@ def _set_project(context: ReadContext, command: Command, words: list[str]) -> No
                 command,
                 f"The project is named [{name}], but package.xml names the package [{project.name}]",
             )
-        values["CMAKE_PROJECT_NAME"] = "Project"  # the name in the workspace's top-level file
+        values["CMAKE_PROJECT_NAME"] = "Project"  # the project name in the workspace's top-level file
     options = sections(words[1:], ("VERSION", "DESCRIPTION", "HOMEPAGE_URL", "LANGUAGES"))
     values["PROJECT_NAME"] = name
     for key, value in (

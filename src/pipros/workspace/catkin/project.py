@@ -42,7 +42,7 @@ class TestEntry:
         kind: `rostest` for a launch file with tests, `roslaunch` for a launch file or folder to check,
             `python` for a file or folder of unit tests, `gtest` for a compiled program.
         path: the file or folder; for `gtest` the name of the program.
-        arguments: arguments of the launch file; for a check, options and arguments.
+        arguments: arguments for the launch file; for a check, options and arguments.
         written: the path as written in the `CMakeLists.txt`, relative to the package's folder.
         target: the target to compile first.
         place: file and line, for error texts.
@@ -67,7 +67,7 @@ class Download:
 
 @dataclass(frozen=True, slots=True)
 class EnvironmentHook:
-    """A file that the setup files of a workspace source.
+    """A file that a workspace's setup files source.
 
     Attributes:
         text: the content; None to copy `source`.
@@ -92,7 +92,7 @@ class Project:
         has_reconfigure_options: whether `generate_dynamic_reconfigure_options()` was called.
         config_files: the `.cfg` files of dynamic_reconfigure, relative to the package's folder.
         needs_cmake: reasons to build the package with genuine catkin; empty if pipros can build it.
-        status_lines: output of `message(STATUS)` and the like.
+        status_lines: output from `message(STATUS)` and similar commands.
         warnings: warnings with file and line.
         cfg_extras: CMake files for the packages that find this one.
         targets: the names of targets that can be built individually.

@@ -1,4 +1,4 @@
-"""Reader for the `CMakeLists.txt` of a package.
+"""Reads a package's `CMakeLists.txt`.
 
 The file is executed command by command, as CMake does, to the extent that packages without compiled code
 need. Commands that only CMake itself can run are recorded, with file and line. The command
@@ -48,13 +48,13 @@ def read_project(
     limits: Limits | None = None,
     status_lines: list[str] | None = None,
 ) -> Project:
-    """Execute the `CMakeLists.txt` of a package; this runs programs and writes files, as CMake does.
+    """Execute a package's `CMakeLists.txt`. Like CMake, this runs programs and writes files.
 
     Args:
         name: the package's name in its manifest.
-        settings: `-D` settings of the command line, and the folders of the workspace.
-        environment: the values of `$ENV{NAME}`; `ROS_DISTRO` and the like default to Noetic's values.
-        find_package: finds the packages that the file needs.
+        settings: `-D` settings from the command line, and the folders of the workspace.
+        environment: the values of `$ENV{NAME}`; `ROS_DISTRO` and similar variables default to Noetic's
+            values. find_package: function that finds the packages that the file needs.
         version: the package's version in its manifest.
         limits: defaults to the process-wide limits.
         status_lines: receives the output of `message()`, even if an error follows.

@@ -1,4 +1,4 @@
-"""Runner for the outdated custom commands and targets of a package; does the work of make."""
+"""Runs a package's outdated custom commands and targets, as make would."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
 
 
 class StepRunner:
-    """Runner for outdated steps; runs each at most once.
+    """Runs outdated steps, each at most once.
 
     Attributes:
         has_run: whether any command was run.
     """
 
     def __init__(self, steps: BuildSteps, binary: str, variables: Mapping[str, str], say: Say) -> None:
-        """Store the arguments; nothing runs yet.
+        """Store the arguments. No step is run.
 
         Args:
-            binary: the base folder of relative output paths.
+            binary: the base folder for relative output paths.
             variables: the environment of the commands. `ROS_DISTRO` and the like default to Noetic's
                 values.
             say: called with a line for each step that runs.

@@ -1,4 +1,4 @@
-"""Custom commands and targets of a package: their command lines and dependencies.
+"""A package's custom commands and targets: their command lines and dependencies.
 
 Commands run without a shell. A command that needs a shell is left to CMake itself.
 """
@@ -53,14 +53,14 @@ class BuildSteps:
         """Add `add_custom_target(words)`.
 
         Raises:
-            ValueError: wrong arguments.
+            ValueError: the arguments are invalid.
             Unsupported: the target needs a shell or a generator expression.
         """
         if not words:
             raise ValueError("called with incorrect number of arguments")
         name, *rest = words
         is_wanted = rest[:1] == ["ALL"]
-        # Words before the first keyword are a command.
+        # Words before the first keyword form a command.
         if rest[is_wanted:] and rest[is_wanted] not in (*_LISTS, *_ONE_VALUE, *_SWITCHES, "COMMAND"):
             rest.insert(is_wanted, "COMMAND")
         step = _read(rest, scope, BuildStep(name, file, line, is_wanted=is_wanted))
@@ -70,7 +70,7 @@ class BuildSteps:
         """Add `add_custom_command(words)`.
 
         Raises:
-            ValueError: wrong arguments.
+            ValueError: the arguments are invalid.
             Unsupported: the command needs a shell or a generator expression, or its target is compiled.
         """
         step = _read(words, scope, BuildStep("", file, line))
@@ -92,7 +92,7 @@ class BuildSteps:
 
 
 def _read(words: Sequence[str], scope: Scope, step: BuildStep) -> BuildStep:
-    """Return the step completed by the given words."""
+    """Return the step, completed with the given words."""
     sections: dict[str, list[str]] = {name: [] for name in (*_LISTS, *_ONE_VALUE)}
     commands: list[list[str]] = []
     current: list[str] = []

@@ -42,7 +42,7 @@ def expanded(template: str, context: ReadContext, *, is_installed: bool = False)
     Blocks while a separate process runs, with a time limit.
 
     Args:
-        is_installed: expand for the install space instead of the devel space.
+        is_installed: whether to expand for the install space instead of the devel space.
 
     Raises:
         ValueError: the expansion failed or took too long.
@@ -61,7 +61,7 @@ def expanded(template: str, context: ReadContext, *, is_installed: bool = False)
 
 
 def _run(template: str, definitions: str, environment: Mapping[str, str]) -> str:
-    """Return the expanded template; the Python code `definitions` sets its variables."""
+    """Return the expanded template, whose variables the Python code in `definitions` sets."""
     command = [sys.executable, "-m", "em", "--raw-errors", "-F", definitions, template]
     try:
         ended = subprocess.run(  # noqa: S603
@@ -100,7 +100,7 @@ def _em_expand(context: ReadContext, command: Command, words: list[str]) -> None
 
 
 def write(file: str, text: str) -> None:
-    """Write a file, creating its parent folders. Raises ValueError."""
+    """Write a file, creating its parent folders. Raises ValueError if that fails."""
     try:
         Path(file).parent.mkdir(parents=True, exist_ok=True)
         Path(file).write_text(text, "utf-8")

@@ -64,7 +64,7 @@ def _add(
     arguments: tuple[str, ...] = (),
     target: str = "",
 ) -> None:
-    # A trailing slash of a folder is kept.
+    # Keep a folder's trailing slash.
     written = path.removeprefix(context.project.folder + os.sep)
     test = TestEntry(kind, path, arguments, written, target, context.place(command))
     context.project.tests.append(test)

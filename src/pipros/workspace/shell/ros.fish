@@ -29,7 +29,7 @@ function _pipros_file  # package file -> the one file of that name, in $_pipros_
         for number in (seq (count $_pipros_found))
             echo "$number) $_pipros_found[$number]" >&2
         end
-        # A command substitution would not see what is typed.
+        # A command substitution could not read the user's input.
         read -l -P '#? ' choice; or return 1
         set -g _pipros_found $_pipros_found[$choice]
     end

@@ -66,7 +66,7 @@ def test_losses_must_be_counted_by_a_node() -> None:
     assert history.gaps == [Gap("sink", "talker", 2, 2), Gap("sink", "talker", 6, 4)]
     assert history.problems(counted=6) == []
     assert history.problems(counted=5) == [
-        "6 messages were lost and 5 counted; the largest gap is of 4 from number 6 of [talker] at [sink]"
+        "6 messages were lost and 5 counted; the largest gap is 4 from number 6 of [talker] at [sink]"
     ]
 
 
