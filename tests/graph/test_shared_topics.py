@@ -116,6 +116,12 @@ def test_taking_returns_at_once_if_the_master_does_not(make_node: MakeNode, mast
     wait_until(lambda: not topics.counts())
 
 
+def test_the_master_knows_the_type_that_a_taker_expects(topics: SharedTopics, make_node: MakeNode) -> None:
+    master = make_node("tool").master
+    topics.take("/wanted", "std_msgs/String", list[TopicMessage]().append)
+    wait_until(lambda: ["/wanted", "std_msgs/String"] in master.get_topic_types())
+
+
 def test_the_type_of_a_silent_topic_is_known_by_the_master(topics: SharedTopics, make_node: MakeNode) -> None:
     make_node("talker").advertise("/chatter", String)
     assert topics.type_of("chatter") == "std_msgs/String"

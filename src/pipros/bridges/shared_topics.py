@@ -10,6 +10,7 @@ from __future__ import annotations
 import threading
 from collections import Counter
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final
 
@@ -17,6 +18,8 @@ from pipros.basics import names
 from pipros.basics.errors import InvalidName, LimitExceeded, PiprosError
 from pipros.basics.limits import limit_text
 from pipros.basics.printable import printable
+from pipros.bridges.rosapi import MASTER_DEADLINE_S
+from pipros.net.master_client import MasterClient
 from pipros.net.workers import Workers
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
@@ -75,6 +78,7 @@ class SharedTopics:
 
     def __init__(self, node: Node) -> None:
         self._node = node
+        self._master = MasterClient(node.master.uri, node.name, timeout_s=MASTER_DEADLINE_S)
         self._limit = node.limits.bridge_topics
         self._lock = threading.Lock()
         self._takers: Counter[str] = Counter()
@@ -116,7 +120,7 @@ class SharedTopics:
         newest = self._newest.get(name)
         if newest is not None and newest[1].header.get("type", "*") != "*":
             return newest[1].header["type"]
-        kinds = (kind for topic, kind in self._node.master.get_topic_types() if topic == name and kind != "*")
+        kinds = (kind for topic, kind in self._master.get_topic_types() if topic == name and kind != "*")
         return next(kinds, None)
 
     def counts(self) -> Mapping[str, int]:
@@ -127,10 +131,20 @@ class SharedTopics:
     def close(self) -> None:
         """Make no more changes. The node's shutdown ends the subscriptions."""
         self._changes.close()
+        self._master.close()
 
     def _subscribe(self, taken: Taken) -> None:
         if not taken.is_closed and not self._node.is_ending:
             taken.subscriber = self._node.subscribe(taken.topic, AnyMsg, taken.deliver)
+            if taken.kind is not None:
+                self._report_type(taken.topic, taken.kind)
+
+    def _report_type(self, topic: str, kind: str) -> None:
+        """Register the expected type; the master keeps it if it knows none, for `rostopic list`."""
+        with suppress(PiprosError):  # it only informs
+            self._master.register_subscriber(topic, kind, self._node.uri)
+            if self._node.is_ending:  # the node may have unregistered before
+                self._master.unregister_subscriber(topic, self._node.uri)
 
     def _release(self, taken: Taken) -> None:
         self._changes.run(self._unsubscribe, taken)
@@ -160,6 +174,7 @@ class Taken:
 
     Attributes:
         topic: global name.
+        kind: the expected type; None for any.
         subscriber: the handle on the node's subscription, once it exists. For `SharedTopics`.
         is_closed: whether `close` was called.
     """
@@ -176,7 +191,7 @@ class Taken:
         self.subscriber: Subscriber[AnyMsg] | None = None
         self.is_closed = False
         self._topics = topics
-        self._kind = kind
+        self.kind = kind
         self._on_message = on_message
         self._on_error = on_error
         self._wrong_types: set[str] = set()
@@ -195,7 +210,7 @@ class Taken:
         if self.is_closed:
             return
         kind = raw.header.get("type", "*")
-        if self._kind is None or kind == self._kind:
+        if self.kind is None or kind == self.kind:
             self._on_message(self._topics._message_of(self.topic, raw))
         elif kind not in self._wrong_types and len(self._wrong_types) < REPORTED_TYPES:
             self._wrong_types.add(kind)
@@ -203,6 +218,6 @@ class Taken:
                 self._on_error(
                     WrongType(
                         f"[{self.topic}]: {printable(raw.header.get('callerid', 'a node'))} publishes "
-                        f"[{printable(kind)}], which is not [{self._kind}]"
+                        f"[{printable(kind)}], which is not [{self.kind}]"
                     )
                 )

@@ -84,17 +84,14 @@ class Bridge:
         self.encoder = Encoder(is_bson=self.settings.is_bson)
         self.filler = Filler(lambda: node.clock.now_ns(), self.limits)
         self.services = OfferedServices(node, self.filler, timing.call_s)
-        self.publishers = SharedPublishers(node, self.filler, self._type_of, call_later, timing.unregister_s)
+        self.publishers = SharedPublishers(
+            node, self.filler, self.topics.type_of, call_later, timing.unregister_s
+        )
         self.calls = Workers("service calls of a bridge", CALLS_AT_ONCE)
 
     def connect(self, outbox: Outbox) -> ClientSession:
         """Return the session of a new client, which is sent what the outbox holds."""
         return ClientSession(self, outbox)
-
-    def _type_of(self, topic: str) -> str | None:
-        """Return the type that the master knows for a topic, or None."""
-        kinds = (kind for name, kind in self.master.get_topic_types() if name == topic and kind != "*")
-        return next(kinds, None)
 
     def close(self) -> None:
         """End the services of clients, and make no more subscriptions."""
