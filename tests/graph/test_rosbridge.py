@@ -545,6 +545,32 @@ def test_a_client_that_sends_too_much_is_read_more_slowly(make_node: MakeNode) -
         server.close()
 
 
+def test_idle_tcp_clients_make_room_for_others(make_node: MakeNode) -> None:
+    limits = Limits()._replace(bridge_clients=2)
+    bridge, robot = make_node("bridge", limits=limits), make_node("robot")
+    publisher = robot.advertise("/state", STRING, latch=True)
+    publisher.publish(STRING("x"))
+    server = TcpServer(bridge, ServerOptions(port=0))
+    address = "127.0.0.1", server.start()
+    request = b'{"op": "subscribe", "topic": "/state"}'
+    try:
+        with ExitStack() as open_clients:
+
+            def connected() -> socket.socket:
+                return open_clients.enter_context(socket.create_connection(address, 20))
+
+            for _ in range(2):
+                idle, user = connected(), connected()
+                user.sendall(request)
+                assert user.recv(10_000)
+            with suppress(ConnectionResetError):
+                assert idle.recv(1) == b""
+            with suppress(ConnectionResetError):
+                assert connected().recv(1) == b""
+    finally:
+        server.close()
+
+
 def test_a_tcp_client_that_does_not_log_in_is_disconnected(make_node: MakeNode) -> None:
     node = make_node("bridge", limits=Limits()._replace(login_s=0.2))
     settings = Settings(authenticator=Authenticator("0123456789abcdef", time.time))

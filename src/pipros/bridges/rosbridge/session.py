@@ -165,6 +165,11 @@ class ClientSession:
         return self._protocol.is_authenticated
 
     @property
+    def is_unused(self) -> bool:
+        """Whether the client takes, publishes and offers nothing, and waits for no call."""
+        return not (self._streams or self._published or self._offered or self._open_calls)
+
+    @property
     def topics(self) -> list[str]:
         """The topics that the client takes, as it names them."""
         return list(self._streams)

@@ -94,6 +94,7 @@ class TcpServer(_Server):
     def __init__(self, node: Node, options: ServerOptions) -> None:
         super().__init__(node, options)
         self._connections: dict[asyncio.StreamWriter, asyncio.Task[None]] = {}
+        self._sessions: dict[asyncio.StreamWriter, ClientSession] = {}  # the longest silent client first
 
     async def _open(self) -> int:
         self._wakeups = Wakeups(asyncio.get_running_loop())
@@ -126,9 +127,12 @@ class TcpServer(_Server):
         """Serve one client until it disconnects."""
         has_data = asyncio.Event()
         host = plain_address(str(writer.get_extra_info("peername")[0]))
+        while len(self._clients) >= self._limits.bridge_clients and await self._end_idle():
+            pass  # another new client may have taken the place
         session = self._connect(writer, host, has_data.set)
         if session is None:
             return
+        self._sessions[writer] = session
         sender = asyncio.create_task(self._send(session.outbox, has_data, writer))
         pace = Pace(self._limits)
         receive = self._receive_bson if self._options.settings.is_bson else self._receive_json
@@ -136,12 +140,24 @@ class TcpServer(_Server):
             async for size in receive(session, reader):
                 if session.ended or sender.done():
                     break
+                self._sessions[writer] = self._sessions.pop(writer)
                 await asyncio.sleep(pace.delay_s(size))
         except (OSError, EOFError, ValueError, asyncio.TimeoutError):
             pass
         finally:
             sender.cancel()
+            del self._sessions[writer]
             self._disconnect(writer, session)
+
+    async def _end_idle(self) -> bool:
+        """Disconnect the client that is silent for longest among those that use nothing; False if none is."""
+        idle = (writer for writer, session in self._sessions.items() if session.is_unused)
+        writer = next(idle, None)
+        if writer is not None:
+            task = self._connections[writer]
+            task.cancel()
+            await asyncio.wait([task])
+        return writer is not None
 
     async def _receive_json(self, session: ClientSession, reader: asyncio.StreamReader) -> AsyncIterator[int]:
         """Handle what the client sends, and yield the size of each part."""
