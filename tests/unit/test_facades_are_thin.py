@@ -12,9 +12,9 @@ from tests.support.environments import FACADES, source_files
 MOST_BRANCHES = 6
 
 EXCEPTIONS: Mapping[str, str] = {
-    "rosbridge_library.capability.Capability.basic_type_check": "one branch per kind of mistake in an argument",
+    "rosbridge_library.capability.Capability.basic_type_check": "one branch per kind of mistake",
     "rosbridge_library.internal.ros_loader._load": "one exception of rosbridge per kind of mistake",
-    "rosbridge_server.programs.options_from_parameters": "one branch per optional parameter of the launch file",
+    "rosbridge_server.programs.options_from_parameters": "one branch per optional parameter",
     "rospy.service.convert_return_to_response": "one branch per kind of value that a handler may return",
 }
 """Functions with more branches, each with the reason."""
