@@ -56,5 +56,5 @@ def test_a_table_is_saved_as_csv(tab: Tab) -> None:
     with tab.expect_download() as download:
         tab.locator(".tab-topics").get_by_role("button", name="CSV").click()
     lines = Path(download.value.path()).read_text().splitlines()
-    assert lines[0] == "Topic,Type,Publishers,Subscribers,Rate"
+    assert lines[0] == "Topic,Type,Publishers,Subscribers,Rate,Bandwidth"
     assert any(line.startswith("/cmd_vel,geometry_msgs/Twist,/driver,") for line in lines)

@@ -98,7 +98,7 @@ def test_a_selected_text_survives_updates(system: RosSystem, open_tab: OpenTab) 
     cell = tab.locator("tr[data-name='/level'] td").first
     expect(cell).to_have_text("/level")
     cell.evaluate("element => getSelection().selectAllChildren(element)")
-    rate = tab.locator("tr[data-name='/level'] td").last
+    rate = tab.locator("tr[data-name='/level'] td.number").first
     first = rate.inner_text()
     wait_until(lambda: rate.inner_text() != first, 30, "an update of the table")
     assert tab.evaluate("getSelection().toString()") == "/level"

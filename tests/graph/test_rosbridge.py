@@ -530,14 +530,14 @@ def test_tcp_clients_may_use_bson(node: Node, robot: Node) -> None:
 
 
 def test_a_client_that_sends_too_much_is_read_more_slowly(make_node: MakeNode) -> None:
-    limits = Limits()._replace(bridge_client_messages_s=5)
+    limits = Limits()._replace(bridge_client_rate=5)
     server = WebSocketServer(make_node("bridge", limits=limits), ServerOptions(port=0))
     url = f"ws://127.0.0.1:{server.start()}"
     try:
         with RosbridgeClient(url) as flooding, RosbridgeClient(url) as other:
             for _ in range(500):
                 flooding.send("set_level", level="none")
-            wait_until(lambda: server.door.clients()[0].received.messages > limits.bridge_client_messages_s)
+            wait_until(lambda: server.door.clients()[0].received.messages > limits.bridge_client_rate)
             other.send("unknown")
             assert other.wait_for("status")["level"] == "error"
             assert server.door.clients()[0].received.messages < 500

@@ -107,8 +107,8 @@ class Limits(NamedTuple):
         bridge_queue_bytes: messages and answers that wait for one client.
         bridge_message_bytes: a message from a client.
         bridge_stall_s: the time that a client may leave a full connection unread.
-        bridge_client_messages_s: messages per second that a client may send; beyond, it is read more slowly.
-        bridge_client_bytes_s: likewise, bytes per second.
+        bridge_client_rate: messages per second that a client may send; beyond, it is read more slowly.
+        bridge_client_rate_bytes: likewise, bytes per second.
         message_values: values in a new message.
         empty_elements: values in one message beyond the budget of eight values per byte.
         turtles: turtles in one turtlesim.
@@ -194,8 +194,8 @@ class Limits(NamedTuple):
     bridge_queue_bytes: int = 16 * _MIB
     bridge_message_bytes: int = 64 * _MIB
     bridge_stall_s: float = 10.0
-    bridge_client_messages_s: int = 10_000
-    bridge_client_bytes_s: int = 256 * _MIB
+    bridge_client_rate: int = 10_000
+    bridge_client_rate_bytes: int = 256 * _MIB
     message_values: int = 4 * 1024 * 1024
     empty_elements: int = 65_536
     turtles: int = 100

@@ -36,6 +36,18 @@ def split_uri(text: str, schemes: Collection[str] = ("http",)) -> tuple[str, int
     return host, int(port), slash + path or "/"
 
 
+def host_of(peer: str) -> str:
+    """Return the host in a URI or an address; the whole text if it is neither.
+
+    >>> host_of("http://robot:123/"), host_of("10.0.0.1:5"), host_of("rosrpc://[::1]:80"), host_of("robot")
+    ('robot', '10.0.0.1', '::1', 'robot')
+    """
+    try:
+        return split_uri(peer if "://" in peer else f"http://{peer}", ["http", "rosrpc"])[0]
+    except ValueError:
+        return peer
+
+
 def host_and_port(host: str, port: int) -> str:
     """Return `host:port` as in URIs and the HTTP `Host` header.
 

@@ -21,8 +21,8 @@ class Pace:
 
     def __init__(self, limits: Limits, clock: Callable[[], float] = time.monotonic) -> None:
         """`clock` returns seconds."""
-        self._message_s = 1 / limits.bridge_client_messages_s
-        self._byte_s = 1 / limits.bridge_client_bytes_s
+        self._message_s = 1 / limits.bridge_client_rate
+        self._byte_s = 1 / limits.bridge_client_rate_bytes
         self._clock = clock
         self._due_by_messages_s = self._due_by_bytes_s = clock() - BURST_S
 

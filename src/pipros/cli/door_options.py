@@ -62,8 +62,8 @@ def client_limits(options: Any) -> Limits:
     from pipros.basics.limits import process_limits
 
     given = {
-        "bridge_client_messages_s": options.client_messages,
-        "bridge_client_bytes_s": options.client_bytes,
+        "bridge_client_rate": options.client_messages,
+        "bridge_client_rate_bytes": options.client_bytes,
     }
     for name, value in given.items():
         if value is not None and value <= 0:

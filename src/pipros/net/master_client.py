@@ -53,8 +53,8 @@ class MasterClient:
         try:
             answer = self._rpc.call(method, self.caller_id, *params, timeout_s=timeout_s)
         except Unreachable as error:
+            from pipros.basics.uri import host_of
             from pipros.net.address import is_loopback
-            from pipros.net.unreachable import host_of
 
             cure = CURE if is_loopback(host_of(self.uri)) else CURE_OF_OTHERS
             raise Unreachable(f"master [{self.uri}]", error.reason, cure) from error.__cause__

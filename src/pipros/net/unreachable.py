@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import socket
 
-from pipros.basics.uri import split_uri
+from pipros.basics.uri import host_of
 from pipros.net.address import is_loopback
 
 
@@ -30,18 +30,6 @@ async def explain(peer: str) -> str:
         f". The node has ended, a firewall blocks it, or this machine cannot reach it as [{host}]:"
         " set ROS_IP on its machine"
     )
-
-
-def host_of(peer: str) -> str:
-    """Return the host in a URI or an address; the whole text if it is neither.
-
-    >>> host_of("http://robot:123/"), host_of("10.0.0.1:5"), host_of("rosrpc://[::1]:80"), host_of("robot")
-    ('robot', '10.0.0.1', '::1', 'robot')
-    """
-    try:
-        return split_uri(peer if "://" in peer else f"http://{peer}", ["http", "rosrpc"])[0]
-    except ValueError:
-        return peer
 
 
 async def _is_known(host: str) -> bool:

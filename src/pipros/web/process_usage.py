@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,6 +42,8 @@ def has_proc() -> bool:
 
 def usage_of(pid: int) -> ProcessUsage | None:
     """Return the usage of a process; None if it does not exist, or ended and was not reaped."""
+    if sys.platform == "win32":
+        return None
     try:
         text = (PROC / str(pid) / "stat").read_text(encoding="utf-8", errors="replace")
     except OSError:

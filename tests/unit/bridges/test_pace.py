@@ -7,7 +7,7 @@ import pytest
 from pipros.basics.limits import Limits
 from pipros.bridges.pace import BURST_S, Pace
 
-LIMITS = Limits(bridge_client_messages_s=10, bridge_client_bytes_s=1000)
+LIMITS = Limits(bridge_client_rate=10, bridge_client_rate_bytes=1000)
 
 
 class Clock:

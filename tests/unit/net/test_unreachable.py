@@ -6,7 +6,8 @@ import asyncio
 
 import pytest
 
-from pipros.net.unreachable import explain, host_of
+from pipros.basics.uri import host_of
+from pipros.net.unreachable import explain
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
 from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.basics.posix import READ
 from pipros.libraries.teleoperation.joystick import EVENT, Change, Joystick
 from pipros.libraries.teleoperation.parameters import number, private, stamp
 from pipros.msg import load_message_class
@@ -36,7 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         is_reported = False
         while not node.is_ending:
             try:
-                descriptor = os.open(device, os.O_RDONLY | os.O_NONBLOCK)
+                descriptor = os.open(device, READ)
             except OSError as error:
                 if not is_reported:
                     log.error(

@@ -96,7 +96,8 @@ export function dataTable(columns, options) {
   function csv() {
     const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
     const plain = (content) => (content instanceof Node ? content.textContent : String(content ?? ""));
-    const lines = [columns.map(({ title }) => title), ...inOrder(rows).map((row) => columns.map(({ text }) => plain(text(row))))];
+    const saved = columns.filter(({ order }) => order); // not those of buttons
+    const lines = [saved.map(({ title }) => title), ...inOrder(rows).map((row) => saved.map(({ text }) => plain(text(row))))];
     return lines.map((line) => `${line.map(quoted).join(",")}\n`).join("");
   }
 
