@@ -18,6 +18,7 @@ export function open(view, argument, context) {
   let groups = new Map(); // group to {show}
   let last = { values: {}, states: {} };
   let pending = { changes: {}, states: {} };
+  let sending = { changes: {}, states: {} }; // values of the server from before this call must not undo it on the page
   let isSending = false;
 
   function drawServers() {
@@ -121,11 +122,14 @@ export function open(view, argument, context) {
     isSending = true;
     while (Object.keys(pending.changes).length || Object.keys(pending.states).length) {
       const asked = { name: server, ...pending };
+      sending = pending;
       pending = { changes: {}, states: {} };
       try {
         const answer = await context.act("set_reconfigured", asked);
+        sending = { changes: {}, states: {} };
         if (asked.name === server) { replace(error, ""); take(answer); }
       } catch (problem) {
+        sending = { changes: {}, states: {} };
         if (asked.name === server) { replace(error, problem.message); take(last); }
       }
     }
@@ -134,8 +138,9 @@ export function open(view, argument, context) {
 
   function take(data) {
     last = { values: { ...last.values, ...data.values }, states: { ...last.states, ...data.states } };
-    for (const [name, value] of Object.entries(data.values)) if (!(name in pending.changes)) controls.get(name)?.show(value);
-    for (const [name, state] of Object.entries(data.states)) groups.get(name)?.show(state);
+    const isChanging = (kind, name) => name in pending[kind] || name in sending[kind];
+    for (const [name, value] of Object.entries(data.values)) if (!isChanging("changes", name)) controls.get(name)?.show(value);
+    for (const [name, state] of Object.entries(data.states)) if (!isChanging("states", name)) groups.get(name)?.show(state);
   }
 
   const gone = () => `${server} is not offered any more.`;
