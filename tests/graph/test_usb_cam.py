@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import runpy
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros.workspace.index import SHARED_PACKAGES
 from tests.support.nodes import Inbox
 from tests.support.page import Page
 from tests.support.ros import RosSystem
@@ -94,3 +97,14 @@ def test_image_view_opens_the_page_at_its_topic(ros: RosSystem) -> None:
     ):
         shown = ros.pipros.start("rosrun", "image_view", "image_view", "--no-browser", *arguments)
         assert Page.of(shown).place == place
+
+
+def test_without_numpy_the_node_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for name in ("usb_cam", "pipros.libraries.vision.capture", "pipros.libraries.vision.extras"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    monkeypatch.setitem(sys.modules, "numpy", None)
+
+    with pytest.raises(SystemExit, match="ERROR: images and cameras need numpy, which is not installed"):
+        runpy.run_path(str(SHARED_PACKAGES / "usb_cam" / "scripts" / "usb_cam_node"), run_name="__main__")

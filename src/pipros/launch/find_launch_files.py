@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 from pipros.basics.errors import NotFound
 from pipros.launch.model import LaunchError
@@ -55,11 +55,13 @@ def find_in_package(package_name: str, name: str, index: PackageIndex) -> str:
     try:
         package = index.find(package_name)
     except NotFound:
-        hints = [nothing, why_missing(package_name), index.advice]
+        missing = why_missing(package_name) or _suggestion(package_name, [package.name for package in index])
+        hints = [nothing, missing, index.advice]
         raise LaunchError("\n".join(filter(None, hints))) from None
     matches = _matches(package, name)
     if not matches:
-        raise LaunchError(nothing)
+        hints = [nothing, _suggestion(name, _launch_files(package))]
+        raise LaunchError("\n".join(filter(None, hints)))
     if len(matches) > 1:
         listing = "\n".join(f"- {match}" for match in matches)
         raise LaunchError(
@@ -74,9 +76,28 @@ def _matches(package: Package, name: str) -> list[str]:
     if os.path.dirname(name):
         return [direct] if os.path.isfile(direct) else []
     matches: dict[str, str] = {}
-    for folder, folders, files in os.walk(package.path):
-        folders[:] = sorted(sub for sub in folders if not sub.startswith("."))
+    for folder, files in _walk(package):
         if name in files:
             path = os.path.join(folder, name)
             matches.setdefault(os.path.realpath(path), path)
     return list(matches.values())
+
+
+def _launch_files(package: Package) -> set[str]:
+    """The names of the launch files and tests in a package."""
+    return {file for _, files in _walk(package) for file in files if file.endswith((".launch", ".test"))}
+
+
+def _walk(package: Package) -> Iterator[tuple[str, list[str]]]:
+    """Yield the folders of a package, except hidden ones, and the names of their files."""
+    for folder, folders, files in os.walk(package.path):
+        folders[:] = sorted(sub for sub in folders if not sub.startswith("."))
+        yield folder, files
+
+
+def _suggestion(name: str, known: Collection[str]) -> str:
+    """Suggest names that are similar to a mistyped name; empty if there are none."""
+    from difflib import get_close_matches
+
+    near = get_close_matches(name, sorted(known), n=3, cutoff=0.7)
+    return f"Did you mean {' or '.join(near)}?" if near else ""

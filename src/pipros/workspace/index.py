@@ -52,13 +52,16 @@ class PackageIndex:
 
     @property
     def advice(self) -> str:
-        """A hint to set ROS_PACKAGE_PATH, for packages that were not found; empty if the variable is set."""
-        if any(folder != SHARED_PACKAGES for folder in self.folders):
-            return ""
-        return (
-            "ROS_PACKAGE_PATH is not set: source the setup file of your workspace, "
-            "or export ROS_PACKAGE_PATH=FOLDER with the folder of its packages"
+        """How to correct ROS_PACKAGE_PATH if a package was not found; empty if all folders exist."""
+        cure = (
+            "source the setup file of your workspace, or export ROS_PACKAGE_PATH=FOLDER "
+            "with the folder of its packages"
         )
+        folders = [folder for folder in self.folders if folder != SHARED_PACKAGES]
+        missing = [str(folder) for folder in folders if not folder.exists()]
+        if missing:
+            return f"ROS_PACKAGE_PATH lists [{os.pathsep.join(missing)}], which does not exist: {cure}"
+        return "" if folders else f"ROS_PACKAGE_PATH lists no workspace: {cure}"
 
     @classmethod
     def from_environment(

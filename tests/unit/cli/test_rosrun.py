@@ -76,7 +76,17 @@ def test_without_a_package_path_an_unknown_package_says_what_to_set(
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
 
     assert rosrun.main(["talker", "x"]) == 2
-    assert "[rosrun] ROS_PACKAGE_PATH is not set: source the setup file" in capsys.readouterr().err
+    assert "[rosrun] ROS_PACKAGE_PATH lists no workspace: source the setup file" in capsys.readouterr().err
+
+
+def test_a_missing_folder_in_the_package_path_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    missing = tmp_path / "moved" / "src"
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(missing))
+
+    assert rosrun.main(["talker", "x"]) == 2
+    assert f"[rosrun] ROS_PACKAGE_PATH lists [{missing}], which does not exist" in capsys.readouterr().err
 
 
 def test_an_unknown_program_ends_with_3(scripts: Path, capsys: pytest.CaptureFixture[str]) -> None:

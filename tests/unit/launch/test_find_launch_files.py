@@ -51,8 +51,20 @@ def test_launch_files_that_are_not_found_are_refused_in_noetics_words(
 
 
 def test_without_folders_to_search_the_error_says_what_to_set() -> None:
-    with pytest.raises(LaunchError, match=r"launch file name\nROS_PACKAGE_PATH is not set: source the setup"):
+    with pytest.raises(LaunchError, match=r"launch file name\nROS_PACKAGE_PATH lists no workspace: source"):
         resolve_files(["nope", "a.launch"], PackageIndex([SHARED_PACKAGES]))
+
+
+@pytest.mark.parametrize(
+    ("words", "suggestion"),
+    [
+        (["talkers", "twice.lauch"], r"launch file name\nDid you mean twice.launch\?$"),
+        (["talker", "a.launch"], r"launch file name\nDid you mean talkers\?$"),
+    ],
+)
+def test_similar_names_are_suggested(index: PackageIndex, words: list[str], suggestion: str) -> None:
+    with pytest.raises(LaunchError, match=suggestion):
+        resolve_files(words, index)
 
 
 def test_all_missing_files_are_named(index: PackageIndex) -> None:
