@@ -57,7 +57,8 @@ def test_keys_in_a_terminal_steer_and_ctrl_c_stops_the_robot(ros: RosSystem, com
     terminal = ros.pipros.open_terminal()
     terminal.type("rosrun teleop_twist_keyboard teleop_twist_keyboard.py _key_timeout:=0")
     wait_until(lambda: "currently:\tspeed 0.5\tturn 1.0" in terminal.text, 30, lambda: terminal.text)
-    ros.wait_for_publisher("/cmd_vel")
+    # `k` stops the robot. It is pressed until the two nodes are connected.
+    wait_until(lambda: terminal.press_in_program("k") or newest(commands) == (0.0, 0.0), 30, "a connection")
     for key, speeds in (("i", (0.5, 0.0)), ("q", (0.55, 0.0)), ("u", (0.55, 1.1)), ("k", (0.0, 0.0))):
         terminal.press_in_program(key)
         wait_until(

@@ -47,7 +47,7 @@ def observe(ros: RosSystem, nodes: int) -> Observation:
 
 def arrows(observation: Observation, options: GraphOptions) -> list[list[str]]:
     graph = node_graph(observation.state, observation.connections, observation.unreachable, options)
-    return sorted([arrow.start, arrow.end, arrow.topic] for arrow in graph.arrows)
+    return sorted([" ".join(arrow.start), " ".join(arrow.end), arrow.topic] for arrow in graph.arrows)
 
 
 def of_genuine(edges: list[list[str]]) -> list[list[str]]:
@@ -58,7 +58,7 @@ def of_genuine(edges: list[list[str]]) -> list[list[str]]:
 
 
 def _key(name: str) -> str:
-    return f"t{name[1:]}" if name.startswith(" ") else f"n{name}"
+    return f"topic {name[1:]}" if name.startswith(" ") else f"node {name}"
 
 
 def test_the_case_study(ros: RosSystem) -> None:
@@ -84,7 +84,7 @@ def test_the_case_study(ros: RosSystem) -> None:
     assert arrows(observation, EVERYTHING) == of_genuine(genuine["registered"])
     assert arrows(observation, CONNECTED) == of_genuine(genuine["topics"])
     assert [arrow[:2] for arrow in arrows(observation, NODES_ONLY)] == sorted(
-        [f"n{start}", f"n{end}"] for start, end, _ in genuine["connections"]
+        [f"node {start}", f"node {end}"] for start, end, _ in genuine["connections"]
     )
 
 

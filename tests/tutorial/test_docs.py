@@ -25,6 +25,7 @@ PAGES = ("start.md", "package.md", "robot.md", "course.md", "simulation.md")
 OTHERS = {
     ("api.md", "python"): "tests/tutorial/test_client_docs.py",
     ("bags.md", "python"): "tests/unit/bag/test_docs.py",
+    ("bridges.md", "console"): "tests/graph/test_serve.py",
     ("client.md", "python"): "tests/tutorial/test_client_docs.py",
     ("launch.md", "python"): "tests/graph/test_launch_facade.py",
     ("launch.md", "sh"): "tests/graph/test_launch_child.py",
@@ -35,8 +36,16 @@ OTHERS = {
     ("testing.md", "python"): "tests/graph/test_pytest_plugin.py",
     ("testing.md", "xml"): "tests/graph/test_pytest_plugin.py",
 }
-# Other tests cover installation, settings for several computers, and options of rosbag.
-NOT_RUN = {("start.md", "sh"), ("classroom.md", "sh"), ("robot.md", "sh"), ("bags.md", "sh")}
+# Other tests cover installation, settings for several computers, options of rosbag, and clients of bridges.
+NOT_RUN = {
+    ("start.md", "sh"),
+    ("classroom.md", "sh"),
+    ("robot.md", "sh"),
+    ("bags.md", "sh"),
+    ("bridges.md", "javascript"),
+    ("bridges.md", "python"),
+    ("bridges.md", "xml"),
+}
 OUTPUT = {"text"}
 
 
