@@ -212,3 +212,19 @@ def test_the_pose_of_the_laser_moves_its_measurements() -> None:
     assert combined(Pose(5.0, 5.0, 0.0), laser.pose).x == pytest.approx(5.1)
     assert ranges[0] == pytest.approx(2.0 - math.sqrt(0.15**2 - 0.1**2))
     assert ranges[180] == 0.0
+
+
+def test_echoes_are_points_where_rays_end() -> None:
+    quiet = replace(STILL, laser=Laser(noise=0.0))
+    first = replace(quiet, name="a", start=Pose(4.0, 5.0, 0.0))
+    simulated = simulation(
+        first,
+        replace(quiet, name="b", start=Pose(5.0, 5.0, 0.0)),
+        replace(quiet, name="blind", start=Pose(8.0, 8.0, 0.0), laser=None),
+    )
+
+    points = simulated.echoes("a", 400)
+
+    assert min(np.hypot(x - 4.0, y - 5.0) for x, y in points) == pytest.approx(0.85)
+    assert len(simulated.echoes("a", 10)) <= 10
+    assert len(simulated.echoes("blind", 10)) == 0
