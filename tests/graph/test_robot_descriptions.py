@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
+from pipros.basics.extras import install_command
 from pipros.msg.importing.hook import PackageFinder
 from pipros.packages import ImportablePackages
 from tests.support.robot import make_robot_package
@@ -103,7 +105,7 @@ def test_a_missing_library_is_named_with_its_extra(module: str) -> None:
 
     assert spec is not None
     assert spec.loader is not None
-    with pytest.raises(ModuleNotFoundError, match=rf"{module} is not .*pip install 'pipros\[urdf\]'"):
+    with pytest.raises(ModuleNotFoundError, match=f"{module} is not .*{re.escape(install_command('urdf'))}"):
         spec.loader.exec_module(ModuleType(module))
 
 

@@ -21,7 +21,7 @@ from pipros.reconfigure.config import converted as converted_value
 from pipros.reconfigure.generator import TYPES
 from rospy import ServiceException
 
-_star_names(__name__, "roslib threading")
+_star_names(__name__, "roslib threading time")
 
 
 class Client:

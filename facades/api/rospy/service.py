@@ -320,7 +320,7 @@ __getattr__, __dir__ = lazy_names(
 
 _star_names(
     __name__,
-    "atexit rospy.impl.transport:BIDIRECTIONAL rospy.impl.transport:DeadTransport "
+    "time atexit rospy.impl.transport:BIDIRECTIONAL rospy.impl.transport:DeadTransport "
     "rospy.impl.registration:get_registration_listeners rospy.impl.transport:INBOUND inspect "
     "rosgraph_msgs.msg:Log hashlib:md5 os rospy.impl.transport:OUTBOUND functools:partial pickle "
     "rospy.impl.transport:ProtocolHandler rospy.impl.registration:Registration rosgraph rospkg rospy "
