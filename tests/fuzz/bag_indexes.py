@@ -14,6 +14,7 @@ from dataclasses import replace
 from struct import Struct
 
 from pipros.bag import BagReader, BagWriter
+from pipros.msg.time import NS_PER_S
 from tests.fuzz import bags, mutation
 from tests.support.bags import bag_bytes, some_rows
 
@@ -25,6 +26,8 @@ BASES = [
 ]
 NUMBERS = [0, 1, 12, 100, 4117, 1 << 20, (1 << 31) - 1, (1 << 32) - 1, 1 << 32, (1 << 64) - 1]
 WORDS = [CHANGE.pack(what, 0, more, value) for what in range(8) for more in (0, 50) for value in NUMBERS]
+
+LATEST_NS = 2**32 * NS_PER_S
 
 
 def target(data: bytes) -> None:
@@ -52,9 +55,9 @@ def bag_of(script: bytes) -> bytes:
             case 3:
                 chunks[at] = replace(chunk, counts={**chunk.counts, more % 4: number})
             case 4:
-                chunks[at] = replace(chunk, start=(value >> 32, number))
+                chunks[at] = replace(chunk, start_ns=(value * NS_PER_S + number) % LATEST_NS)
             case 5:
-                chunks[at] = replace(chunk, end=(value >> 32, number))
+                chunks[at] = replace(chunk, end_ns=(value * NS_PER_S + number) % LATEST_NS)
             case 6:
                 place = min(chunk.position + more % 600, len(data) - 4)
                 data[place : place + 4] = number.to_bytes(4, "little")

@@ -14,10 +14,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.graph.drawing.node_graph import GraphOptions
+from pipros.graph.drawing.node_graph import GraphOptions, node_graph
 from pipros.graph.drawing.scene import draw
 from pipros.graph.observer import SystemObserver
-from pipros.web.views.graph import graph_of, node_values, scene_values, traffic_values
+from pipros.web.views.graph import node_values, scene_values, traffic_values
 from pipros.web.views.topics import topic_rows
 from pipros.wire.xmlrpc import decode_response
 from tests.fuzz import mutation
@@ -60,7 +60,10 @@ def target(data: bytes) -> None:
     observer = SystemObserver(Master(), ask=ask, now_s=lambda: float(next(seconds)))
     for _ in range(3):
         observation = observer.poll()
-    scene = draw(graph_of(observation, GraphOptions(mode="all")), with_traffic=True)
+    graph = node_graph(
+        observation.state, observation.connections, observation.unreachable, GraphOptions(mode="all")
+    )
+    scene = draw(graph, with_traffic=True)
     shown = scene_values(scene), traffic_values(observation, scene), node_values(observation, "/node")
     text = json.dumps([shown, list(topic_rows(observation))], allow_nan=False)
     assert len(text) < 10_000
