@@ -105,7 +105,7 @@ class CommStateMachine:
         return str(self.action_goal.goal_id.id)
 
     def cancel(self) -> None:
-        """Request cancellation of the goal. Does nothing if the goal is already ending."""
+        """Request cancellation of the goal. Do nothing if the goal is already ending."""
         with self.mutex:
             if self._goal.state not in MAY_BE_CANCELLED:
                 return
@@ -183,7 +183,7 @@ class ClientGoalHandle:
         return hash(self.comm_state_machine)
 
     def cancel(self) -> None:
-        """Request cancellation of the goal. Does nothing if the goal is already ending."""
+        """Request cancellation of the goal. Do nothing if the goal is already ending."""
         self.comm_state_machine.cancel()
 
     def get_comm_state(self) -> int:

@@ -177,7 +177,7 @@ class Bond:
 
         The end is published until the other side confirms it or `disconnect_timeout` expires.
 
-        Does not block. Does nothing if the bond is already broken.
+        Does not block. Do nothing if the bond is already broken.
         """
         self._side.handle(Event.BREAK)
 

@@ -116,7 +116,7 @@ class InteractiveMarkerServer:
             return self._markers.set_callback(name, feedback_cb, self._event_type(feedback_type))
 
     def applyChanges(self) -> None:
-        """Apply the pending changes and publish them. Does nothing if there are no pending changes."""
+        """Apply the pending changes and publish them. Do nothing if there are no pending changes."""
         with self.mutex:
             changes = self._markers.apply()
             if changes is None:

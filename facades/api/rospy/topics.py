@@ -196,7 +196,9 @@ class Publisher(Topic[AnyMessage]):
             handle.unregister()
 
     def close(self) -> None:
-        """Make `publish` raise, because the node is no longer the process's node."""
+        """Make `publish` raise an exception from now on. Called when the publisher's node is no longer the
+        process's node.
+        """
         self._publish = self._refuse
         self._is_closed = True
 

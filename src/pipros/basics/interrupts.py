@@ -35,7 +35,7 @@ def accept_ctrl_c() -> None:
     """Make SIGINT raise KeyboardInterrupt, even if the process was started with SIGINT ignored.
 
     Shells start background jobs of scripts (`command &`) that way. Noetic's commands that are ROS nodes
-    nevertheless end on SIGINT; other commands keep ignoring it. Does nothing outside the main thread.
+    nevertheless end on SIGINT; other commands keep ignoring it. Do nothing outside the main thread.
     """
     if threading.current_thread() is not threading.main_thread():
         return
@@ -71,7 +71,7 @@ def ended_by_termination() -> Iterator[None]:
     up.
 
     The exit code is the one that shells report for the signal. A signal that is ignored, as under nohup,
-    stays ignored. Does nothing outside the main thread.
+    stays ignored. Do nothing outside the main thread.
     """
     previous: dict[signal.Signals, Any] = {}
     if threading.current_thread() is threading.main_thread():

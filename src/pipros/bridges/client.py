@@ -46,7 +46,7 @@ class Wakeups:
         self._lock = threading.Lock()
 
     def wake(self, function: Callable[[], object]) -> None:
-        """Call a function in the event loop soon. Does nothing if the loop has ended. Thread-safe."""
+        """Call a function in the event loop soon. Do nothing if the loop has ended. Thread-safe."""
         with self._lock:
             self._due.append(function)
             if len(self._due) > 1:

@@ -106,7 +106,7 @@ class Outbox:
                 self._bytes -= self._messages.pop(number).size
 
     def put(self, key: Hashable, *frames: Frame) -> None:
-        """Add a message, whose frames are sent or dropped together. Does nothing without the subscription."""
+        """Add a message, whose frames are sent or dropped together. Do nothing without the subscription."""
         size = sum(frame.size for frame in frames)
         with self._lock:
             found = self._subscriptions.get(key)

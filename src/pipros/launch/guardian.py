@@ -31,7 +31,7 @@ _CHECK_EVERY_S = 0.02
 
 
 class Guardian:
-    """The launcher's side. Does nothing on Windows, which has no such process groups.
+    """The launcher's side. Do nothing on Windows, which has no such process groups.
 
     `started` and `ended` may be called from any thread. If the guardian itself is killed, the launcher
     continues without its protection.

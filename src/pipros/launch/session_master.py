@@ -152,7 +152,7 @@ class SessionMaster:
             self._console.say("[master] killing on exit")
 
     def stop(self) -> None:
-        """Stop the session's own master. Does nothing if it was not started."""
+        """Stop the session's own master. Do nothing if it was not started."""
         if self._core is not None:
             self._core.stop()
 

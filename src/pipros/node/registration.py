@@ -143,7 +143,7 @@ class Registrations:
         return isinstance(api, str) and api != self._api
 
     def remove(self, entry: Entry) -> None:
-        """Unregister an entry. Does nothing after `close`, which unregistered all of them."""
+        """Unregister an entry. Do nothing after `close`, which unregistered all of them."""
         with self._lock:
             if entry in self._entries:
                 if self._unregister(entry, self._master) or not self._is_closed:

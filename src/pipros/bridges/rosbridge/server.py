@@ -135,7 +135,7 @@ class BridgeRuntime:
         self.bridge = Bridge(node, self.call_later, options.settings, options.timing, self.limits)
 
     def call_later(self, delay_s: float, function: Callable[[], object]) -> None:
-        """Call a function in a thread after a delay. Does nothing once the loop has ended."""
+        """Call a function in a thread after a delay. Do nothing once the loop has ended."""
         self.loop.call(self._schedule, delay_s, function)
 
     def _schedule(self, delay_s: float, function: Callable[[], object]) -> None:

@@ -128,7 +128,7 @@ class ClientGoal:
         return self._enter(states)
 
     def on_result(self, status: int) -> list[State]:
-        """Handle a result and the final status in it. Does nothing if the goal is already done."""
+        """Handle a result and the final status in it. Do nothing if the goal is already done."""
         if self.state is State.DONE:
             return []
         try:
@@ -138,7 +138,7 @@ class ClientGoal:
         return states + self._enter((State.DONE,))
 
     def on_cancel(self) -> list[State]:
-        """Handle a cancellation by the client. Does nothing if the goal is already ending."""
+        """Handle a cancellation by the client. Do nothing if the goal is already ending."""
         return self._enter((State.WAITING_FOR_CANCEL_ACK,)) if self.state in MAY_BE_CANCELLED else []
 
     def _enter(self, states: tuple[State, ...]) -> list[State]:
