@@ -62,10 +62,10 @@ def client_limits(options: Any) -> Limits:
     from pipros.basics.limits import process_limits
 
     given = {
-        "bridge_client_rate": options.client_messages,
-        "bridge_client_rate_bytes": options.client_bytes,
+        "--client-messages": ("bridge_client_rate", options.client_messages),
+        "--client-bytes": ("bridge_client_rate_bytes", options.client_bytes),
     }
-    for name, value in given.items():
+    for option, (_, value) in given.items():
         if value is not None and value <= 0:
-            raise CommandError(f"--client-{name.split('_')[2]} must be > 0, got {value}")
-    return process_limits()._replace(**{name: value for name, value in given.items() if value is not None})
+            raise CommandError(f"{option} must be > 0, got {value}")
+    return process_limits()._replace(**{limit: value for limit, value in given.values() if value is not None})

@@ -95,6 +95,7 @@ class TcpServer(_Server):
         super().__init__(node, options)
         self._connections: dict[asyncio.StreamWriter, asyncio.Task[None]] = {}
         self._sessions: dict[asyncio.StreamWriter, ClientSession] = {}  # the longest silent client first
+        self._entrance = asyncio.Lock()  # a client enters the place that was made for it, not the next one
 
     async def _open(self) -> int:
         self._wakeups = Wakeups(asyncio.get_running_loop())
@@ -127,9 +128,10 @@ class TcpServer(_Server):
         """Serve one client until it disconnects."""
         has_data = asyncio.Event()
         host = plain_address(str(writer.get_extra_info("peername")[0]))
-        while len(self._clients) >= self._limits.bridge_clients and await self._end_idle():
-            pass  # another new client may have taken the place
-        session = self._connect(writer, host, has_data.set)
+        async with self._entrance:
+            if len(self._clients) >= self._limits.bridge_clients:
+                await self._end_idle()
+            session = self._connect(writer, host, has_data.set)
         if session is None:
             return
         self._sessions[writer] = session
@@ -149,15 +151,14 @@ class TcpServer(_Server):
             del self._sessions[writer]
             self._disconnect(writer, session)
 
-    async def _end_idle(self) -> bool:
-        """Disconnect the client that is silent for longest among those that use nothing; False if none is."""
+    async def _end_idle(self) -> None:
+        """Disconnect the client that is silent for longest among those that use nothing, if there is one."""
         idle = (writer for writer, session in self._sessions.items() if session.is_unused)
         writer = next(idle, None)
         if writer is not None:
             task = self._connections[writer]
             task.cancel()
             await asyncio.wait([task])
-        return writer is not None
 
     async def _receive_json(self, session: ClientSession, reader: asyncio.StreamReader) -> AsyncIterator[int]:
         """Handle what the client sends, and yield the size of each part."""
