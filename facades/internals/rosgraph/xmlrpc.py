@@ -73,8 +73,10 @@ class XmlRpcNode:
         Raises:
             OSError: the port is in use, and `on_run_error` is not set.
         """
-        host = _address.bind_host(Environment.from_os())
-        self.server = RpcServer(_methods_of(self.handler), host=host, port=self.port)
+        environment = Environment.from_os()
+        host = _address.bind_host(environment)
+        port = self.port or environment.port_range or 0
+        self.server = RpcServer(_methods_of(self.handler), host=host, port=port)
         self._loop.start()
         try:
             self._loop.run(self.server.start())
@@ -87,7 +89,9 @@ class XmlRpcNode:
             return
         self.port = self.server.port
         own = host if _address.is_loopback(host) else get_host_name()
-        self.set_uri(_address.uri(own, self.port))
+        advertised = environment.advertised_address()
+        place = advertised.outside(self.port) if advertised else (own, self.port)
+        self.set_uri(_address.uri(*place))
         if self.handler is not None and self.uri is not None:
             self.handler._ready(self.uri)
 

@@ -17,6 +17,7 @@ from typing import Any, Final
 
 from pipros.basics.errors import LimitExceeded
 from pipros.basics.limits import Limits, limit_text, process_limits
+from pipros.basics.ports import PortRange
 from pipros.net.address import LOOPBACK
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.held_bytes import HeldBytes
@@ -65,7 +66,7 @@ class RpcServer:
         methods: Mapping[str, Method],
         *,
         host: str | Sequence[str] = LOOPBACK,
-        port: int = 0,
+        port: int | PortRange = 0,
         limits: Limits | None = None,
         admits: Callable[[Caller], bool] | None = None,
         on_bad_arity: Callable[[str, tuple[Any, ...]], Any] | None = None,
@@ -75,7 +76,7 @@ class RpcServer:
         Args:
             methods: the table; other methods cannot be called.
             host: the address to listen on, or several addresses, which get the same port.
-            port: the port; 0 selects a free one.
+            port: the port; 0 selects a free one, a range the first free one in it.
             limits: defaults to the process-wide limits.
             admits: decides from the two ends of a connection whether the peer may connect; by default all
                 may.
@@ -84,7 +85,8 @@ class RpcServer:
         self._methods = {name: (method, *_arity(method)) for name, method in methods.items()}
         self._methods["system.multicall"] = (self._multicall, 1, 1)
         self._hosts = [host] if isinstance(host, str) else list(host)
-        self._port = port
+        self._wanted_port = port
+        self._port = 0
         self._admits = admits
         self._on_bad_arity = on_bad_arity or _bad_arity
         self._servers: list[asyncio.Server] = []
@@ -115,11 +117,12 @@ class RpcServer:
         """Open the port. The server accepts connections when this returns.
 
         Raises:
-            OSError: the port is in use, or the address does not belong to this machine.
+            OSError: the port is in use, no port of the range is free, or the address does not belong to this
+                machine.
         """
         self._is_stopped = False
         loop = asyncio.get_running_loop()
-        for listener in listen_all(self._hosts, self._port):
+        for listener in listen_all(self._hosts, self._port or self._wanted_port):
             self._port = listener.getsockname()[1]
             server = await loop.create_server(
                 lambda: RpcConnection(self, loop), sock=listener, backlog=_ACCEPTED_AT_A_TIME

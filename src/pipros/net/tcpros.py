@@ -16,8 +16,9 @@ from typing import Any
 
 from pipros.basics.errors import ProtocolError, Unreachable
 from pipros.basics.limits import Limits, process_limits
+from pipros.basics.ports import PortRange
 from pipros.net import sockets
-from pipros.net.address import plain_address
+from pipros.net.address import address_here, plain_address
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.refusals import Refusals
 from pipros.net.rpc_client import reason_of
@@ -73,7 +74,7 @@ class TcprosServer:
     def __init__(
         self,
         host: str,
-        port: int = 0,
+        port: int | PortRange = 0,
         *,
         on_connection: Callable[[TcprosConnection], None],
         limits: Limits | None = None,
@@ -83,13 +84,14 @@ class TcprosServer:
 
         Args:
             host: the address to listen on.
-            port: the port; 0 selects a free one.
+            port: the port; 0 selects a free one, a range the first free one in it.
             on_connection: called in the event loop; must not block.
             limits: defaults to the process-wide limits.
             log: reports refusals.
 
         Raises:
-            OSError: the port is in use, or the address does not belong to this machine.
+            OSError: the port is in use, no port of the range is free, or the address does not belong to this
+                machine.
         """
         self._server = sockets.listen(host, port, _BACKLOG)
         self.port: int = self._server.getsockname()[1]
@@ -256,6 +258,7 @@ def refuse_connection(sock: socket.socket, reason: str) -> None:
 
 async def _connect_first(loop: asyncio.AbstractEventLoop, host: str, port: int) -> socket.socket:
     """Return a connection to the first address of the host that accepts."""
+    host, port = address_here(host, port)
     failure: OSError = OSError(f"the name {host} has no address")
     for family, kind, protocol, _, address in await _addresses(loop, host, port):
         try:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from pipros.basics.limits import Limits
+from pipros.basics.ports import AdvertisedAddress, PortRange
 from pipros.net import address
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.loop import BackgroundLoop
@@ -51,9 +52,9 @@ class RunningNode:
         self,
         methods: Mapping[str, Callable[..., Any]],
         *,
-        host: str,
+        advertised: AdvertisedAddress,
         bind_host: str,
-        ports: tuple[int, int],
+        ports: tuple[int | PortRange, int | PortRange],
         limits: Limits,
     ) -> None:
         """Open the ports of the slave API and of TCPROS. Runs in the event loop.
@@ -62,13 +63,14 @@ class RunningNode:
 
         Args:
             methods: the methods of the slave API.
-            host: the host that peers connect to.
+            advertised: where peers connect to.
             bind_host: the address to listen on.
-            ports: the slave API port and the TCPROS port; 0 selects a free port.
+            ports: the slave API port and the TCPROS port; 0 selects a free port, a range the first free one.
             limits: the limits on the resources that peers can use.
 
         Raises:
-            OSError: the address does not belong to this machine, or a port is in use.
+            OSError: the address does not belong to this machine, a port is in use, or no port of the range is
+                free.
         """
         rpc_connections = limits.rpc_connections or connections_that_fit(RPC_SHARE)
         self._rpc = RpcServer(
@@ -86,12 +88,12 @@ class RunningNode:
             limits=limits,
             log=self._log,
         )
-        self.uri = address.uri(host, self._rpc.port)
+        self.uri = address.uri(*advertised.outside(self._rpc.port))
         self.registrations = Registrations(self._master, self._name, self.uri, self._log)
         self.endpoints = Endpoints(
             self._name,
-            host=host,
             port=self._tcpros.port,
+            advertised=advertised,
             loop=self._loop,
             registrations=self.registrations,
             log=self._log,
