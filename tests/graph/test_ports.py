@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import Environment, InvalidEnvironment
+from pipros.basics.limits import Limits
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.net import address
@@ -18,7 +19,10 @@ from pipros.net.address import address_here, split_uri
 from pipros.net.rpc_client import RpcClient
 from pipros.net.sockets import NoFreePort
 from pipros.node import Node
-from tests.support.nodes import Inbox
+from pipros.wire.header import encode_header
+from pipros.wire.http import build_request
+from pipros.wire.xmlrpc import encode_call
+from tests.support.nodes import Inbox, MakeNode
 from tests.support.ports import ClaimedPort
 
 String: Any = load_message_class("std_msgs/String")
@@ -50,7 +54,7 @@ def test_nodes_take_their_ports_from_the_range(master: Master) -> None:
         nodes = [running.enter_context(Node(f"n{i}", environment=environment)) for i in range(3)]
         ports = [ports_of(node) for node in nodes]
         assert all(port in range(first + 1, first + 101) for found in ports for port in found)
-        assert len(set.union(*ports)) == sum(map(len, ports))
+        assert len(set.union(*ports)) == 3  # one port for each node
 
 
 def test_an_exhausted_range_names_the_programs_that_hold_its_ports(master: Master, port: int) -> None:
@@ -117,3 +121,57 @@ def test_an_advertised_address_opens_nothing() -> None:
     environment = Environment(advertise="robot.example")
     assert address.bind_host(environment) == "127.0.0.1"
     assert address.advertised_address(environment).outside(5000) == ("robot.example", 5000)
+
+
+def test_a_port_answers_http_and_tcpros_even_in_single_bytes(make_node: MakeNode) -> None:
+    node = make_node("one")
+    node.advertise("chat", String, latch=True).publish(String("hello"))
+    assert ports_of(node) == {node.endpoints.port}
+    header = encode_header({"topic": "/chat", "md5sum": "*", "type": "*", "callerid": "/test"})
+    request = build_request("h", "/", encode_call("getName", ("/test",)))
+    for data, answer in ((header, b"topic=/chat"), (request, b"<string>/one</string>")):
+        for pieces in (
+            [data],
+            [data[:2], data[2:3], data[3:]],
+            [data[at : at + 1] for at in range(len(data))],
+        ):
+            with socket.create_connection(("127.0.0.1", node.endpoints.port), 10) as peer:
+                for piece in pieces:
+                    peer.sendall(piece)
+                received = b""
+                while answer not in received:
+                    received += (more := peer.recv(1000))
+                    assert more
+
+
+def test_requests_that_arrive_at_once_are_answered_in_order(make_node: MakeNode) -> None:
+    node = make_node("one")
+    requests = [build_request("h", "/", encode_call(method, ("/t",))) for method in ("getName", "getUri")]
+    with socket.create_connection(("127.0.0.1", node.endpoints.port), 10) as peer:
+        peer.sendall(b"".join(requests * 3))
+        received = b""
+        while received.count(b"</methodResponse>") < 6:
+            received += (more := peer.recv(1000))
+            assert more
+    assert received.count(b"/one<") == received.count(node.uri.encode()) == 3
+
+
+def test_two_requested_ports_are_advertised_separately_and_answer_both(make_node: MakeNode) -> None:
+    claimed = ClaimedPort(), ClaimedPort()
+    rpc_port, tcpros_port = (port.number for port in claimed)
+    node = make_node("one", rpc_port=rpc_port, tcpros_port=tcpros_port)
+    assert (split_uri(node.uri)[1], node.endpoints.port) == (rpc_port, tcpros_port)
+    for port in (rpc_port, tcpros_port):
+        with RpcClient(f"http://127.0.0.1:{port}/", timeout_s=10) as slave:
+            assert slave.call("getName", "/test") == [1, "", "/one"]
+    single = make_node("two", tcpros_port=claimed[0].number + 10_000)
+    assert ports_of(single) == {claimed[0].number + 10_000}
+    for port in claimed:
+        port.release()
+
+
+def test_a_silent_connection_of_the_slave_api_ends_with_the_handshake(make_node: MakeNode) -> None:
+    node = make_node("one", limits=Limits(handshake_s=0.2))
+    with socket.create_connection(("127.0.0.1", node.endpoints.port), 10) as peer:
+        peer.sendall(b"PO")
+        assert peer.recv(1) == b""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import inspect
+import socket
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextvars import ContextVar
@@ -75,7 +76,8 @@ class RpcServer:
 
         Args:
             methods: the table; other methods cannot be called.
-            host: the address to listen on, or several addresses, which get the same port.
+            host: the address to listen on, or several addresses, which get the same port; none if all
+                connections come from `adopt`.
             port: the port; 0 selects a free one, a range the first free one in it.
             limits: defaults to the process-wide limits.
             admits: decides from the two ends of a connection whether the peer may connect; by default all
@@ -90,6 +92,7 @@ class RpcServer:
         self._admits = admits
         self._on_bad_arity = on_bad_arity or _bad_arity
         self._servers: list[asyncio.Server] = []
+        self._openings: set[asyncio.Task[Any]] = set()
         self._overdue_timer: asyncio.TimerHandle | None = None
         self._is_stopped = False
         self.limits = limits or process_limits()
@@ -131,6 +134,18 @@ class RpcServer:
             listener.listen(_BACKLOG)  # asyncio's backlog is also how many it accepts at a time
         self._overdue_timer = loop.call_later(1.0, self._close_overdue, loop)
 
+    def adopt(self, sock: socket.socket, received: bytes) -> None:
+        """Serve a connection that another server has accepted, and whose first bytes it has read.
+
+        Called in the event loop, after `start`.
+        """
+        loop = asyncio.get_running_loop()
+        opening = loop.create_task(
+            loop.connect_accepted_socket(lambda: RpcConnection(self, loop, received), sock)
+        )
+        self._openings.add(opening)
+        opening.add_done_callback(self._openings.discard)
+
     async def stop(self) -> None:
         """Close the port and all connections, without waiting for calls in progress."""
         self._is_stopped = True
@@ -144,6 +159,8 @@ class RpcServer:
             # Up to Python 3.11, a connection that is being accepted when its server closes is lost and stays
             # open; yielding once lets such connections be accepted first.
             await asyncio.sleep(0)
+        if self._openings:
+            await asyncio.wait(self._openings, timeout=1.0)
         for server in servers:
             server.close()
         self.connections.close_all()

@@ -1,6 +1,9 @@
 """Opening TCPROS connections, from either end: connect or accept, then exchange headers.
 
-`wire/handshake.py` decides what the headers contain.
+`wire/handshake.py` decides what the headers contain. A node answers HTTP on the same port, so that a firewall
+or a container opens one for each node. The first four bytes tell them apart: TCPROS begins with the length of
+the header, whose last byte is zero below 16 MiB; HTTP begins with a method in capital letters, which read as
+a length would be 512 MiB or more.
 """
 
 from __future__ import annotations
@@ -38,6 +41,11 @@ _BACKLOG = 1024
 
 _CHUNK_BYTES = 16 * 1024
 
+_TELLING_BYTES = 4
+"""The bytes that tell HTTP from TCPROS."""
+
+OnHttp = Callable[[socket.socket, bytes], None]
+
 _log = logging.getLogger("pipros.tcpros")
 
 
@@ -61,12 +69,15 @@ class TcprosConnection:
 class TcprosServer:
     """Accepts TCPROS connections and passes each to `on_connection` when its header has arrived.
 
+    Connections that begin with an HTTP request are passed to `on_http`.
+
     Connections of peers that are silent, send garbage or announce too much are closed without an answer, as
     genuine nodes do. If too many are in their handshake, the oldest of them is closed for a new one, so that
     silent peers do not lock others out. It uses callbacks of the event loop, not coroutines, because every
     service call that is not persistent opens a connection.
 
     Attributes:
+        ports: the open ports.
         refusals: the refusals of peers.
         connections: `on_connection` adds the connections that it keeps. Overdue ones are closed each second.
     """
@@ -74,28 +85,37 @@ class TcprosServer:
     def __init__(
         self,
         host: str,
-        port: int | PortRange = 0,
+        ports: Sequence[int | PortRange] = (0,),
         *,
         on_connection: Callable[[TcprosConnection], None],
+        on_http: OnHttp,
         limits: Limits | None = None,
         log: logging.Logger = _log,
     ) -> None:
-        """Open the port; accept nothing until `start`.
+        """Open the ports; accept nothing until `start`.
 
         Args:
             host: the address to listen on.
-            port: the port; 0 selects a free one, a range the first free one in it.
+            ports: the ports; 0 selects a free one, a range the first free one in it.
             on_connection: called in the event loop; must not block.
+            on_http: called in the event loop with a connection and its first bytes.
             limits: defaults to the process-wide limits.
             log: reports refusals.
 
         Raises:
-            OSError: the port is in use, no port of the range is free, or the address does not belong to this
+            OSError: a port is in use, no port of the range is free, or the address does not belong to this
                 machine.
         """
-        self._server = sockets.listen(host, port, _BACKLOG)
-        self.port: int = self._server.getsockname()[1]
+        self._servers: list[socket.socket] = []
+        try:
+            for port in ports:
+                self._servers.append(sockets.listen(host, port, _BACKLOG))
+        except BaseException:
+            self._close_ports()
+            raise
+        self.ports: list[int] = [server.getsockname()[1] for server in self._servers]
         self._on_connection = on_connection
+        self._on_http = on_http
         self._limits = limits = limits or process_limits()
         total = limits.tcpros_connections or sockets.connections_that_fit(DESCRIPTORS_SHARE)
         self._handshakes_limit = min(limits.handshakes, max(1, total // 4))
@@ -114,33 +134,40 @@ class TcprosServer:
     def start(self) -> None:
         """Start accepting. Called in the event loop, as `stop` is."""
         self._loop = asyncio.get_running_loop()
-        self._loop.add_reader(self._server, self._accept)
+        for server in self._servers:
+            self._loop.add_reader(server, self._accept, server)
         self._close_overdue()
 
     @property
     def descriptors(self) -> list[int]:
-        """The descriptor of the listening socket; empty once it is closed."""
-        return [number] if (number := self._server.fileno()) >= 0 else []
+        """The descriptors of the listening sockets; empty once they are closed."""
+        return [number for server in self._servers if (number := server.fileno()) >= 0]
 
     def stop(self) -> None:
-        """Close the port and every connection that is still in its handshake."""
-        self._loop.remove_reader(self._server)
-        self._server.close()
+        """Close the ports and every connection that is still in its handshake."""
+        for server in self._servers:
+            self._loop.remove_reader(server)
+        self._close_ports()
         if self._overdue_timer:
             self._overdue_timer.cancel()
         for handshake in list(self._handshakes):
             handshake.dismiss()
 
-    def _accept(self) -> None:
+    def _close_ports(self) -> None:
+        for server in self._servers:
+            server.close()
+
+    def _accept(self, server: socket.socket) -> None:
         try:
-            sock, address = self._server.accept()
+            sock, address = server.accept()
         except (BlockingIOError, InterruptedError, ConnectionAbortedError):
             return
         except OSError:  # out of descriptors: existing connections continue, and some may end
-            self._loop.remove_reader(self._server)
-            self._loop.call_later(RETRY_ACCEPT_S, self._accept_again)
+            self._loop.remove_reader(server)
+            self._loop.call_later(RETRY_ACCEPT_S, self._accept_again, server)
             return
-        handshake = _Handshake(sock, plain_address(str(address[0])), self._limits, self._on_connection)
+        peer = plain_address(str(address[0]))
+        handshake = _Handshake(sock, peer, self._limits, self._on_connection, self._on_http)
         if not handshake.read():  # most headers have arrived by now
             handshake.wait(self._loop, self._forget)
             self._handshakes[handshake] = None
@@ -149,9 +176,9 @@ class TcprosServer:
                 self.refusals.count(longest.peer, "too many connections without a header")
                 longest.dismiss()
 
-    def _accept_again(self) -> None:
-        if self._server.fileno() >= 0:
-            self._loop.add_reader(self._server, self._accept)
+    def _accept_again(self, server: socket.socket) -> None:
+        if server.fileno() >= 0:
+            self._loop.add_reader(server, self._accept, server)
 
     def _close_overdue(self) -> None:
         self.connections.close_overdue(self._loop.time(), idle_s=math.inf)
@@ -162,7 +189,7 @@ class TcprosServer:
 
 
 class _Handshake:
-    """A connection whose peer has not sent its header yet."""
+    """A connection whose peer has not sent its header, or the beginning of an HTTP request, yet."""
 
     def __init__(
         self,
@@ -170,12 +197,16 @@ class _Handshake:
         peer: str,
         limits: Limits,
         on_connection: Callable[[TcprosConnection], None],
+        on_http: OnHttp,
     ) -> None:
         sock.setblocking(False)
         self.peer = peer
         self._sock = sock
         self._limit_s = limits.handshake_s
         self._on_connection = on_connection
+        self._on_http = on_http
+        self._start = b""  # bytes that are too few to tell the protocol
+        self._is_tcpros = False
         self._reader = HeaderReader(limits.header_bytes)
         self._unregister: Callable[[], None] = _nothing
 
@@ -201,6 +232,16 @@ class _Handshake:
         """Read available bytes; return False if more are needed."""
         try:
             data = self._sock.recv(_CHUNK_BYTES)
+            if data and not self._is_tcpros:
+                data, self._start = self._start + data, b""
+                if len(data) < _TELLING_BYTES:
+                    self._start = data
+                    return False
+                if _is_http(data[:_TELLING_BYTES]):
+                    self._unregister()
+                    self._on_http(self._sock, data)
+                    return True
+                self._is_tcpros = True
             fields = self._reader.feed(data) if data else None
             if fields is not None:
                 sockets.prepare(self._sock)
@@ -216,6 +257,11 @@ class _Handshake:
         else:
             self.dismiss()
         return True
+
+
+def _is_http(start: bytes) -> bool:
+    """Return whether four bytes are the beginning of a method, as `POST` or `GET `."""
+    return start.isupper() and start.rstrip(b" ").isalpha()
 
 
 def _nothing() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from pipros.basics.limits import Limits
@@ -54,10 +54,13 @@ class RunningNode:
         *,
         advertised: AdvertisedAddress,
         bind_host: str,
-        ports: tuple[int | PortRange, int | PortRange],
+        ports: Sequence[int | PortRange],
         limits: Limits,
     ) -> None:
-        """Open the ports of the slave API and of TCPROS. Runs in the event loop.
+        """Open the node's ports. Runs in the event loop.
+
+        Each port answers the slave API and TCPROS. The first is advertised for the slave API, the last for
+        TCPROS.
 
         No request is answered before this function returns.
 
@@ -65,7 +68,7 @@ class RunningNode:
             methods: the methods of the slave API.
             advertised: where peers connect to.
             bind_host: the address to listen on.
-            ports: the slave API port and the TCPROS port; 0 selects a free port, a range the first free one.
+            ports: one or two ports; 0 selects a free port, a range the first free one in it.
             limits: the limits on the resources that peers can use.
 
         Raises:
@@ -75,24 +78,24 @@ class RunningNode:
         rpc_connections = limits.rpc_connections or connections_that_fit(RPC_SHARE)
         self._rpc = RpcServer(
             methods,
-            host=bind_host,
-            port=ports[0],
+            host=(),
             limits=limits._replace(rpc_connections=rpc_connections),
             on_bad_arity=on_bad_arity,
         )
-        await self._rpc.start()
         self._tcpros = TcprosServer(
             bind_host,
-            ports[1],
+            ports,
             on_connection=lambda connection: self.endpoints.attach(connection),
+            on_http=self._rpc.adopt,
             limits=limits,
             log=self._log,
         )
-        self.uri = address.uri(*advertised.outside(self._rpc.port))
+        await self._rpc.start()
+        self.uri = address.uri(*advertised.outside(self._tcpros.ports[0]))
         self.registrations = Registrations(self._master, self._name, self.uri, self._log)
         self.endpoints = Endpoints(
             self._name,
-            port=self._tcpros.port,
+            port=self._tcpros.ports[-1],
             advertised=advertised,
             loop=self._loop,
             registrations=self.registrations,
@@ -110,7 +113,7 @@ class RunningNode:
     @property
     def descriptors(self) -> list[int]:
         """The descriptors of the ports, which a forked child must not keep."""
-        return [*self._tcpros.descriptors, *self._rpc.descriptors]
+        return self._tcpros.descriptors
 
     def leave(self) -> None:
         """Unregister at the master, end all links and close the ports. Blocks."""
