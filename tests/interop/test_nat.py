@@ -1,7 +1,8 @@
-"""Nodes of pipros behind routers that map ports to them, as in containers, with genuine ROS on the open side."""
+"""Nodes of pipros behind routers that map ports to them, as in containers, and genuine ROS outside."""
 
 from __future__ import annotations
 
+import json
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,6 +22,7 @@ PROGRAMS = Path(__file__).parent / "programs"
 OFFER, USE = str(PROGRAMS / "offer_everything.py"), str(PROGRAMS / "use_everything.py")
 MASTER_PORT = 11311
 PORTS = "11400-11409"
+OTHER_RULES = {"mixed-programs", "mixed-paths"}
 MAPPED = {31400 + number: 11400 + number for number in range(10)} | {21311: MASTER_PORT}
 
 
@@ -117,3 +119,17 @@ def test_a_master_behind_nat_serves_genuine_nodes_and_nodes_behind_another_route
     world.offer(None, "/open")
     world.use(None, "/first", "/second")
     world.use(1, "/first", "/open")
+
+
+def test_the_doctor_tells_whether_the_master_reaches_the_advertised_address(world: World) -> None:
+    world.start(None, "roscore", "-p", str(MASTER_PORT)).wait_for("started core service")
+
+    def rules(**variables: str) -> set[str]:
+        doctor = world.network.command(0, "pipros", "doctor", "--json")
+        ended = world.ros.pipros.run(*doctor, timeout_s=60, **variables)
+        return {found["rule"] for found in json.loads("\n".join(ended.stdout))["findings"]} - OTHER_RULES
+
+    assert rules(**world.inside(0)) == set()
+    assert rules(ROS_IP="192.168.77.2") == {"not-called-back"}
+    unmapped = {"PIPROS_PORTS": "11410-11419", "PIPROS_ADVERTISE": world.network.mapped[0]}
+    assert rules(**unmapped) == {"not-called-back"}

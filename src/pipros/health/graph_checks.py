@@ -104,8 +104,9 @@ def unreachable_publishers(system: SystemReport) -> Findings:
             f"The name [{host}] cannot be resolved here: set ROS_IP on the machine of the node, or add the "
             "name to /etc/hosts."
             if failure.is_unknown_host
-            else "A firewall, a container or a wrong ROS_IP is in the way: nodes choose any free port for "
-            f"data, so all ports of [{host}] must be open; in a container, use the network of the host."
+            else "A firewall, a container or a wrong ROS_IP is in the way: genuine nodes choose any free "
+            f"port for data, so all ports of [{host}] must be open, and a container needs the network of its "
+            "host; nodes of pipros need PIPROS_PORTS, and in a container PIPROS_ADVERTISE, there."
         )
         yield error(
             "unreachable-publisher",

@@ -38,6 +38,11 @@ class Machine:
             that replaced its files; empty if unknown.
         master_error: why the master cannot be reached; empty if it answers, None if it was not called.
         has_local_master: whether a master answers at the default address of this machine.
+        bound_host: the address that nodes listen on.
+        port_problem: why no port of `PIPROS_PORTS` can be opened; empty if one can, or it is unset or
+            invalid.
+        not_called_back: the URI of this machine that the master was given and did not call; empty if it did,
+            or this was not tested.
         workspace: the devel space of the workspace around the current folder, if there is one.
     """
 
@@ -55,4 +60,7 @@ class Machine:
     changed_packages: Mapping[str, str] = field(default_factory=dict)
     master_error: str | None = None
     has_local_master: bool = False
+    bound_host: str = "0.0.0.0"  # noqa: S104  # a value, nothing is bound
+    port_problem: str = ""
+    not_called_back: str = ""
     workspace: Path | None = None
