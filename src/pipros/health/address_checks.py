@@ -89,6 +89,6 @@ def master_calls_back(machine: Machine) -> Findings:
         "machine advertise: others cannot reach them either",
         "Set ROS_IP to an address of this machine that the master's machine can reach. In a container or "
         f"behind a router, map ports to it and export PIPROS_PORTS={EXAMPLE_PORTS} PIPROS_ADVERTISE=ADDRESS, "
-        "the address outside. Genuine nodes there cannot be reached: their container needs the host's network.",
+        "the address outside. Genuine nodes there cannot be reached: the container needs the host's network.",
         "PIPROS_ADVERTISE",
     )

@@ -39,6 +39,9 @@ _CHECK_OVERDUE_EVERY_S = 1.0
 _BACKLOG = 1024
 """Maximum number of connections that wait to be accepted. Beyond it, clients try again after a second."""
 
+_ACCEPTED_AT_A_TIME = 4
+"""Connections accepted in one turn of the event loop, so that those behind many others wait less."""
+
 _CHUNK_BYTES = 16 * 1024
 
 _TELLING_BYTES = 4
@@ -158,14 +161,20 @@ class TcprosServer:
             server.close()
 
     def _accept(self, server: socket.socket) -> None:
+        for _ in range(_ACCEPTED_AT_A_TIME):
+            if not self._accept_one(server):
+                return
+
+    def _accept_one(self, server: socket.socket) -> bool:
+        """Accept a connection; return False if none waits."""
         try:
             sock, address = server.accept()
         except (BlockingIOError, InterruptedError, ConnectionAbortedError):
-            return
+            return False
         except OSError:  # out of descriptors: existing connections continue, and some may end
             self._loop.remove_reader(server)
             self._loop.call_later(RETRY_ACCEPT_S, self._accept_again, server)
-            return
+            return False
         peer = plain_address(str(address[0]))
         handshake = _Handshake(sock, peer, self._limits, self._on_connection, self._on_http)
         if not handshake.read():  # most headers have arrived by now
@@ -175,6 +184,7 @@ class TcprosServer:
                 longest = next(iter(self._handshakes))
                 self.refusals.count(longest.peer, "too many connections without a header")
                 longest.dismiss()
+        return True
 
     def _accept_again(self, server: socket.socket) -> None:
         if server.fileno() >= 0:
