@@ -557,7 +557,7 @@ def test_a_peer_with_a_wrong_request_gets_the_reason(
 
 
 @pytest.mark.parametrize(
-    "garbage", [b"", b"get / HTTP/1.1\r\n\r\n", struct.pack("<I", 0xFFFFFFFF), b"\x04\0\0\0abcd"]
+    "garbage", [b"", b"GET / HTTP/1.1\r\n\r\n", struct.pack("<I", 0xFFFFFFFF), b"\x04\0\0\0abcd"]
 )
 def test_a_link_with_garbage_is_closed_without_effect_on_others(make_node: MakeNode, garbage: bytes) -> None:
     talker, listener, inbox = make_node("talker"), make_node("listener"), Inbox()

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import os
+import re
 import socket
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from pipros.basics.env import Environment, InvalidEnvironment
 from pipros.basics.limits import Limits
+from pipros.basics.ports import PortRange
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.net import address
@@ -24,9 +29,13 @@ from pipros.wire.http import build_request
 from pipros.wire.xmlrpc import encode_call
 from tests.support.nodes import Inbox, MakeNode
 from tests.support.ports import ClaimedPort
+from tests.support.ros import RosSystem
+from tests.support.users import NOBODY, needs_nobody
 
 String: Any = load_message_class("std_msgs/String")
 SetBool: Any = load_service_class("std_srvs/SetBool")
+
+PORTS = "30000-32000"
 
 NOWHERE = "192.0.2.7"
 """An address that leads nowhere (RFC 5737)."""
@@ -124,7 +133,7 @@ def test_an_advertised_address_opens_nothing() -> None:
 
 
 def test_a_port_answers_http_and_tcpros_even_in_single_bytes(make_node: MakeNode) -> None:
-    node = make_node("one")
+    node = make_node("one", ports=PORTS)
     node.advertise("chat", String, latch=True).publish(String("hello"))
     assert ports_of(node) == {node.endpoints.port}
     header = encode_header({"topic": "/chat", "md5sum": "*", "type": "*", "callerid": "/test"})
@@ -145,7 +154,7 @@ def test_a_port_answers_http_and_tcpros_even_in_single_bytes(make_node: MakeNode
 
 
 def test_requests_that_arrive_at_once_are_answered_in_order(make_node: MakeNode) -> None:
-    node = make_node("one")
+    node = make_node("one", ports=PORTS)
     requests = [build_request("h", "/", encode_call(method, ("/t",))) for method in ("getName", "getUri")]
     with socket.create_connection(("127.0.0.1", node.endpoints.port), 10) as peer:
         peer.sendall(b"".join(requests * 3))
@@ -156,22 +165,53 @@ def test_requests_that_arrive_at_once_are_answered_in_order(make_node: MakeNode)
     assert received.count(b"/one<") == received.count(node.uri.encode()) == 3
 
 
-def test_two_requested_ports_are_advertised_separately_and_answer_both(make_node: MakeNode) -> None:
+def test_without_a_range_a_node_has_two_ports(make_node: MakeNode) -> None:
     claimed = ClaimedPort(), ClaimedPort()
     rpc_port, tcpros_port = (port.number for port in claimed)
     node = make_node("one", rpc_port=rpc_port, tcpros_port=tcpros_port)
     assert (split_uri(node.uri)[1], node.endpoints.port) == (rpc_port, tcpros_port)
-    for port in (rpc_port, tcpros_port):
-        with RpcClient(f"http://127.0.0.1:{port}/", timeout_s=10) as slave:
-            assert slave.call("getName", "/test") == [1, "", "/one"]
-    single = make_node("two", tcpros_port=claimed[0].number + 10_000)
-    assert ports_of(single) == {claimed[0].number + 10_000}
+    assert len(ports_of(make_node("two"))) == 2
     for port in claimed:
         port.release()
 
 
 def test_a_silent_connection_of_the_slave_api_ends_with_the_handshake(make_node: MakeNode) -> None:
-    node = make_node("one", limits=Limits(handshake_s=0.2))
+    node = make_node("one", ports=PORTS, limits=Limits(handshake_s=0.2))
     with socket.create_connection(("127.0.0.1", node.endpoints.port), 10) as peer:
         peer.sendall(b"PO")
         assert peer.recv(1) == b""
+
+
+LISTEN_BELOW_1024 = """
+from pipros.basics.ports import PortRange
+from pipros.net.sockets import NoFreePort, listen
+try:
+    listen("127.0.0.1", PortRange(80, 82))
+except NoFreePort as error:
+    print(error)
+"""
+
+
+@needs_nobody
+def test_a_privileged_range_is_named_as_such() -> None:
+    command = [*NOBODY, sys.executable, "-c", LISTEN_BELOW_1024]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True, timeout=30).stdout
+    assert "no free port in 80-82 on 127.0.0.1; ports below 1024 need privileges" in printed
+
+
+def test_roslaunch_gives_its_nodes_the_range_of_its_option(ros: RosSystem, tmp_path: Path) -> None:
+    ports = ClaimedPort()
+    wanted = f"{ports.number}-{ports.number + 20}"
+    file = tmp_path / "x.launch"
+    file.write_text('<launch><node pkg="composiv_tryouts" type="composiv_talker.py" name="talker"/></launch>')
+    running = ros.pipros.start("roslaunch", str(file), "--ports", wanted)
+    ros.wait_for_publisher("/battery_topic")
+    info = "\n".join(ros.pipros.run("rosnode", "info", "talker").stdout)
+    found = re.search(r"http://[^:]+:(\d+)/", info)
+    assert found, info
+    assert int(found.group(1)) in PortRange.parse(wanted)
+    running.press_ctrl_c()
+    assert running.wait() == 0
+    refused = ros.pipros.run("roslaunch", str(file), "--ports", "5-1")
+    assert "InvalidEnvironment: --ports [5-1] must be ports from 1 to 65535" in refused.output
+    ports.release()

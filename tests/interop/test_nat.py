@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 from tests.support.network import NatNetwork, needs_network
 from tests.support.processes import Process
 from tests.support.ros import RosSystem, Side
+from tests.support.sshd import SSHD, SshServer
 
 pytestmark = [
     needs_network,
@@ -24,6 +26,13 @@ MASTER_PORT = 11311
 PORTS = "11400-11409"
 OTHER_RULES = {"mixed-programs", "mixed-paths"}
 MAPPED = {31400 + number: 11400 + number for number in range(10)} | {21311: MASTER_PORT}
+
+LAUNCH = """\
+<launch>
+  <machine name="far" address="{address}" ssh-port="31022" env-loader="{loader}" timeout="20"/>
+  <node machine="far" pkg="composiv_tryouts" type="composiv_talker.py" name="talker" output="screen"/>
+</launch>
+"""
 
 
 class World:
@@ -133,3 +142,28 @@ def test_the_doctor_tells_whether_the_master_reaches_the_advertised_address(worl
     assert rules(ROS_IP="192.168.77.2") == {"not-called-back"}
     unmapped = {"PIPROS_PORTS": "11410-11419", "PIPROS_ADVERTISE": world.network.mapped[0]}
     assert rules(**unmapped) == {"not-called-back"}
+
+
+def test_a_genuine_roslaunch_starts_nodes_behind_nat_by_ssh(world: World, tmp_path: Path) -> None:
+    if not Path(SSHD).exists() or shutil.which("ssh") is None:
+        pytest.skip("openssh-server and openssh-client are needed")
+    sshd = SshServer(tmp_path / "ssh", "192.168.77.2", world.network.command(0))
+    try:
+        world.network.map_port(0, 31022, sshd.port)
+        variables = {**world.ros.pipros.environment, **world.inside(0)}
+        loader = tmp_path / "loader"
+        settings = " ".join(f"'{name}={value}'" for name, value in variables.items())
+        loader.write_text(f'#!/bin/sh\nexec env -i {settings} "SSH_CLIENT=$SSH_CLIENT" "$@"\n')
+        loader.chmod(0o755)
+        file = tmp_path / "far.launch"
+        file.write_text(LAUNCH.format(address=world.network.mapped[0], loader=loader))
+        home = {"HOME": str(sshd.folder), "ROSLAUNCH_SSH_UNKNOWN": "1"}
+        running = world.start(None, "roslaunch", str(file), **home)
+        running.wait_for(r"process\[talker-\d\]: started with pid")
+        running.wait_for(r"\.\.\. done launching nodes")
+        hearing = world.start(None, *world.ros.genuine.node("cpp_battery", "battery_listener"))
+        hearing.wait_for(r"^heard %25 from /")
+        running.send_signal(signal.SIGINT)
+        assert running.wait() == 0
+    finally:
+        sshd.close()

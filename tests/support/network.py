@@ -185,6 +185,12 @@ class NatNetwork:
         name = self._names[0 if host is None else host + 1]
         return [str(shutil.which("ip")), "netns", "exec", name, *argv]
 
+    def map_port(self, router: int, outer: int, inner: int) -> None:
+        """Map another port of a router to the host behind it."""
+        rule = f"iifname outer tcp dport {outer} dnat to 192.168.77.2:{inner}".split()
+        run = ("ip", "netns", "exec", self._routers[router])
+        subprocess.run([*run, "nft", "add", "rule", "ip", "nat", "inwards", *rule], check=True)
+
     def close(self) -> None:
         for name in (*self._names, *self._routers):
             subprocess.run(["ip", "netns", "delete", name], capture_output=True, check=False)

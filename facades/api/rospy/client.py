@@ -90,9 +90,9 @@ def init_node(
         disable_rostime: whether to keep wall time, whatever `/use_sim_time` says.
         disable_rosout: whether not to publish log messages.
         disable_signals: whether to leave SIGINT and SIGTERM to the caller.
-        xmlrpc_port: the port of the node's slave API; 0 selects that of topics and services.
-        tcpros_port: the port of its topics and services; 0 selects that of the slave API. If neither is
-            given, a free port, in `PIPROS_PORTS` if set, is selected for both.
+        xmlrpc_port: the port of the node's slave API; 0 selects a free one.
+        tcpros_port: the port of its topics and services; 0 selects a free one. If neither is
+            given, one free port of `PIPROS_PORTS`, if set, serves both.
 
     Raises:
         ValueError: the name is empty, or has a namespace.

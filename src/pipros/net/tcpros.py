@@ -1,9 +1,9 @@
 """Opening TCPROS connections, from either end: connect or accept, then exchange headers.
 
-`wire/handshake.py` decides what the headers contain. A node answers HTTP on the same port, so that a firewall
-or a container opens one for each node. The first four bytes tell them apart: TCPROS begins with the length of
-the header, whose last byte is zero below 16 MiB; HTTP begins with a method in capital letters, which read as
-a length would be 512 MiB or more.
+`wire/handshake.py` decides what the headers contain. A node may answer HTTP on the same port, so that a
+firewall or a container opens one for each node. The first four bytes tell them apart: TCPROS begins with the
+length of the header, whose last byte is zero below 16 MiB; HTTP begins with a method in capital letters,
+which read as a length would be 512 MiB or more.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class TcprosConnection:
 class TcprosServer:
     """Accepts TCPROS connections and passes each to `on_connection` when its header has arrived.
 
-    Connections that begin with an HTTP request are passed to `on_http`.
+    Connections that begin with an HTTP request are passed to `on_http`, if set.
 
     Connections of peers that are silent, send garbage or announce too much are closed without an answer, as
     genuine nodes do. If too many are in their handshake, the oldest of them is closed for a new one, so that
@@ -80,7 +80,6 @@ class TcprosServer:
     service call that is not persistent opens a connection.
 
     Attributes:
-        ports: the open ports.
         refusals: the refusals of peers.
         connections: `on_connection` adds the connections that it keeps. Overdue ones are closed each second.
     """
@@ -88,35 +87,29 @@ class TcprosServer:
     def __init__(
         self,
         host: str,
-        ports: Sequence[int | PortRange] = (0,),
+        port: int | PortRange = 0,
         *,
         on_connection: Callable[[TcprosConnection], None],
-        on_http: OnHttp,
+        on_http: OnHttp | None = None,
         limits: Limits | None = None,
         log: logging.Logger = _log,
     ) -> None:
-        """Open the ports; accept nothing until `start`.
+        """Open the port; accept nothing until `start`.
 
         Args:
             host: the address to listen on.
-            ports: the ports; 0 selects a free one, a range the first free one in it.
+            port: the port; 0 selects a free one, a range the first free one in it.
             on_connection: called in the event loop; must not block.
             on_http: called in the event loop with a connection and its first bytes.
             limits: defaults to the process-wide limits.
             log: reports refusals.
 
         Raises:
-            OSError: a port is in use, no port of the range is free, or the address does not belong to this
+            OSError: the port is in use, no port of the range is free, or the address does not belong to this
                 machine.
         """
-        self._servers: list[socket.socket] = []
-        try:
-            for port in ports:
-                self._servers.append(sockets.listen(host, port, _BACKLOG))
-        except BaseException:
-            self._close_ports()
-            raise
-        self.ports: list[int] = [server.getsockname()[1] for server in self._servers]
+        self._server = sockets.listen(host, port, _BACKLOG)
+        self.port: int = self._server.getsockname()[1]
         self._on_connection = on_connection
         self._on_http = on_http
         self._limits = limits = limits or process_limits()
@@ -137,43 +130,37 @@ class TcprosServer:
     def start(self) -> None:
         """Start accepting. Called in the event loop, as `stop` is."""
         self._loop = asyncio.get_running_loop()
-        for server in self._servers:
-            self._loop.add_reader(server, self._accept, server)
+        self._loop.add_reader(self._server, self._accept)
         self._close_overdue()
 
     @property
     def descriptors(self) -> list[int]:
-        """The descriptors of the listening sockets; empty once they are closed."""
-        return [number for server in self._servers if (number := server.fileno()) >= 0]
+        """The descriptor of the listening socket; empty once it is closed."""
+        return [number] if (number := self._server.fileno()) >= 0 else []
 
     def stop(self) -> None:
-        """Close the ports and every connection that is still in its handshake."""
-        for server in self._servers:
-            self._loop.remove_reader(server)
-        self._close_ports()
+        """Close the port and every connection that is still in its handshake."""
+        self._loop.remove_reader(self._server)
+        self._server.close()
         if self._overdue_timer:
             self._overdue_timer.cancel()
         for handshake in list(self._handshakes):
             handshake.dismiss()
 
-    def _close_ports(self) -> None:
-        for server in self._servers:
-            server.close()
-
-    def _accept(self, server: socket.socket) -> None:
+    def _accept(self) -> None:
         for _ in range(_ACCEPTED_AT_A_TIME):
-            if not self._accept_one(server):
+            if not self._accept_one():
                 return
 
-    def _accept_one(self, server: socket.socket) -> bool:
+    def _accept_one(self) -> bool:
         """Accept a connection; return False if none waits."""
         try:
-            sock, address = server.accept()
+            sock, address = self._server.accept()
         except (BlockingIOError, InterruptedError, ConnectionAbortedError):
             return False
         except OSError:  # out of descriptors: existing connections continue, and some may end
-            self._loop.remove_reader(server)
-            self._loop.call_later(RETRY_ACCEPT_S, self._accept_again, server)
+            self._loop.remove_reader(self._server)
+            self._loop.call_later(RETRY_ACCEPT_S, self._accept_again)
             return False
         peer = plain_address(str(address[0]))
         handshake = _Handshake(sock, peer, self._limits, self._on_connection, self._on_http)
@@ -186,9 +173,9 @@ class TcprosServer:
                 longest.dismiss()
         return True
 
-    def _accept_again(self, server: socket.socket) -> None:
-        if server.fileno() >= 0:
-            self._loop.add_reader(server, self._accept, server)
+    def _accept_again(self) -> None:
+        if self._server.fileno() >= 0:
+            self._loop.add_reader(self._server, self._accept)
 
     def _close_overdue(self) -> None:
         self.connections.close_overdue(self._loop.time(), idle_s=math.inf)
@@ -207,7 +194,7 @@ class _Handshake:
         peer: str,
         limits: Limits,
         on_connection: Callable[[TcprosConnection], None],
-        on_http: OnHttp,
+        on_http: OnHttp | None,
     ) -> None:
         sock.setblocking(False)
         self.peer = peer
@@ -216,7 +203,6 @@ class _Handshake:
         self._on_connection = on_connection
         self._on_http = on_http
         self._start = b""  # bytes that are too few to tell the protocol
-        self._is_tcpros = False
         self._reader = HeaderReader(limits.header_bytes)
         self._unregister: Callable[[], None] = _nothing
 
@@ -242,7 +228,7 @@ class _Handshake:
         """Read available bytes; return False if more are needed."""
         try:
             data = self._sock.recv(_CHUNK_BYTES)
-            if data and not self._is_tcpros:
+            if data and self._on_http is not None:
                 data, self._start = self._start + data, b""
                 if len(data) < _TELLING_BYTES:
                     self._start = data
@@ -251,7 +237,7 @@ class _Handshake:
                     self._unregister()
                     self._on_http(self._sock, data)
                     return True
-                self._is_tcpros = True
+                self._on_http = None
             fields = self._reader.feed(data) if data else None
             if fields is not None:
                 sockets.prepare(self._sock)

@@ -82,10 +82,10 @@ class Node:
             environment: defaults to `os.environ`.
             log: defaults to a logger named after the node.
             on_shutdown_request: called with the reason when a peer requests the node's shutdown.
-            rpc_port: the port of the slave API; 0 selects that of topics and services.
-            tcpros_port: the port for topics and services; 0 selects that of the slave API. If neither is
-                given, a free port is selected for both.
-            ports: the range from which free ports are selected, as `11400-11420`; defaults to `PIPROS_PORTS`.
+            rpc_port: the port of the slave API; 0 selects a free one.
+            tcpros_port: the port for topics and services; 0 selects a free one.
+            ports: a range, as `11400-11420`, from which one free port is selected for both; cannot be
+                combined with the other two. Defaults to `PIPROS_PORTS`.
             limits: limits on the resources that peers can use; defaults to the process-wide limits.
 
         Raises:
@@ -103,8 +103,11 @@ class Node:
         self.environment = self.identity.environment
         self.resolve = self.identity.resolve
         port_range = PortRange.parse(ports, "ports") if ports else self.environment.port_range
-        chosen: list[int | PortRange] = [port for port in dict.fromkeys((rpc_port, tcpros_port)) if port]
-        self._ports = chosen or [port_range or 0]
+        self._ports: tuple[int | PortRange, int | PortRange] | PortRange = rpc_port, tcpros_port
+        if port_range and rpc_port == tcpros_port == 0:
+            self._ports = port_range
+        elif port_range:
+            self._ports = rpc_port or port_range, tcpros_port or port_range
         self._advertised = address.advertised_address(self.environment, port_range)
         self.limits = limits or process_limits()
         self.log = log or logging.Logger(self.name, logging.WARNING)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from pipros.basics.limits import Limits
@@ -54,13 +54,10 @@ class RunningNode:
         *,
         advertised: AdvertisedAddress,
         bind_host: str,
-        ports: Sequence[int | PortRange],
+        ports: tuple[int | PortRange, int | PortRange] | PortRange,
         limits: Limits,
     ) -> None:
         """Open the node's ports. Runs in the event loop.
-
-        Each port answers the slave API and TCPROS. The first is advertised for the slave API, the last for
-        TCPROS.
 
         No request is answered before this function returns.
 
@@ -68,7 +65,8 @@ class RunningNode:
             methods: the methods of the slave API.
             advertised: where peers connect to.
             bind_host: the address to listen on.
-            ports: one or two ports; 0 selects a free port, a range the first free one in it.
+            ports: the slave API port and the TCPROS port, where 0 selects a free port; or a range, whose
+                first free port is used for both.
             limits: the limits on the resources that peers can use.
 
         Raises:
@@ -76,26 +74,29 @@ class RunningNode:
                 free.
         """
         rpc_connections = limits.rpc_connections or connections_that_fit(RPC_SHARE)
+        is_shared = not isinstance(ports, tuple)
+        rpc_port, tcpros_port = ports if isinstance(ports, tuple) else (0, ports)
         self._rpc = RpcServer(
             methods,
-            host=(),
+            host=() if is_shared else bind_host,
+            port=rpc_port,
             limits=limits._replace(rpc_connections=rpc_connections),
             on_bad_arity=on_bad_arity,
         )
         self._tcpros = TcprosServer(
             bind_host,
-            ports,
+            tcpros_port,
             on_connection=lambda connection: self.endpoints.attach(connection),
-            on_http=self._rpc.adopt,
+            on_http=self._rpc.adopt if is_shared else None,
             limits=limits,
             log=self._log,
         )
         await self._rpc.start()
-        self.uri = address.uri(*advertised.outside(self._tcpros.ports[0]))
+        self.uri = address.uri(*advertised.outside(self._tcpros.port if is_shared else self._rpc.port))
         self.registrations = Registrations(self._master, self._name, self.uri, self._log)
         self.endpoints = Endpoints(
             self._name,
-            port=self._tcpros.ports[-1],
+            port=self._tcpros.port,
             advertised=advertised,
             loop=self._loop,
             registrations=self.registrations,
@@ -113,7 +114,7 @@ class RunningNode:
     @property
     def descriptors(self) -> list[int]:
         """The descriptors of the ports, which a forked child must not keep."""
-        return self._tcpros.descriptors
+        return [*self._tcpros.descriptors, *self._rpc.descriptors]
 
     def leave(self) -> None:
         """Unregister at the master, end all links and close the ports. Blocks."""
