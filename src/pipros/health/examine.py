@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from pipros.basics.env import Environment, split_master_uri
+from pipros.basics.env import Environment, InvalidEnvironment, split_master_uri
 from pipros.basics.errors import PiprosError
 from pipros.health.call_back import uncalled_address
 from pipros.health.finding import Finding, error, has_errors
@@ -13,6 +14,7 @@ from pipros.health.gather_system import gather_system
 from pipros.health.graph_checks import check_graph
 from pipros.health.machine_checks import check_machine
 from pipros.health.system_report import SystemReport
+from pipros.net.sockets import NoFreePort
 from pipros.net.this_machine import is_this_machine
 
 CONNECTION_RULES = {"not-connected", "one-sided-connection"}
@@ -66,8 +68,9 @@ def examine(
         if pairs:
             from pipros.health.reach_back import reach_back
 
-            reached = reach_back(pairs, environment, wait_s=timeout_s)
-            system = replace(system, reached_back=reached, tried_back=pairs)
+            with suppress(InvalidEnvironment, NoFreePort):  # found above
+                reached = reach_back(pairs, environment, wait_s=timeout_s)
+                system = replace(system, reached_back=reached, tried_back=pairs)
     except PiprosError as problem:
         findings.append(
             error(
