@@ -1,7 +1,7 @@
 """Opening TCPROS connections, from either end: connect or accept, then exchange headers.
 
 `wire/handshake.py` decides what the headers contain. A node may answer HTTP on the same port, so that a
-firewall or a container opens one for each node. The first four bytes tell them apart: TCPROS begins with the
+firewall or a container opens one for each node. The first four bytes distinguish them: TCPROS begins with the
 length of the header, whose last byte is zero below 16 MiB; HTTP begins with a method in capital letters,
 which read as a length would be 512 MiB or more.
 """
