@@ -104,8 +104,8 @@ def _listen_in_range(hosts: Sequence[str], ports: PortRange, backlog: int) -> li
     for port in ports:
         try:
             return listen_all(hosts, port, backlog)
-        except PermissionError:
-            is_reserved = True
+        except PermissionError:  # on Windows also for a port in use
+            is_reserved = is_reserved or port < 1024
         except OSError as error:
             if error.errno != errno.EADDRINUSE:
                 raise
