@@ -7,7 +7,7 @@ import random
 import shutil
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -124,3 +124,97 @@ class FarNetwork:
 
 def _ip(*arguments: str) -> None:
     subprocess.run(["ip", *arguments], check=True, capture_output=True)
+
+
+NAT = """
+table ip nat {{
+  chain inwards {{
+    type nat hook prerouting priority -100;
+    {rules}
+  }}
+  chain outwards {{
+    type nat hook postrouting priority 100;
+    oifname "outer" masquerade
+  }}
+}}
+table ip filter {{
+  chain forward {{
+    type filter hook forward priority 0; policy drop;
+    ct state established,related accept
+    iifname "inner" accept
+    ct status dnat accept
+  }}
+}}
+"""
+
+
+class NatNetwork:
+    """An open host, and hosts behind routers of their own, which map ports to them: as containers on it.
+
+    The hosts behind all have the same private address. From outside, only mapped ports of the routers'
+    addresses lead to them, and nothing leads from a host through its router back to itself.
+
+    Attributes:
+        open: the address of the open host.
+        mapped: the addresses of the routers.
+    """
+
+    def __init__(self, mappings: Sequence[Mapping[int, int]]) -> None:
+        """Start with nothing running; `mappings` has for each router ports outside and inside."""
+        number = random.randrange(1 << 16)  # noqa: S311 - a free number, not a secret
+        self._names = [f"pipros-nat-{number}-{part}" for part in ("open", *range(len(mappings)))]
+        self._routers = [f"pipros-nat-{number}-router{index}" for index in range(len(mappings))]
+        self.open = "10.215.0.1"
+        self.mapped = [f"10.215.0.{index + 2}" for index in range(len(mappings))]
+        try:
+            for name in (*self._names, *self._routers):
+                _ip("netns", "add", name)
+                _ip("-n", name, "link", "set", "lo", "up")
+            opened = self._names[0]
+            _ip("-n", opened, "link", "add", "lan", "type", "bridge")
+            _ip("-n", opened, "address", "add", f"{self.open}/24", "dev", "lan")
+            _ip("-n", opened, "link", "set", "lan", "up")
+            for index, ports in enumerate(mappings):
+                self._add_router(index, ports)
+        except BaseException:
+            self.close()
+            raise
+
+    def command(self, host: int | None, *argv: str) -> list[str]:
+        """Return the command line that runs a program on the open host (None), or on one behind a router."""
+        name = self._names[0 if host is None else host + 1]
+        return [str(shutil.which("ip")), "netns", "exec", name, *argv]
+
+    def map_port(self, router: int, outer: int, inner: int) -> None:
+        """Map another port of a router to the host behind it."""
+        rule = f"iifname outer tcp dport {outer} dnat to 192.168.77.2:{inner}".split()
+        run = ("ip", "netns", "exec", self._routers[router])
+        subprocess.run([*run, "nft", "add", "rule", "ip", "nat", "inwards", *rule], check=True)
+
+    def close(self) -> None:
+        for name in (*self._names, *self._routers):
+            subprocess.run(["ip", "netns", "delete", name], capture_output=True, check=False)
+
+    def _add_router(self, index: int, ports: Mapping[int, int]) -> None:
+        opened, inside, router = self._names[0], self._names[index + 1], self._routers[index]
+        up = ("type", "veth", "peer", "name", "outer", "netns", router)
+        _ip("-n", opened, "link", "add", f"port{index}", *up)
+        _ip("-n", opened, "link", "set", f"port{index}", "master", "lan", "up")
+        _ip("-n", inside, "link", "add", "lan", "type", "veth", "peer", "name", "inner", "netns", router)
+        for name, device, address in (
+            (router, "outer", f"{self.mapped[index]}/24"),
+            (router, "inner", "192.168.77.1/24"),
+            (inside, "lan", "192.168.77.2/24"),
+        ):
+            _ip("-n", name, "address", "add", address, "dev", device)
+            _ip("-n", name, "link", "set", device, "up")
+        _ip("-n", inside, "route", "add", "default", "via", "192.168.77.1")
+        run = ("ip", "netns", "exec", router)
+        forwarding = "echo 1 > /proc/sys/net/ipv4/ip_forward"
+        subprocess.run([*run, "sh", "-c", forwarding], check=True, capture_output=True)
+        rules = "\n    ".join(
+            f'iifname "outer" tcp dport {outer} dnat to 192.168.77.2:{inner}'
+            for outer, inner in ports.items()
+        )
+        text = NAT.format(rules=rules)
+        subprocess.run([*run, "nft", "-f", "-"], input=text, text=True, check=True, capture_output=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 from tests.support.ports import ClaimedPort
@@ -14,7 +15,7 @@ SSHD = "/usr/sbin/sshd"
 
 _SERVER = """\
 Port {port}
-ListenAddress 127.0.0.1
+ListenAddress {address}
 HostKey {folder}/host_key
 AuthorizedKeysFile {folder}/.ssh/id_ed25519.pub
 StrictModes no
@@ -43,7 +44,8 @@ class SshServer:
         log: the output of the server.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, address: str = "127.0.0.1", prefix: Sequence[str] = ()) -> None:
+        """Start it at an address; `prefix` is put before its command, to run it in another network."""
         self.folder = folder
         self.log = folder / "sshd.log"
         keys = folder / ".ssh"
@@ -55,10 +57,10 @@ class SshServer:
         host_key = " ".join((folder / "host_key.pub").read_text().split()[:2])
         (keys / "known_hosts").write_text(f"[127.0.0.1]:{self.port} {host_key}\n")
         config = folder / "sshd_config"
-        config.write_text(_SERVER.format(port=self.port, folder=folder))
+        config.write_text(_SERVER.format(port=self.port, folder=folder, address=address))
         if os.geteuid() == 0:
             Path("/run/sshd").mkdir(mode=0o755, exist_ok=True)  # the chroot folder of the server
-        self._process = subprocess.Popen([SSHD, "-D", "-f", config, "-E", self.log])
+        self._process = subprocess.Popen([*prefix, SSHD, "-D", "-f", config, "-E", self.log])
         wait_until(self._is_listening, what=lambda: f"sshd: {self.log.read_text()}")
 
     def client(self, folder: Path, alias: str) -> None:

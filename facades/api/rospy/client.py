@@ -91,7 +91,8 @@ def init_node(
         disable_rosout: whether to disable publishing log messages.
         disable_signals: whether to leave SIGINT and SIGTERM to the caller.
         xmlrpc_port: the port of the node's slave API; 0 selects a free port.
-        tcpros_port: the port for topics and services; 0 selects a free port.
+        tcpros_port: the port for topics and services; 0 selects a free port. If neither port is given
+            and `PIPROS_PORTS` is set, both use one free port of that range.
 
     Raises:
         ValueError: the name is empty, or has a namespace.

@@ -127,7 +127,8 @@ def use_ipv6() -> bool:
 
 def create_local_xmlrpc_uri(port: int) -> str:
     """Return the URI for an XML-RPC server on this machine."""
-    return _address.uri(get_host_name(), port)
+    advertised = Environment.from_os().advertised_address()
+    return _address.uri(*(advertised.outside(port) if advertised else (get_host_name(), port)))
 
 
 def encode_ros_handshake_header(header: Mapping[Any, Any]) -> bytes:

@@ -14,7 +14,7 @@ from pipros.net import address as _address
 from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_server import RpcServer
 from rosgraph.names import isstring as isstring
-from rosgraph.network import get_host_name
+from rosgraph.network import create_local_xmlrpc_uri
 
 _star_names(
     __name__,
@@ -62,8 +62,11 @@ class XmlRpcNode:
         Raises:
             OSError: the port is in use, and `on_run_error` is not set.
         """
-        host = _address.bind_host(Environment.from_os())
-        self.server = RpcServer(_methods_of(self.handler), host=host, port=self.port)
+        environment = Environment.from_os()
+        host = _address.bind_host(environment)
+        self.server = RpcServer(
+            _methods_of(self.handler), host=host, port=self.port or environment.port_range or 0
+        )
         self._loop.start()
         try:
             self._loop.run(self.server.start())
@@ -75,8 +78,7 @@ class XmlRpcNode:
             self.on_run_error(error)
             return
         self.port = self.server.port
-        own = host if _address.is_loopback(host) else get_host_name()
-        self.set_uri(_address.uri(own, self.port))
+        self.set_uri(_uri(environment, host, self.port))
         if self.handler is not None and self.uri is not None:
             self.handler._ready(self.uri)
 
@@ -108,3 +110,10 @@ def _methods_of(handler: XmlRpcHandler | None) -> dict[str, Callable[..., Any]]:
     """Return the table of public methods. It is fixed, so that peers cannot call anything else."""
     names = [] if handler is None else [name for name in dir(type(handler)) if not name.startswith("_")]
     return {name: getattr(handler, name) for name in names if callable(getattr(handler, name))}
+
+
+def _uri(environment: Environment, bound_host: str, port: int) -> str:
+    advertised = environment.advertised_address()
+    if advertised is None and _address.is_loopback(bound_host):
+        return _address.uri(bound_host, port)
+    return create_local_xmlrpc_uri(port)

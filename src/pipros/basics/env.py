@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipros.basics.graph_variables import (
     DEFAULT_MASTER_PORT,
@@ -16,6 +17,9 @@ from pipros.basics.graph_variables import (
     split_master_uri,
 )
 from pipros.basics.home import expanded
+
+if TYPE_CHECKING:
+    from pipros.basics.ports import AdvertisedAddress, PortRange
 
 __all__ = [
     "DEFAULT_MASTER_PORT",
@@ -32,7 +36,7 @@ DISTRIBUTION: Mapping[str, str] = {"ROS_DISTRO": "noetic", "ROS_VERSION": "1", "
 
 @dataclass(frozen=True, slots=True)
 class Environment:
-    """The ROS environment variables of a process.
+    """The ROS environment variables of a process, and those of pipros about addresses.
 
     Attributes:
         master_uri: `ROS_MASTER_URI`.
@@ -46,6 +50,8 @@ class Environment:
         test_results_dir: `ROS_TEST_RESULTS_DIR`, or `<ros_home>/test_results` if unset.
         console_format: `ROSCONSOLE_FORMAT`; None if unset.
         python_log_config: `ROS_PYTHON_LOG_CONFIG_FILE`; None if unset.
+        ports: `PIPROS_PORTS`; None if unset. `port_range` parses it.
+        advertise: `PIPROS_ADVERTISE`; None if unset. `advertised_address` parses it.
     """
 
     master_uri: str = DEFAULT_MASTER_URI
@@ -59,6 +65,8 @@ class Environment:
     test_results_dir: Path = field(default_factory=lambda: Path(expanded("~/.ros/test_results")))
     console_format: str | None = None
     python_log_config: Path | None = None
+    ports: str | None = None
+    advertise: str | None = None
 
     @classmethod
     def from_os(cls, variables: Mapping[str, str] | None = None) -> Environment:
@@ -80,7 +88,34 @@ class Environment:
             test_results_dir=_path(get("ROS_TEST_RESULTS_DIR")) or home / "test_results",
             console_format=get("ROSCONSOLE_FORMAT") or None,
             python_log_config=_path(get("ROS_PYTHON_LOG_CONFIG_FILE")),
+            ports=get("PIPROS_PORTS") or None,
+            advertise=get("PIPROS_ADVERTISE") or None,
         )
+
+    @property
+    def port_range(self) -> PortRange | None:
+        """The ports that nodes may open; None if any.
+
+        Raises:
+            InvalidEnvironment: see `PortRange.parse`.
+        """
+        from pipros.basics.ports import PortRange  # few programs have it set
+
+        return PortRange.parse(self.ports) if self.ports else None
+
+    def advertised_address(self, ports: PortRange | None = None) -> AdvertisedAddress | None:
+        """Return the address at which peers reach this process; None if it is the one that is bound.
+
+        `ports` are the ports that nodes may open; defaults to `port_range`.
+
+        Raises:
+            InvalidEnvironment: see `AdvertisedAddress.parse`.
+        """
+        from pipros.basics.ports import AdvertisedAddress
+
+        if not self.advertise:
+            return None
+        return AdvertisedAddress.parse(self.advertise, ports or self.port_range)
 
 
 def _path(text: str | None) -> Path | None:

@@ -28,8 +28,9 @@ class Limits(NamedTuple):
     Attributes:
         header_bytes: size of a TCPROS connection header.
         frame_bytes: a message, a service request, a service reply.
-        handshakes: TCPROS connections that have not sent their header yet, at a time.
-        handshake_s: the time for a connection header, in either direction.
+        handshakes: connections to a node that have sent neither a TCPROS header nor the beginning of an HTTP
+            request yet, at a time.
+        handshake_s: the time for either of these, and for the header of a peer that the node connects to.
         body_bytes: an XML-RPC request.
         answer_bytes: an XML-RPC response from a server that the user chose: the master, or a node that a tool
             queries.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from functools import partial
 from optparse import OptionParser, Values
 from pathlib import Path
@@ -65,6 +66,7 @@ def add_core_options(parser: OptionParser) -> None:
         metavar="PORT",
         help="master port. Only valid if master is launched",
     )
+    add("--ports", metavar="FIRST-LAST", help="port range for pipros nodes, as PIPROS_PORTS")
     add("--pid", dest="pid_fn", metavar="PID_FN", default="", help="write the roslaunch pid to filename")
     add("-v", dest="verbose", action="store_true", default=False, help="verbose printing")
     add(
@@ -118,13 +120,20 @@ def check_child_options(parser: OptionParser, options: Values, words: Sequence[s
 def session_options(options: Values) -> SessionOptions:
     """Convert the command-line options of roslaunch or roscore to session options.
 
+    `--ports` becomes the `PIPROS_PORTS` of this process.
+
     Raises:
+        InvalidEnvironment: `--ports` is not a range of ports.
         LaunchError: the port is not between 0 and 65535, or a timeout is not positive.
     """
+    from pipros.basics.ports import PORTS, PortRange
     from pipros.launch.model import LaunchError
     from pipros.launch.session import SessionOptions
     from pipros.master.options import MasterOptions, limits_with_timeout
 
+    if options.ports:
+        PortRange.parse(options.ports, "--ports")
+        os.environ[PORTS] = options.ports  # for this process and its nodes
     if options.port is not None and not 0 <= options.port <= 65535:
         raise LaunchError(f"port must be between 0 and 65535, got {options.port}")
     return SessionOptions(

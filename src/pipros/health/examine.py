@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from pipros.basics.env import Environment
+from pipros.basics.env import Environment, InvalidEnvironment, split_master_uri
 from pipros.basics.errors import PiprosError
+from pipros.health.call_back import uncalled_address
 from pipros.health.finding import Finding, error, has_errors
 from pipros.health.gather_machine import gather_machine
 from pipros.health.gather_system import gather_system
 from pipros.health.graph_checks import check_graph
 from pipros.health.machine_checks import check_machine
 from pipros.health.system_report import SystemReport
+from pipros.net.sockets import NoFreePort
+from pipros.net.this_machine import is_this_machine
 
 CONNECTION_RULES = {"not-connected", "one-sided-connection"}
 
@@ -53,6 +57,8 @@ def examine(
     machine = gather_machine(timeout_s=timeout_s)
     if is_offline:
         machine = replace(machine, master_error=None)
+    elif machine.master_error == "" and _is_reached_from_elsewhere(environment):
+        machine = replace(machine, not_called_back=uncalled_address(environment, timeout_s=timeout_s))
     findings = check_machine(machine)
     if is_offline or machine.master_error is None or machine.master_error:
         return Examination(environment.master_uri, tuple(findings))
@@ -62,8 +68,9 @@ def examine(
         if pairs:
             from pipros.health.reach_back import reach_back
 
-            reached = reach_back(pairs, environment, wait_s=timeout_s)
-            system = replace(system, reached_back=reached, tried_back=pairs)
+            with suppress(InvalidEnvironment, NoFreePort):  # found above
+                reached = reach_back(pairs, environment, wait_s=timeout_s)
+                system = replace(system, reached_back=reached, tried_back=pairs)
     except PiprosError as problem:
         findings.append(
             error(
@@ -74,6 +81,11 @@ def examine(
         )
         return Examination(environment.master_uri, tuple(findings))
     return Examination(environment.master_uri, (*findings, *check_graph(system)), system)
+
+
+def _is_reached_from_elsewhere(environment: Environment) -> bool:
+    """Return whether the master connects to this machine by the network."""
+    return bool(environment.advertise) or not is_this_machine(split_master_uri(environment.master_uri)[0])
 
 
 def _settled_system(environment: Environment, timeout_s: float) -> SystemReport:

@@ -15,9 +15,11 @@ from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironmen
 from pipros.basics.errors import PiprosError
 from pipros.health.installed_files import changed_packages
 from pipros.health.machine import MachineReport, PathKind
-from pipros.net.address import LOOPBACK, address_towards
+from pipros.net.address import LOOPBACK, address_towards, bind_host
 from pipros.net.in_parallel import in_parallel
 from pipros.net.master_client import MasterClient
+from pipros.net.rpc_client import reason_of
+from pipros.net.sockets import NoFreePort, listen
 from pipros.net.this_machine import addresses_of, is_this_machine
 from pipros.workspace.overlays import MARKER
 
@@ -45,7 +47,8 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
         master_host, _ = split_master_uri(environment.master_uri)
     except InvalidEnvironment:
         master_host = ""
-    hosts = {host for host in (hostname, master_host, environment.hostname) if host}
+    advertised_host = _advertised_host(environment)
+    hosts = {host for host in (hostname, master_host, environment.hostname, advertised_host) if host}
     resolved = in_parallel(sorted(hosts), addresses_of, at_once=max(len(hosts), 1))
     questioned = {*hosts, *filter(None, [environment.ip])}
     own_programs = Path(sys.executable).parent
@@ -70,8 +73,33 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
         and not is_default
         and not _error_of_master(DEFAULT_MASTER_URI, timeout_s),
         missing_setup_files=_missing_setup_files(values),
+        bound_host=bind_host(environment),
+        port_problem=_port_problem(environment),
         workspace=_workspace_around(Path.cwd()),
     )
+
+
+def _advertised_host(environment: Environment) -> str:
+    try:
+        advertised = environment.advertised_address()
+    except InvalidEnvironment:
+        return ""
+    return "" if advertised is None else advertised.host
+
+
+def _port_problem(environment: Environment) -> str:
+    """Return why a node that starts now gets no port of `PIPROS_PORTS`."""
+    try:
+        ports = environment.port_range
+        if ports is not None:
+            listen(bind_host(environment), ports).close()
+    except InvalidEnvironment:
+        pass
+    except NoFreePort as problem:
+        return str(problem)
+    except OSError as problem:
+        return reason_of(problem)
+    return ""
 
 
 def own_addresses(hostname: str) -> tuple[str, ...]:

@@ -41,6 +41,11 @@ class MachineReport:
         has_local_master: whether a master answers at this machine's default address.
         missing_setup_files: maps shell start files to the ROS setup file that they source, and that does not
             exist.
+        bound_host: the address that nodes listen on.
+        port_problem: why no port of `PIPROS_PORTS` can be opened; empty if one can, or if the variable is
+            unset or invalid.
+        not_called_back: the URI on this machine that the master received but could not call; empty if the
+            master called it, or if this was not tested.
         workspace: the devel space of the workspace around the current folder, if there is one.
     """
 
@@ -59,4 +64,7 @@ class MachineReport:
     master_error: str | None = None
     has_local_master: bool = False
     missing_setup_files: Mapping[str, str] = field(default_factory=dict)
+    bound_host: str = "0.0.0.0"  # noqa: S104  # a value, nothing is bound
+    port_problem: str = ""
+    not_called_back: str = ""
     workspace: Path | None = None

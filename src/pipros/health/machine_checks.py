@@ -7,6 +7,7 @@ import shlex
 from collections.abc import Callable, Iterator
 
 from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
+from pipros.health.address_checks import master_calls_back, ports_and_advertised_address
 from pipros.health.finding import Finding, error, warning
 from pipros.health.machine import MachineReport, PathKind
 from pipros.net.address import is_loopback
@@ -294,5 +295,7 @@ CHECKS: tuple[Callable[[MachineReport], Findings], ...] = (
     workspace_not_set_up,
     master_uri,
     own_address,
+    ports_and_advertised_address,
+    master_calls_back,
     folders_to_write,
 )

@@ -36,8 +36,12 @@ class LaunchServer:
             processes: function that returns the current processes; called from another thread.
             methods: additional methods.
             admits: decides whether a caller may connect; by default, all callers may.
+
+        Raises:
+            InvalidEnvironment: `PIPROS_PORTS` or `PIPROS_ADVERTISE` has an invalid value.
         """
-        self._environment = environment
+        self._advertised = address.advertised_address(environment)
+        self._has_outside_address = environment.advertise is not None
         self._processes = processes
         self._loop = BackgroundLoop("roslaunch server")
         self._rpc = RpcServer(
@@ -49,20 +53,21 @@ class LaunchServer:
                 **(methods or {}),
             },
             host=address.bind_host(environment),
+            port=environment.port_range or 0,
             admits=admits,
         )
 
     @property
     def uri(self) -> str:
-        return address.uri(address.advertised_host(self._environment), self._rpc.port)
+        return address.uri(*self._advertised.outside(self._rpc.port))
 
     @property
     def parameter(self) -> str:
         """The parameter that holds the URI, such as `/roslaunch/uris/host_127_0_0_1__4711`."""
-        host = address.advertised_host(self._environment)
+        host, port = self._advertised.outside(self._rpc.port)
         for character in ".-:":
             host = host.replace(character, "_")
-        return f"/roslaunch/uris/host_{host}__{self._rpc.port}"
+        return f"/roslaunch/uris/host_{host}__{port}"
 
     def start(self) -> None:
         """Open a free port. The server answers calls when this method returns.
@@ -80,9 +85,13 @@ class LaunchServer:
     def check_address(self, timeout_s: float) -> None:
         """Check the advertised address, because no other program can connect if it is wrong.
 
+        Do nothing if `PIPROS_ADVERTISE` is set, because a router may lead connections in from outside only.
+
         Raises:
             LaunchError: the server cannot be reached at this address from here.
         """
+        if self._has_outside_address:
+            return
         try:
             with RpcClient(self.uri, timeout_s=timeout_s) as client:
                 client.call("get_pid")

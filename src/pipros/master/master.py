@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from pipros.basics.env import Environment, InvalidEnvironment, split_master_uri
+from pipros.basics.ports import AdvertisedAddress
 from pipros.basics.posix import make_room_for_descriptors, raise_descriptor_limit
 from pipros.master.admission import AllowedNetworks
 from pipros.master.options import MasterOptions
@@ -58,6 +59,7 @@ class Master:
 
         Raises:
             ValueError: an entry of `allow` is not a network.
+            InvalidEnvironment: `PIPROS_ADVERTISE` has an invalid value.
         """
         options = replace(options or MasterOptions(), **settings)
         environment = environment or Environment.from_os()
@@ -75,7 +77,7 @@ class Master:
         self._server = MasterServer(
             options,
             hosts=self._hosts,
-            advertised_host=options.advertised_host or _advertised_host(host, environment),
+            advertised=_advertised(options, environment),
             admits=self._allowed.admits if self._allowed else None,
         )
         self._is_running = False
@@ -160,9 +162,14 @@ def tune_for_master() -> None:
     make_room_for_descriptors(connections_that_fit() * 2)
 
 
-def _advertised_host(host: str | None, environment: Environment) -> str:
-    if host is None or host in (address.ANY, address.ANY_IPV6):
-        if host and not (environment.hostname or environment.ip) and address.is_master_local(environment):
-            return address.own_name(environment)
-        return address.advertised_host(environment)
-    return host
+def _advertised(options: MasterOptions, environment: Environment) -> AdvertisedAddress:
+    if options.advertised_host:
+        return AdvertisedAddress(options.advertised_host)
+    if environment.advertise:
+        return address.advertised_address(environment)
+    host = options.host
+    if host and host not in (address.ANY, address.ANY_IPV6):
+        return AdvertisedAddress(host)
+    if host and not (environment.hostname or environment.ip) and address.is_master_local(environment):
+        return AdvertisedAddress(address.own_name(environment))
+    return AdvertisedAddress(address.advertised_host(environment))

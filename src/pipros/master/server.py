@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from pipros.basics import names
 from pipros.basics.limits import process_limits
+from pipros.basics.ports import AdvertisedAddress
 from pipros.basics.printable import printable
 from pipros.master import statistics
 from pipros.master.api import MasterApi
@@ -41,17 +42,17 @@ class MasterServer:
         options: MasterOptions,
         *,
         hosts: Sequence[str],
-        advertised_host: str,
+        advertised: AdvertisedAddress,
         admits: Callable[[Caller], bool] | None,
     ) -> None:
         """
         Args:
             hosts: the addresses to listen on.
-            advertised_host: the host in the URI.
+            advertised: the address at which nodes reach the port.
             admits: decides whether a caller may connect; by default, all callers may.
         """
         self._options = options
-        self._advertised_host = advertised_host
+        self._advertised = advertised
         self._store: Store | None = None
         self._limits = limits = options.limits or process_limits()
         self.registry = Registry(limits)
@@ -97,7 +98,7 @@ class MasterServer:
         except BaseException:
             await self.stop()
             raise
-        self._api.uri = address.uri(self._advertised_host, self.rpc.port)
+        self._api.uri = address.uri(*self._advertised.outside(self.rpc.port))
         _log.info("Master initialized: port[%d], uri[%s]", self.rpc.port, self._api.uri)
         self.liveness.start()
         self._started_at = asyncio.get_running_loop().time()

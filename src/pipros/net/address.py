@@ -1,5 +1,7 @@
 """The address to bind, and the address to advertise.
 
+`PIPROS_ADVERTISE` changes what is advertised, never what is bound.
+
 Genuine ROS binds every interface unless `ROS_IP` or `ROS_HOSTNAME` is a loopback address. pipros binds
 loopback unless the environment opens the node: if `ROS_MASTER_URI` is local and neither variable is set, no
 port can be reached from the network.
@@ -11,17 +13,19 @@ and rospy does not support them for services, so a host name is advertised if th
 
 from __future__ import annotations
 
+import os
 import socket
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.graph_variables import split_master_uri
+from pipros.basics.graph_variables import InvalidEnvironment, split_master_uri
 from pipros.basics.uri import host_and_port as host_and_port
 from pipros.basics.uri import split_uri as split_uri
 from pipros.net.lookup import process_lookups
 
 if TYPE_CHECKING:
     from pipros.basics.env import Environment
+    from pipros.basics.ports import AdvertisedAddress, PortRange
 
 LOOPBACK = "127.0.0.1"
 LOOPBACK_IPV6 = "::1"
@@ -109,6 +113,46 @@ def problem_of(configured: str, *, is_address: bool) -> str | None:
     if is_address and not {".", ":"} & {*configured}:
         return "must be a valid IPv4 or IPv6 address"
     return None
+
+
+def advertised_address(environment: Environment, ports: PortRange | None = None) -> AdvertisedAddress:
+    """Return the address at which peers reach the ports of this process.
+
+    This is `PIPROS_ADVERTISE`, else `advertised_host` with the ports that are bound. `ports` are the ports
+    that nodes may open; defaults to `PIPROS_PORTS`.
+
+    Raises:
+        InvalidEnvironment: `PIPROS_ADVERTISE` or `PIPROS_PORTS` has an invalid value.
+    """
+    from pipros.basics.ports import AdvertisedAddress
+
+    return environment.advertised_address(ports) or AdvertisedAddress(advertised_host(environment))
+
+
+def address_here(host: str, port: int) -> tuple[str, int]:
+    """Return where to connect to an address that a peer advertises.
+
+    Only the addresses that `PIPROS_ADVERTISE` maps to ports of this machine differ: a router or a container's
+    network may not lead them back inside. A host without ports leads back only for those of `PIPROS_PORTS`.
+    """
+    if "PIPROS_ADVERTISE" not in os.environ:
+        return host, port
+    from pipros.basics.env import Environment
+
+    environment = Environment.from_os()
+    try:
+        advertised, ports = environment.advertised_address(), environment.port_range
+    except InvalidEnvironment:  # reported by whoever opens a port
+        return host, port
+    if advertised is None or host.lower() != advertised.host.lower():
+        return host, port
+    inside = advertised.inside(port)
+    if inside is None and not advertised.ports and ports and port in ports:
+        inside = port
+    if inside is None:
+        return host, port
+    bound = bind_host(environment)
+    return {ANY: LOOPBACK, ANY_IPV6: LOOPBACK_IPV6}.get(bound, bound), inside
 
 
 def _is_address(host: str) -> bool:

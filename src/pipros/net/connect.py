@@ -8,6 +8,7 @@ import time
 
 from pipros.basics.errors import Interrupted
 from pipros.net import sockets
+from pipros.net.address import address_here
 from pipros.net.lookup import Lookups, process_lookups
 
 SLICE_S = 0.1
@@ -42,6 +43,7 @@ class Connector:
             TimeoutError: the deadline or `limit_s` passed.
             Interrupted: `interrupt` was called.
         """
+        host, port = address_here(host, port)
         found = (self._lookups or process_lookups()).find(
             host, port, deadline=deadline, is_given_up=lambda: self.is_interrupted, type=socket.SOCK_STREAM
         )

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from pipros.basics.errors import ProtocolError, Unreachable
 from pipros.basics.limits import process_limits
-from pipros.net.address import host_and_port, split_uri
+from pipros.net.address import address_here, host_and_port, split_uri
 from pipros.net.rpc_client import reason_of
 from pipros.wire.http import HttpError, Response, ResponseReader, request_head
 from pipros.wire.xmlrpc import decode_response, encode_call
@@ -96,7 +96,7 @@ class AsyncRpcClient:
                 if kept.has_answer_begun:
                     raise
         connecting = loop.create_connection(
-            lambda: _AsyncConnection(loop, self._answer_limit_bytes), self._host, self._port
+            lambda: _AsyncConnection(loop, self._answer_limit_bytes), *address_here(self._host, self._port)
         )
         _, connection = await asyncio.wait_for(connecting, timeout_s)
         self._connection = connection

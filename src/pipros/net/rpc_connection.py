@@ -72,9 +72,11 @@ class Answerer(Protocol):
 class RpcConnection(asyncio.Protocol):
     """Reads one peer's requests and writes the responses."""
 
-    def __init__(self, server: Answerer, loop: asyncio.AbstractEventLoop) -> None:
+    def __init__(self, server: Answerer, loop: asyncio.AbstractEventLoop, received: bytes = b"") -> None:
+        """Answer the requests of one connection; `received` are the bytes that were read from it before."""
         self._server = server
         self._loop = loop
+        self._received = received
         self._reader = RequestReader(body_limit=server.limits.body_bytes)
         self._transport: asyncio.Transport | None = None
         self._state = State.READING
@@ -98,11 +100,11 @@ class RpcConnection(asyncio.Protocol):
         names = (transport.get_extra_info(name) for name in ("peername", "sockname"))
         self.caller = Caller.from_names(*names)
         self.peer = self.caller.host
-        if self._server.admits(self.caller):
-            if not self._server.connections.add(self):
-                transport.abort()
-        else:
+        if not self._server.admits(self.caller) or not self._server.connections.add(self):
             transport.abort()
+        elif self._received:  # before what arrives from now on
+            self._loop.call_soon(self.data_received, self._received)
+            self._received = b""
 
     def connection_lost(self, _error: Exception | None) -> None:
         self._note(Event.ABORTED)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import inspect
+import socket
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextvars import ContextVar
@@ -17,6 +18,7 @@ from typing import Any, Final
 
 from pipros.basics.errors import LimitExceeded
 from pipros.basics.limits import Limits, limit_text, process_limits
+from pipros.basics.ports import PortRange
 from pipros.net.address import LOOPBACK
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.held_bytes import HeldBytes
@@ -64,7 +66,7 @@ class RpcServer:
         methods: Mapping[str, Method],
         *,
         host: str | Sequence[str] = LOOPBACK,
-        port: int = 0,
+        port: int | PortRange = 0,
         limits: Limits | None = None,
         admits: Callable[[Caller], bool] | None = None,
         on_bad_arity: Callable[[str, tuple[Any, ...]], Any] | None = None,
@@ -73,8 +75,9 @@ class RpcServer:
 
         Args:
             methods: the method table; other methods cannot be called.
-            host: the address to listen on, or several addresses, which get the same port.
-            port: the port; 0 selects a free port.
+            host: the address to listen on, or several addresses, which get the same port; none if all
+                connections come from `adopt`.
+            port: the port; 0 selects a free port, a range its first free port.
             limits: defaults to the process-wide limits.
             admits: decides from the two ends of a connection whether the peer may connect; by default, all
                 peers may.
@@ -83,10 +86,12 @@ class RpcServer:
         self._methods = {name: (method, *_arity(method)) for name, method in methods.items()}
         self._methods["system.multicall"] = (self._multicall, 1, 1)
         self._hosts = [host] if isinstance(host, str) else list(host)
-        self._port = port
+        self._wanted_port = port
+        self._port = 0
         self._admits = admits
         self._on_bad_arity = on_bad_arity or _bad_arity
         self._servers: list[asyncio.Server] = []
+        self._openings: set[asyncio.Task[Any]] = set()
         self._overdue_timer: asyncio.TimerHandle | None = None
         self._is_stopped = False
         self.limits = limits or process_limits()
@@ -114,11 +119,12 @@ class RpcServer:
         """Open the port. The server accepts connections when this returns.
 
         Raises:
-            OSError: the port is in use, or the address does not belong to this machine.
+            OSError: the port is in use, no port of the range is free, or the address does not belong to this
+                machine.
         """
         self._is_stopped = False
         loop = asyncio.get_running_loop()
-        for listener in listen_all(self._hosts, self._port):
+        for listener in listen_all(self._hosts, self._port or self._wanted_port):
             self._port = listener.getsockname()[1]
             server = await loop.create_server(
                 lambda: RpcConnection(self, loop), sock=listener, backlog=_ACCEPTED_AT_A_TIME
@@ -127,6 +133,18 @@ class RpcServer:
             # asyncio's backlog is also the number of connections that it accepts at a time
             listener.listen(_BACKLOG)
         self._overdue_timer = loop.call_later(1.0, self._close_overdue, loop)
+
+    def adopt(self, sock: socket.socket, received: bytes) -> None:
+        """Serve a connection that another server has accepted, and whose first bytes it has read.
+
+        Called in the event loop, after `start`.
+        """
+        loop = asyncio.get_running_loop()
+        opening = loop.create_task(
+            loop.connect_accepted_socket(lambda: RpcConnection(self, loop, received), sock)
+        )
+        self._openings.add(opening)
+        opening.add_done_callback(self._openings.discard)
 
     async def stop(self) -> None:
         """Close the port and all connections, without waiting for calls in progress."""
@@ -141,6 +159,8 @@ class RpcServer:
             # Up to Python 3.11, a connection that is being accepted when its server closes is lost and stays
             # open. Yielding once allows such connections to be accepted first.
             await asyncio.sleep(0)
+        if self._openings:
+            await asyncio.wait(self._openings, timeout=1.0)
         for server in servers:
             server.close()
         self.connections.close_all()

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import select
 import socket
 import struct
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING
 
+from pipros.basics.errors import PiprosError
 from pipros.basics.posix import call_in_children, descriptor_limit
 from pipros.basics.uri import host_and_port
+
+if TYPE_CHECKING:
+    from pipros.basics.ports import PortRange
 
 _DONTWAIT: int = getattr(socket, "MSG_DONTWAIT", 0)
 _QUICKACK: int = getattr(socket, "TCP_QUICKACK", 0)
@@ -34,6 +40,10 @@ the 13th of the 32-bit numbers is the age of the last acknowledgement in millise
 """
 
 
+class NoFreePort(PiprosError, OSError):
+    """No port of a range can be opened."""
+
+
 @contextlib.contextmanager
 def closed_on_error(sock: socket.socket) -> Iterator[socket.socket]:
     """Close a socket if the block raises any exception."""
@@ -44,8 +54,10 @@ def closed_on_error(sock: socket.socket) -> Iterator[socket.socket]:
         raise
 
 
-def listen(host: str, port: int = 0, backlog: int = 128) -> socket.socket:
+def listen(host: str, port: int | PortRange = 0, backlog: int = 128) -> socket.socket:
     """Return a non-blocking listening TCP socket; port 0 selects a free one. `::` also accepts IPv4."""
+    if not isinstance(port, int):
+        return listen_all([host], port, backlog)[0]
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     with closed_on_error(socket.socket(family, socket.SOCK_STREAM)) as server:
         if hasattr(socket, "SO_EXCLUSIVEADDRUSE"):  # Windows: SO_REUSEADDR would share the port
@@ -60,17 +72,24 @@ def listen(host: str, port: int = 0, backlog: int = 128) -> socket.socket:
     return server
 
 
-def listen_all(hosts: Sequence[str], port: int = 0) -> list[socket.socket]:
-    """Return listening sockets that use the same port on several addresses; 0 selects a port that is free on
-    all.
+def listen_all(hosts: Sequence[str], port: int | PortRange = 0, backlog: int = 128) -> list[socket.socket]:
+    """Return listening sockets that use the same port on several addresses.
+
+    0 selects a port that is free on all of them; a range, its first such port.
+
+    Raises:
+        NoFreePort: no port of the range can be opened.
+        OSError: the port is in use, or an address does not belong to this machine.
     """
+    if not isinstance(port, int):
+        return _listen_in_range(hosts, port, backlog)
     attempts = 1 if port else _ATTEMPTS
     while True:
         attempts -= 1
         opened: list[socket.socket] = []
         try:
             for host in hosts:
-                opened.append(listen(host, opened[0].getsockname()[1] if opened else port))
+                opened.append(listen(host, opened[0].getsockname()[1] if opened else port, backlog))
         except OSError:
             for server in opened:
                 server.close()
@@ -78,6 +97,26 @@ def listen_all(hosts: Sequence[str], port: int = 0) -> list[socket.socket]:
                 raise
         else:
             return opened
+
+
+def _listen_in_range(hosts: Sequence[str], ports: PortRange, backlog: int) -> list[socket.socket]:
+    is_reserved = False
+    for port in ports:
+        try:
+            return listen_all(hosts, port, backlog)
+        except PermissionError:  # on Windows also for a port in use
+            is_reserved = is_reserved or port < 1024
+        except OSError as error:
+            if error.errno != errno.EADDRINUSE:
+                raise
+    from pipros.net.port_holders import port_holders
+
+    reserved = "; ports below 1024 need privileges" if is_reserved else ""
+    holders = f". In use: {holders}" if (holders := port_holders(ports)) else ""
+    raise NoFreePort(
+        f"no free port in {ports} on {' and '.join(hosts)}{reserved}{holders}. Widen PIPROS_PORTS, or "
+        "end programs that use its ports"
+    )
 
 
 def connections_that_fit(share: float = 0.5) -> int:

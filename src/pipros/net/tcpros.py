@@ -1,6 +1,9 @@
 """Opening TCPROS connections, from either end: connect or accept, then exchange headers.
 
-`wire/handshake.py` determines the content of the headers.
+`wire/handshake.py` determines the content of the headers. A node may serve HTTP on the same port, so that a
+firewall or a container needs to open only one port for each node. The first four bytes distinguish the two:
+TCPROS begins with the length of the header, whose last byte is zero below 16 MiB; HTTP begins with a method
+in capital letters, which would be a length of 512 MiB or more.
 """
 
 from __future__ import annotations
@@ -16,8 +19,9 @@ from typing import Any
 
 from pipros.basics.errors import ProtocolError, Unreachable
 from pipros.basics.limits import Limits, process_limits
+from pipros.basics.ports import PortRange
 from pipros.net import sockets
-from pipros.net.address import plain_address
+from pipros.net.address import address_here, plain_address
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.refusals import Refusals
 from pipros.net.rpc_client import reason_of
@@ -37,7 +41,15 @@ _BACKLOG = 1024
 second.
 """
 
+_ACCEPTED_AT_A_TIME = 4
+"""Connections accepted in one turn of the event loop, so that those behind many others wait less."""
+
 _CHUNK_BYTES = 16 * 1024
+
+_TELLING_BYTES = 4
+"""The bytes that tell HTTP from TCPROS."""
+
+OnHttp = Callable[[socket.socket, bytes], None]
 
 _log = logging.getLogger("pipros.tcpros")
 
@@ -62,6 +74,8 @@ class TcprosConnection:
 class TcprosServer:
     """Accepts TCPROS connections and passes each to `on_connection` when its header has arrived.
 
+    Connections that begin with an HTTP request are passed to `on_http`, if set.
+
     Connections of peers that are silent, send garbage or announce too much are closed without an answer, as
     genuine nodes do. If too many are in their handshake, the oldest of them is closed for a new one, so that
     silent peers do not lock others out. It uses callbacks of the event loop, not coroutines, because every
@@ -76,9 +90,10 @@ class TcprosServer:
     def __init__(
         self,
         host: str,
-        port: int = 0,
+        port: int | PortRange = 0,
         *,
         on_connection: Callable[[TcprosConnection], None],
+        on_http: OnHttp | None = None,
         limits: Limits | None = None,
         log: logging.Logger = _log,
     ) -> None:
@@ -86,17 +101,20 @@ class TcprosServer:
 
         Args:
             host: the address to listen on.
-            port: the port; 0 selects a free port.
+            port: the port; 0 selects a free port, a range its first free port.
             on_connection: called in the event loop; must not block.
+            on_http: called in the event loop with a connection and its first bytes.
             limits: defaults to the process-wide limits.
             log: the logger that reports refusals.
 
         Raises:
-            OSError: the port is in use, or the address does not belong to this machine.
+            OSError: the port is in use, no port of the range is free, or the address does not belong to this
+                machine.
         """
         self._server = sockets.listen(host, port, _BACKLOG)
         self.port: int = self._server.getsockname()[1]
         self._on_connection = on_connection
+        self._on_http = on_http
         self._limits = limits = limits or process_limits()
         total = limits.tcpros_connections or sockets.connections_that_fit(DESCRIPTORS_SHARE)
         self._handshakes_limit = min(limits.handshakes, max(1, total // 4))
@@ -133,15 +151,22 @@ class TcprosServer:
             handshake.dismiss()
 
     def _accept(self) -> None:
+        for _ in range(_ACCEPTED_AT_A_TIME):
+            if not self._accept_one():
+                return
+
+    def _accept_one(self) -> bool:
+        """Accept a connection; return False if none waits."""
         try:
             sock, address = self._server.accept()
         except (BlockingIOError, InterruptedError, ConnectionAbortedError):
-            return
+            return False
         except OSError:  # out of descriptors; existing connections continue, and some may end
             self._loop.remove_reader(self._server)
             self._loop.call_later(RETRY_ACCEPT_S, self._accept_again)
-            return
-        handshake = _Handshake(sock, plain_address(str(address[0])), self._limits, self._on_connection)
+            return False
+        peer = plain_address(str(address[0]))
+        handshake = _Handshake(sock, peer, self._limits, self._on_connection, self._on_http)
         if not handshake.read():  # most headers have arrived by now
             handshake.wait(self._loop, self._forget)
             self._handshakes[handshake] = None
@@ -149,6 +174,7 @@ class TcprosServer:
                 longest = next(iter(self._handshakes))
                 self.refusals.count(longest.peer, "too many connections without a header")
                 longest.dismiss()
+        return True
 
     def _accept_again(self) -> None:
         if self._server.fileno() >= 0:
@@ -163,7 +189,7 @@ class TcprosServer:
 
 
 class _Handshake:
-    """A connection whose peer has not sent its header yet."""
+    """A connection whose peer has not sent its header, or the beginning of an HTTP request, yet."""
 
     def __init__(
         self,
@@ -171,12 +197,15 @@ class _Handshake:
         peer: str,
         limits: Limits,
         on_connection: Callable[[TcprosConnection], None],
+        on_http: OnHttp | None,
     ) -> None:
         sock.setblocking(False)
         self.peer = peer
         self._sock = sock
         self._limit_s = limits.handshake_s
         self._on_connection = on_connection
+        self._on_http = on_http
+        self._start = b""  # bytes that are too few to tell the protocol
         self._reader = HeaderReader(limits.header_bytes)
         self._unregister: Callable[[], None] = _nothing
 
@@ -202,6 +231,16 @@ class _Handshake:
         """Read the available bytes; return False if more are needed."""
         try:
             data = self._sock.recv(_CHUNK_BYTES)
+            if data and self._on_http is not None:
+                data, self._start = self._start + data, b""
+                if len(data) < _TELLING_BYTES:
+                    self._start = data
+                    return False
+                if _is_http(data[:_TELLING_BYTES]):
+                    self._unregister()
+                    self._on_http(self._sock, data)
+                    return True
+                self._on_http = None
             fields = self._reader.feed(data) if data else None
             if fields is not None:
                 sockets.prepare(self._sock)
@@ -217,6 +256,11 @@ class _Handshake:
         else:
             self.dismiss()
         return True
+
+
+def _is_http(start: bytes) -> bool:
+    """Return whether four bytes are the beginning of a method, as `POST` or `GET `."""
+    return start.isupper() and start.rstrip(b" ").isalpha()
 
 
 def _nothing() -> None:
@@ -260,6 +304,7 @@ def refuse_connection(sock: socket.socket, reason: str) -> None:
 
 async def _connect_first(loop: asyncio.AbstractEventLoop, host: str, port: int) -> socket.socket:
     """Return a connection to the first address of the host that accepts."""
+    host, port = address_here(host, port)
     failure: OSError = OSError(f"the name {host} has no address")
     for family, kind, protocol, _, address in await _addresses(loop, host, port):
         try:

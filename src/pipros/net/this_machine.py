@@ -101,6 +101,13 @@ def user_listening(host: str, port: int) -> int | None:
     return None
 
 
+def listening_inodes() -> dict[str, int]:
+    """Return the ports that processes of this machine listen on, by the inode of the socket; Linux only."""
+    return {
+        end.inode: int(end.local.rpartition(":")[2], 16) for end in _socket_table() if end.state == _LISTENING
+    }
+
+
 def has_address(host: str) -> bool:
     """Return True if an IP address belongs to this machine. Nothing is sent, and names are not looked up."""
     if is_loopback(host):

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
+from pipros.basics.ports import AdvertisedAddress
 from pipros.net.address import uri
 from pipros.net.busy_poll import PublishCount
 from pipros.net.connection_table import ConnectionTable
@@ -57,14 +58,19 @@ class NameInUse(PiprosError):
 
 
 class Endpoints:
-    """A node's publications, subscriptions and services. All names here are global."""
+    """A node's publications, subscriptions and services. All names here are global.
+
+    Attributes:
+        port: the TCPROS port.
+        address: the host and port at which peers reach it.
+    """
 
     def __init__(
         self,
         node_name: str,
         *,
-        host: str,
         port: int,
+        advertised: AdvertisedAddress,
         loop: BackgroundLoop,
         registrations: Registrations,
         log: logging.Logger,
@@ -72,12 +78,13 @@ class Endpoints:
         connections: ConnectionTable,
     ) -> None:
         self.port = port
+        self.address = advertised.outside(port)
         numbers = itertools.count(1)
         self.attempts = Attempts(limits.connection_attempts)
         self._context = NodeContext(
             node_name, loop, log, lambda: next(numbers), limits, connections, self.attempts, PublishCount()
         )
-        self.service_uri = uri(host, port, "rosrpc")
+        self.service_uri = uri(*self.address, "rosrpc")
         self._registrations = registrations
         self._publications: dict[str, tuple[Publication, Entry]] = {}
         self._subscriptions: dict[str, tuple[Subscription, Entry]] = {}

@@ -19,6 +19,7 @@ from pipros.basics.env import Environment
 from pipros.basics.errors import Interrupted, Unreachable
 from pipros.basics.interruptible_wait import OnceEvent
 from pipros.basics.limits import Limits, process_limits
+from pipros.basics.ports import PortRange
 from pipros.net import address
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.lookup import Lookups
@@ -71,6 +72,7 @@ class Node:
         on_shutdown_request: Callable[[str], object] | None = None,
         rpc_port: int = 0,
         tcpros_port: int = 0,
+        ports: str | None = None,
         limits: Limits | None = None,
     ) -> None:
         """Store the settings; `start` connects.
@@ -84,11 +86,17 @@ class Node:
             on_shutdown_request: called with the reason when a peer requests the node's shutdown.
             rpc_port: the port for the slave API; 0 selects a free port.
             tcpros_port: the port for topics and services; 0 selects a free port.
+            ports: a range such as `11400-11420`, from which one free port is selected for both. It cannot be
+                combined with the other two. Defaults to `PIPROS_PORTS`.
             limits: limits on the resources that peers can use; defaults to the process-wide limits.
 
         Raises:
             InvalidName: the name includes a namespace.
+            InvalidEnvironment: `ports`, `PIPROS_PORTS` or `PIPROS_ADVERTISE` has an invalid value.
+            ValueError: `ports` and `rpc_port` or `tcpros_port` are given.
         """
+        if ports and (rpc_port or tcpros_port):
+            raise ValueError("ports cannot be combined with rpc_port or tcpros_port")
         self.identity = Identity.settle(
             name, anonymous=anonymous, argv=argv, environment=environment or Environment.from_os()
         )
@@ -96,14 +104,19 @@ class Node:
         self.namespace = self.identity.namespace
         self.environment = self.identity.environment
         self.resolve = self.identity.resolve
-        self.host = address.advertised_host(self.environment)
+        port_range = PortRange.parse(ports, "ports") if ports else self.environment.port_range
+        self._ports: tuple[int | PortRange, int | PortRange] | PortRange = rpc_port, tcpros_port
+        if port_range and rpc_port == tcpros_port == 0:
+            self._ports = port_range
+        elif port_range:
+            self._ports = rpc_port or port_range, tcpros_port or port_range
+        self._advertised = address.advertised_address(self.environment, port_range)
         self.limits = limits or process_limits()
         self.log = log or logging.Logger(self.name, logging.WARNING)
         self.master = MasterClient(self.environment.master_uri, self.name)
         self.params = Parameters(self.master, self.resolve, self._registrations_if_started)
         self.clock: Clock = WallClock()
         self._on_shutdown_request = on_shutdown_request or self.shutdown
-        self._ports = rpc_port, tcpros_port
         self._calls = OpenCalls()
         self._loop = BackgroundLoop(f"node {self.name}", Lookups(self.limits.lookups))
         self._running: RunningNode | None = None
@@ -118,7 +131,8 @@ class Node:
         """Open the node's ports. The master learns of the node with its first registration.
 
         Raises:
-            OSError: the address in the environment does not belong to this machine.
+            OSError: the address in the environment does not belong to this machine, a port is in use, or no
+                port of the range is free.
         """
         bind_host = address.bind_host(self.environment)
         self._loop.start()
@@ -135,7 +149,7 @@ class Node:
         running = RunningNode(self.name, self.master, self._loop, self.log)
         await running.open(
             slave_methods(self, self.environment.master_uri, self.limits),
-            host=self.host,
+            advertised=self._advertised,
             bind_host=bind_host,
             ports=self._ports,
             limits=self.limits,

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from pipros.basics.limits import Limits
+from pipros.basics.ports import AdvertisedAddress, PortRange
 from pipros.net import address
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.loop import BackgroundLoop
@@ -51,47 +52,52 @@ class RunningNode:
         self,
         methods: Mapping[str, Callable[..., Any]],
         *,
-        host: str,
+        advertised: AdvertisedAddress,
         bind_host: str,
-        ports: tuple[int, int],
+        ports: tuple[int | PortRange, int | PortRange] | PortRange,
         limits: Limits,
     ) -> None:
-        """Open the ports for the slave API and TCPROS. Runs in the event loop.
+        """Open the node's ports. Runs in the event loop.
 
         No request is answered before this function returns.
 
         Args:
             methods: the methods of the slave API.
-            host: the host that peers connect to.
+            advertised: where peers connect to.
             bind_host: the address to listen on.
-            ports: the slave API port and the TCPROS port; 0 selects a free port.
+            ports: the slave API port and the TCPROS port, where 0 selects a free port; or a range, whose
+                first free port is used for both.
             limits: the limits on the resources that peers can use.
 
         Raises:
-            OSError: the address does not belong to this machine, or a port is in use.
+            OSError: the address does not belong to this machine, a port is in use, or no port of the range is
+                free.
         """
         rpc_connections = limits.rpc_connections or connections_that_fit(RPC_SHARE)
+        is_shared = not isinstance(ports, tuple)
+        rpc_port, tcpros_port = ports if isinstance(ports, tuple) else (0, ports)
         self._rpc = RpcServer(
             methods,
-            host=bind_host,
-            port=ports[0],
+            host=() if is_shared else bind_host,
+            port=rpc_port,
             limits=limits._replace(rpc_connections=rpc_connections),
             on_bad_arity=on_bad_arity,
         )
-        await self._rpc.start()
         self._tcpros = TcprosServer(
             bind_host,
-            ports[1],
+            tcpros_port,
             on_connection=lambda connection: self.endpoints.attach(connection),
+            on_http=self._rpc.adopt if is_shared else None,
             limits=limits,
             log=self._log,
         )
-        self.uri = address.uri(host, self._rpc.port)
+        await self._rpc.start()
+        self.uri = address.uri(*advertised.outside(self._tcpros.port if is_shared else self._rpc.port))
         self.registrations = Registrations(self._master, self._name, self.uri, self._log)
         self.endpoints = Endpoints(
             self._name,
-            host=host,
             port=self._tcpros.port,
+            advertised=advertised,
             loop=self._loop,
             registrations=self.registrations,
             log=self._log,

@@ -37,7 +37,6 @@ class SlaveNode(Protocol):
     """The part of a node that the slave API uses."""
 
     name: str
-    host: str
     log: logging.Logger
     master: MasterClient
     params: Parameters
@@ -231,7 +230,7 @@ class SlaveApi:
             return [-1, f"Not a publisher of [{topic}]", []]
         for protocol in protocols if isinstance(protocols, list) else ():
             if isinstance(protocol, list) and protocol and protocol[0] == "TCPROS":
-                host, port = self._node.host, self._node.endpoints.port
+                host, port = self._node.endpoints.address
                 return [1, f"ready on {host}:{port}", ["TCPROS", host, port]]
         return [0, "no supported protocol implementations", []]
 

@@ -53,6 +53,18 @@ FAULTS: dict[str, MachineReport] = {
     "ip-of-another": machine({"ROS_IP": "10.9.9.9"}),
     "ip-of-another-network": machine({"ROS_IP": "192.168.7.2"}),
     "loopback-advertised": machine({"ROS_IP": "127.0.0.1"}),
+    "port-range": machine({"PIPROS_PORTS": "11420-11400"}),
+    "ports-taken": machine({"PIPROS_PORTS": "11400"}, port_problem="no free port in 11400"),
+    "advertised-form": machine({"PIPROS_ADVERTISE": "lamp:80"}),
+    "advertised-unknown": machine(
+        {"PIPROS_PORTS": "11400", "PIPROS_ADVERTISE": "lamp"}, resolved={**HEALTHY.resolved, "lamp": ()}
+    ),
+    "advertised-any-port": machine({"PIPROS_ADVERTISE": "10.0.0.9"}),
+    "unmapped-port": machine({"PIPROS_PORTS": "11400-11401", "PIPROS_ADVERTISE": "10.0.0.9:80=11400"}),
+    "advertised-not-bound": machine(
+        {"PIPROS_PORTS": "11400", "PIPROS_ADVERTISE": "10.0.0.9:80"}, bound_host="127.0.0.1"
+    ),
+    "not-called-back": machine(not_called_back="http://10.0.0.9:80/"),
     "cannot-write": machine({"ROS_LOG_DIR": "/logs"}, paths={"/logs": PathKind.READ_ONLY}),
 }
 

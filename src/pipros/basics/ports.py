@@ -1,0 +1,139 @@
+"""The ports that the nodes of a process may open, and the address at which peers reach them.
+
+`PIPROS_PORTS=11400-11420` limits the nodes to a range. `PIPROS_ADVERTISE` is for nodes in a container or
+behind a router, which peers reach at another address than the one that is bound: `HOST` if the ports are the
+same, `HOST:31400-31420` for the ports of `PIPROS_PORTS` in their order, and
+`HOST:31400-31420=11400-11420,21311=11311` for ports outside and inside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from pipros.basics.graph_variables import InvalidEnvironment
+from pipros.basics.uri import host_and_port, split_uri
+
+PORTS = "PIPROS_PORTS"
+ADVERTISE = "PIPROS_ADVERTISE"
+
+_ENTRIES_LIMIT = 1_000
+
+
+@dataclass(frozen=True, slots=True)
+class PortRange:
+    """The ports from `first` to `last`, both included."""
+
+    first: int
+    last: int
+
+    @classmethod
+    def parse(cls, text: str, source: str = PORTS) -> PortRange:
+        """Read `11400-11420`, or a single port.
+
+        Raises:
+            InvalidEnvironment: another form, a port that is not in 1 to 65535, or an empty range; the text
+                names `source`.
+
+        >>> PortRange.parse("11400-11420")
+        PortRange(first=11400, last=11420)
+        """
+        first, dash, last = (part.strip() for part in text.partition("-"))
+        if not dash:
+            last = first
+        if not all(part.isascii() and part.isdecimal() and len(part) <= 5 for part in (first, last)):
+            raise InvalidEnvironment(
+                f"{source} [{text}] must have the form FIRST-LAST, for example 11400-11420"
+            )
+        if not 0 < int(first) <= int(last) <= 65535:
+            raise InvalidEnvironment(
+                f"{source} [{text}] must be ports from 1 to 65535, with the smaller one first"
+            )
+        return cls(int(first), int(last))
+
+    def __contains__(self, port: object) -> bool:
+        return isinstance(port, int) and self.first <= port <= self.last
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(range(self.first, self.last + 1))
+
+    def __len__(self) -> int:
+        return self.last - self.first + 1
+
+    def __str__(self) -> str:
+        return f"{self.first}-{self.last}" if len(self) > 1 else f"{self.first}"
+
+
+@dataclass(frozen=True, slots=True)
+class AdvertisedAddress:
+    """The host at which peers reach the ports of a process, and which ports lead to which.
+
+    Attributes:
+        host: a host name or an IP address.
+        ports: pairs of ranges of equal length: ports outside, and the ports that are bound.
+    """
+
+    host: str
+    ports: tuple[tuple[PortRange, PortRange], ...] = ()
+
+    @classmethod
+    def parse(cls, text: str, ports: PortRange | None) -> AdvertisedAddress:
+        """Read the value of `PIPROS_ADVERTISE`.
+
+        Args:
+            text: see the head of this module.
+            ports: the ports that nodes may open; None if any.
+
+        Raises:
+            InvalidEnvironment: another form, ports outside without ports inside, or ranges of different
+                length.
+        """
+        host, entries = _split_host(text.strip())
+        try:
+            split_uri(f"http://{host_and_port(host, 1)}/")
+        except ValueError:
+            raise InvalidEnvironment(
+                f"{ADVERTISE} [{text}] must have the form HOST, HOST:PORTS or HOST:PORTS=BOUND_PORTS, "
+                "for example robot.example:31400-31420=11400-11420"
+            ) from None
+        pairs = []
+        for entry in entries.split(",", _ENTRIES_LIMIT) if entries else ():
+            outer, equals, inner = entry.partition("=")
+            outside = PortRange.parse(outer, ADVERTISE)
+            inside = PortRange.parse(inner, ADVERTISE) if equals else ports
+            if inside is None:
+                raise InvalidEnvironment(
+                    f"{ADVERTISE} [{text}] does not say which port {outside} leads to: set {PORTS}, or write "
+                    f"{host_and_port(host, outside.first)}=PORT"
+                )
+            if len(outside) != len(inside):
+                raise InvalidEnvironment(
+                    f"{ADVERTISE} [{text}]: {outside} and {inside} must have the same number of ports"
+                )
+            pairs.append((outside, inside))
+        return cls(host, tuple(pairs))
+
+    def outside(self, port: int) -> tuple[str, int]:
+        """Return the host and port at which peers reach a bound port; the same port if none is listed."""
+        for outer, inner in self.ports:
+            if port in inner:
+                return self.host, outer.first + port - inner.first
+        return self.host, port
+
+    def inside(self, port: int) -> int | None:
+        """Return the bound port that a port outside leads to; None if none is listed."""
+        for outer, inner in self.ports:
+            if port in outer:
+                return inner.first + port - outer.first
+        return None
+
+
+def _split_host(text: str) -> tuple[str, str]:
+    """Split `HOST` and the list of ports; an IPv6 address with ports is in brackets."""
+    if text.startswith("["):
+        host, _, ports = text[1:].partition("]")
+        return host, ports.removeprefix(":")
+    if text.count(":") > 1:
+        return text, ""
+    host, _, ports = text.partition(":")
+    return host, ports

@@ -1,0 +1,94 @@
+"""Checks of the ports and the address of programs in containers and behind routers. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pipros.basics.env import Environment, InvalidEnvironment
+from pipros.health.finding import Finding, error, warning
+from pipros.health.machine import MachineReport
+from pipros.net.address import is_loopback
+
+Findings = Iterator[Finding]
+
+EXAMPLE_PORTS = "11400-11420"
+
+
+def ports_and_advertised_address(machine: MachineReport) -> Findings:
+    """Check `PIPROS_PORTS` and `PIPROS_ADVERTISE`, and that nodes listen where connections arrive."""
+    environment = Environment.from_os(machine.variables)
+    try:
+        ports = environment.port_range
+    except InvalidEnvironment as problem:
+        yield error("port-range", str(problem), f"export PIPROS_PORTS={EXAMPLE_PORTS}", "PIPROS_PORTS")
+        return
+    if machine.port_problem:
+        yield error(
+            "ports-taken",
+            f"A node cannot start: {machine.port_problem}",
+            "Widen PIPROS_PORTS (in a container also the ports that are mapped), or end some programs.",
+            "PIPROS_PORTS",
+        )
+    try:
+        advertised = environment.advertised_address()
+    except InvalidEnvironment as problem:
+        yield error(
+            "advertised-form",
+            str(problem),
+            f"export PIPROS_PORTS={EXAMPLE_PORTS} PIPROS_ADVERTISE=ADDRESS, the address by which the others "
+            "reach this machine.",
+            "PIPROS_ADVERTISE",
+        )
+        return
+    if advertised is None:
+        return
+    if machine.resolved.get(advertised.host) == ():
+        yield warning(
+            "advertised-unknown",
+            f"The host [{advertised.host}] of PIPROS_ADVERTISE cannot be resolved to an address here",
+            "Advertise an address, or make sure that every other machine can resolve the name.",
+            "PIPROS_ADVERTISE",
+            advertised.host,
+        )
+    if ports is None:
+        yield error(
+            "advertised-any-port",
+            "PIPROS_ADVERTISE is set, but nodes open random ports, which no container or router maps",
+            f"export PIPROS_PORTS={EXAMPLE_PORTS}, and map these ports.",
+            "PIPROS_PORTS",
+        )
+        return
+    mapped = [inner for _, inner in advertised.ports] or [ports]
+    unmapped = [port for port in ports if not any(port in inner for inner in mapped)]
+    if unmapped:
+        yield warning(
+            "unmapped-port",
+            f"PIPROS_ADVERTISE lists no port outside for {len(unmapped)} of PIPROS_PORTS [{ports}], the "
+            f"first is {unmapped[0]}",
+            "List and map all of them, or shorten PIPROS_PORTS.",
+            "PIPROS_ADVERTISE",
+            "PIPROS_PORTS",
+        )
+    if is_loopback(machine.bound_host) and not is_loopback(advertised.host):
+        yield warning(
+            "advertised-not-bound",
+            f"PIPROS_ADVERTISE [{advertised.host}] is set, but nodes listen on {machine.bound_host} only: "
+            "connections that a container or a router passes on do not arrive",
+            "export ROS_IP=ADDRESS, an address of this machine inside, and start `roscore --bind 0.0.0.0`.",
+            "ROS_IP",
+        )
+
+
+def master_calls_back(machine: MachineReport) -> Findings:
+    """Check that the master can connect to the address that programs of this machine advertise."""
+    if not machine.not_called_back:
+        return
+    yield error(
+        "not-called-back",
+        f"The master did not connect to [{machine.not_called_back}], the address that programs of this "
+        "machine advertise: others cannot reach them either",
+        "Set ROS_IP to an address of this machine that the master's machine can reach. In a container or "
+        f"behind a router, map ports to it and export PIPROS_PORTS={EXAMPLE_PORTS} PIPROS_ADVERTISE=ADDRESS, "
+        "the address outside. Genuine nodes there cannot be reached: the container needs the host's network.",
+        "PIPROS_ADVERTISE",
+    )

@@ -1,0 +1,33 @@
+"""The programs of this machine that listen on ports, for the error if none is free."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Container
+from contextlib import suppress
+from pathlib import Path
+
+from pipros.basics.printable import printable
+from pipros.net.this_machine import listening_inodes
+
+_PROC = Path("/proc")
+_NAMED = 20
+
+
+def port_holders(ports: Container[int]) -> str:
+    """Return who listens on these ports, as `11400 python3 (pid 12)`, at most 20 of them.
+
+    The programs of other users are named for root only. Empty on systems other than Linux.
+    """
+    inodes = {inode: port for inode, port in listening_inodes().items() if port in ports}
+    programs: dict[int, str] = {}
+    for folder in _PROC.glob("[0-9]*/fd"):
+        with suppress(OSError):  # another user's, or it has ended
+            for descriptor in folder.iterdir():
+                port = inodes.get(os.readlink(descriptor).removeprefix("socket:[").removesuffix("]"))
+                if port is not None:
+                    name = printable((folder.parent / "comm").read_text().strip())
+                    programs[port] = f"{name} (pid {folder.parent.name})"
+    listed = [f"{port} {programs.get(port, 'another user')}" for port in sorted(set(inodes.values()))]
+    more = [f"and {len(listed) - _NAMED} more"] if len(listed) > _NAMED else []
+    return ", ".join([*listed[:_NAMED], *more])
