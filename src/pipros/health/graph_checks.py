@@ -106,8 +106,8 @@ def unreachable_publishers(system: SystemReport) -> Findings:
             "to /etc/hosts."
             if failure.is_unknown_host
             else "A firewall, a container or a wrong ROS_IP is in the way. Genuine nodes choose any free "
-            f"port for data, so all ports of [{host}] must be open, and a container needs the host's network. "
-            "Nodes of pipros need PIPROS_PORTS, and in a container also PIPROS_ADVERTISE."
+            f"port for data, so all ports of [{host}] must be open, and a container needs the host's network."
+            " Nodes of pipros need PIPROS_PORTS, and in a container also PIPROS_ADVERTISE."
         )
         yield error(
             "unreachable-publisher",
