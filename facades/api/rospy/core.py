@@ -201,13 +201,13 @@ def parse_rosrpc_uri(uri: str) -> tuple[str, int]:
 def xmlrpcapi(uri: str | None, cache: bool = True) -> object | None:
     """Return an XML-RPC proxy for a node or master, or None if `uri` does not contain a host."""
     del cache  # the proxy manages its connections itself
-    from urllib.parse import urlsplit  # Like `ServerProxy`, this also accepts a URI without a port.
+    from urllib.parse import urlsplit  # Like `server_proxy`, this also accepts a URI without a port.
 
     if uri is None or not urlsplit(uri).netloc:
         return None
-    from xmlrpc.client import ServerProxy
+    from pipros.net.server_proxy import server_proxy
 
-    return ServerProxy(uri)
+    return server_proxy(uri)
 
 
 class NullHandler(logging.NullHandler):

@@ -87,8 +87,7 @@ def is_publisher(topic: str, publisher_id: str) -> bool:
 
 def get_master() -> Any:
     """Return an XML-RPC proxy for the master."""
-    from xmlrpc.client import ServerProxy
-
     from pipros.basics.env import Environment
+    from pipros.net.server_proxy import server_proxy
 
-    return ServerProxy(Environment.from_os().master_uri)
+    return server_proxy(Environment.from_os().master_uri)

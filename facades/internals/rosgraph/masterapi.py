@@ -78,9 +78,9 @@ class Master:
         """
         if self._handle is not None:
             return self._handle
-        from xmlrpc.client import ServerProxy
+        from pipros.net.server_proxy import server_proxy
 
-        return ServerProxy(self.master_uri)
+        return server_proxy(self.master_uri)
 
     @handle.setter
     def handle(self, value: Any) -> None:

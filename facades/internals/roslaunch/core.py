@@ -113,7 +113,9 @@ class Master:
 
     def get(self) -> ServerProxy:
         """Return an XML-RPC proxy for the master."""
-        return ServerProxy(self.uri)
+        from pipros.net.server_proxy import server_proxy
+
+        return server_proxy(self.uri)
 
     def get_multi(self) -> MultiCall:
         """Return an XML-RPC proxy that combines several calls in one request."""

@@ -10,6 +10,7 @@ from typing import ParamSpec, TypeVar
 from xmlrpc.client import ServerProxy
 
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.net.server_proxy import server_proxy
 from rosgraph import names
 
 _star_names(__name__, "roslib")
@@ -38,13 +39,13 @@ def get_master() -> ServerProxy:
     Raises:
         KeyError: `ROS_MASTER_URI` is not set.
     """
-    return ServerProxy(os.environ["ROS_MASTER_URI"])
+    return server_proxy(os.environ["ROS_MASTER_URI"])
 
 
 @deprecated
 def get_param_server() -> ServerProxy:
     """Same as `get_master`, because the master is also the parameter server."""
-    return ServerProxy(os.environ["ROS_MASTER_URI"])
+    return server_proxy(os.environ["ROS_MASTER_URI"])
 
 
 @deprecated

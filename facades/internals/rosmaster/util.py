@@ -6,6 +6,8 @@ import threading
 from xmlrpc.client import ServerProxy
 
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.basics.limits import process_limits
+from pipros.net.server_proxy import server_proxy
 
 _star_names(__name__, "errno socket urllib.parse:urlparse")
 
@@ -14,12 +16,17 @@ _proxies = threading.local()
 
 
 def xmlrpcapi(uri: str | None) -> ServerProxy | None:
-    """Return an XML-RPC proxy for a node or master, or None if the URI is invalid. Cached per thread."""
+    """Return an XML-RPC proxy for a node or master, or None if the URI is invalid. Cached per thread.
+
+    A call raises TimeoutError if the server is silent for longer than the limit `notice_s`.
+    """
     scheme, _, rest = (uri or "").partition("://")
     if uri is None or not scheme or not rest.partition("/")[0]:
         return None
     proxies: dict[str, ServerProxy] = _proxies.__dict__
-    return proxies.setdefault(uri, ServerProxy(uri))
+    if uri not in proxies:
+        proxies[uri] = server_proxy(uri, process_limits().notice_s)
+    return proxies[uri]
 
 
 def remove_server_proxy(uri: str) -> None:
