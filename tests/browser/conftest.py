@@ -12,6 +12,7 @@ from playwright.sync_api import Browser, ConsoleMessage, expect, sync_playwright
 from playwright.sync_api import Page as Tab
 
 from tests.support.browser import find_chromium
+from tests.support.network import steady_interfaces
 from tests.support.page import Page
 
 expect.set_options(timeout=30_000)
@@ -50,9 +51,10 @@ def open_tab(chromium: Browser) -> Iterator[OpenTab]:
         tab.goto(page.url_of(place))
         return tab
 
-    yield open_it
-    for context in chromium.contexts:
-        context.close()
+    with steady_interfaces():
+        yield open_it
+        for context in chromium.contexts:
+            context.close()
     assert errors == []
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import os
 import random
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -24,6 +27,23 @@ def is_available() -> bool:
 
 
 needs_network = pytest.mark.skipif(not is_available(), reason="needs network namespaces, which need root")
+
+
+@contextlib.contextmanager
+def steady_interfaces() -> Iterator[None]:
+    """Keep other tests from adding or removing network interfaces of this machine.
+
+    Chromium aborts its requests with ERR_NETWORK_CHANGED if one changes.
+    """
+    with _interfaces_locked(fcntl.LOCK_SH):
+        yield
+
+
+@contextlib.contextmanager
+def _interfaces_locked(kind: int) -> Iterator[None]:
+    with (Path(tempfile.gettempdir()) / f"pipros-test-interfaces-{os.getuid()}").open("a") as opened:
+        fcntl.flock(opened, kind)
+        yield
 
 
 class LoneNetwork:
@@ -89,9 +109,10 @@ class FarNetwork:
         _ip("netns", "add", self._name)
         try:
             plug = ("type", "veth", "peer", "name", "far0", "netns", self._name)
-            _ip("link", "add", self._cable, *plug)
-            _ip("address", "add", f"{self.near}/30", "dev", self._cable)
-            _ip("link", "set", self._cable, "up")
+            with _interfaces_locked(fcntl.LOCK_EX):
+                _ip("link", "add", self._cable, *plug)
+                _ip("address", "add", f"{self.near}/30", "dev", self._cable)
+                _ip("link", "set", self._cable, "up")
             _ip("-n", self._name, "link", "set", "lo", "up")
             _ip("-n", self._name, "link", "set", "far0", "up")
             self.mend()
@@ -118,7 +139,8 @@ class FarNetwork:
         return address
 
     def close(self) -> None:
-        subprocess.run(["ip", "link", "delete", self._cable], capture_output=True, check=False)
+        with _interfaces_locked(fcntl.LOCK_EX):
+            subprocess.run(["ip", "link", "delete", self._cable], capture_output=True, check=False)
         subprocess.run(["ip", "netns", "delete", self._name], capture_output=True, check=False)
 
 
