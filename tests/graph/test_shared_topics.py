@@ -86,7 +86,7 @@ def test_a_taker_of_another_type_gets_one_error_and_no_message(
 
     assert not wrong
     assert [str(error) for error in errors] == [
-        "[/chatter]: /talker publishes [std_msgs/String], which is not [std_msgs/Int32]"
+        "[/chatter]: /talker publishes [std_msgs/String] instead of [std_msgs/Int32]"
     ]
     assert isinstance(errors[0], WrongType)
 

@@ -221,7 +221,7 @@ def test_hidden_names_cannot_be_used() -> None:
         channel = {"id": 1, "topic": "hidden", "encoding": "json", "schemaName": "std_msgs/String"}
         assert "[/hidden] is not allowed" in text_of(await talk.say("advertise", channels=[channel]))
         answers = await talk.say("setParameters", parameters=[{"name": "hidden", "value": 1}])
-        assert text_of(answers) == "parameter [hidden]: it is not allowed by the whitelist"
+        assert text_of(answers) == "parameter [hidden]: the whitelist does not allow it"
 
     run(body)
 
