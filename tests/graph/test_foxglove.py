@@ -414,7 +414,7 @@ def test_a_capability_that_is_not_offered_is_refused(make_node: MakeNode) -> Non
         assert text == "this server does not offer the capability parameters"
 
 
-def test_it_continues_after_the_master_was_away(make_node: MakeNode, master: Master) -> None:
+def test_it_continues_after_the_master_was_unavailable(make_node: MakeNode, master: Master) -> None:
     publisher = make_node("talker").advertise("/chatter", String)
     with serving(make_node("bridge"), CONTROL) as address, connected(address) as client:
         client.subscribe(1, "/chatter")

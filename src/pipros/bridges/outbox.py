@@ -3,9 +3,8 @@
 Theory of operation. Threads of links `put` messages, and the event loop pops them, in order of publishing,
 while the client's connection has room. A subscription may limit the number of its queued messages. If the
 client's limit in bytes is exceeded, the oldest messages of any subscription are dropped and counted. Answers
-to requests are never
-dropped: if an answer does not fit, the outbox is overrun and the client must be disconnected, because it
-    would wait for the answer forever.
+to requests are never dropped: if an answer does not fit, the outbox is overrun and the client must be
+disconnected, because it would wait for the answer forever.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Topics that the clients of a bridge receive. All clients share one ROS subscription per topic.
 
-The node shares the subscription, and passes latched messages to later callbacks too. For bridges, this module
-adds that subscribing never blocks, because a thread calls the master; that all clients of a topic share one
-object for a message and its time of arrival; and that a client that expects a type receives no messages of
-another type.
+The node shares the subscription, and passes latched messages to later callbacks too. This module adds three
+guarantees for bridges. Subscribing never blocks, because a thread calls the master. All clients of a topic
+share one object per message, which includes its time of arrival. A client that expects a type receives no
+messages of other types.
 """
 
 from __future__ import annotations

@@ -166,7 +166,7 @@ class FoxgloveHandler:
         found = self._packages.get(package)
         return () if found is None else (found.path,)
 
-    # -- what the threads report ---------------------------------------------------------
+    # -- reports from the threads ---------------------------------------------------------
 
     def _on_look(self, look: Look) -> None:
         self._loop.call(self._apply, look)

@@ -149,7 +149,7 @@ class ClientSession:
         """Whether the client subscribes to parameters."""
         return self._takes_all_parameters or bool(self._parameters)
 
-    # -- what the bridge reports ------------------------------------------------------
+    # -- reports from the bridge ------------------------------------------------------
 
     def remove_channels(self, ids: Sequence[int]) -> None:
         """End the subscriptions to channels that are no longer offered."""

@@ -56,7 +56,7 @@ class OfferedServices:
             self._offers[service] = offer
 
     def withdraw(self, client: Offerer, service: str) -> None:
-        """End a service of this client; its callers get an error. Ignore services of other clients."""
+        """Withdraw a service of this client; its callers get an error. Ignore services of other clients."""
         with self._lock:
             found = self._offers.get(service)
             if found is not None and found.client is client:
@@ -75,7 +75,7 @@ class OfferedServices:
         found.answer(call, values, self._filler, is_success=is_success)
 
     def close(self) -> None:
-        """End all services."""
+        """Withdraw all services."""
         with self._lock:
             for offer in self._offers.values():
                 offer.fail("the bridge is shutting down")

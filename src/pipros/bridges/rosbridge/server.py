@@ -93,7 +93,7 @@ class DoorSession:
         return self._session.published
 
     def close(self) -> None:
-        """End the session, in a thread."""
+        """Close the session, in a thread."""
         self._threads.start(self._session.close)
         asyncio.get_running_loop().call_soon(self._on_change)
 

@@ -203,7 +203,7 @@ def test_a_complete_operation_ends_a_text_that_was_not_complete() -> None:
     peer = Peer()
     assert peer.sends('{"op": "publish", "msg": {') == []
     status, taken = peer.sends('{"op": "subscribe", "topic": "/a"}')
-    assert "dropped" in status.operation["msg"]
+    assert "discarded" in status.operation["msg"]
     assert isinstance(taken, TakeTopic)
 
 
