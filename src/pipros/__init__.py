@@ -1,7 +1,7 @@
 """ROS 1 from pip: master, client, messages, launch and tools, with no ROS installation.
 
-The public API: `from pipros import Node`. docs/api.md describes it. The modules of these names are imported
-when a name is first used.
+The public API: `from pipros import Node`. docs/api.md describes it. The module that defines a name is
+imported when the name is first used.
 
 For pytest, which rewrites the asserts of plugins and would warn that this package is imported already (by the
 import hook of every interpreter): PYTEST_DONT_REWRITE
@@ -74,7 +74,7 @@ def __getattr__(name: str) -> object:
     from importlib import import_module
 
     value: object = getattr(import_module(module), name)
-    globals()[name] = value  # further uses find it there
+    globals()[name] = value  # so that further uses do not call this function
     return value
 
 

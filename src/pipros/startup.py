@@ -1,8 +1,8 @@
 """Makes the messages of ROS packages importable, and makes rospkg and pkg_resources find pipros's packages.
 
 `pipros.pth` imports this module whenever a Python interpreter of the environment starts, unless
-`PIPROS_NO_IMPORT_HOOK` is set. It adds finders to `sys.meta_path` and imports nothing else: the search for
-packages is imported when an import needs it.
+`PIPROS_NO_IMPORT_HOOK` is set. The module adds finders to `sys.meta_path` and imports nothing else. The code
+that searches for packages is imported when an import needs it.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class _DistributionFinder:
 
 
 class _CompletingFinder:
-    """Finds the modules of rospkg and setuptools that learn about pipros's packages."""
+    """Finds the modules of rospkg and setuptools that must find pipros's packages, and adapts them."""
 
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, _target: ModuleType | None = None

@@ -189,7 +189,7 @@ def test_publications_end_with_their_client(make_node: MakeNode) -> None:
     [
         ({"encoding": "cdr"}, "encoding 'cdr' is not one of ros1, json"),
         ({"schemaName": "alien_msgs/X"}, "type [alien_msgs/X] is not installed, and its schema is missing"),
-        ({"schema": "int32 data"}, "the schema of [std_msgs/String] is not that of the installed type"),
+        ({"schema": "int32 data"}, "the schema of [std_msgs/String] differs from the installed definition"),
         ({"topic": "not a name"}, "not a name"),
     ],
 )
@@ -411,10 +411,10 @@ def test_a_capability_that_is_not_offered_is_refused(make_node: MakeNode) -> Non
         assert client.next("serverInfo")["capabilities"] == ["services"]
         client.send("getParameters", parameterNames=[])
         text = client.next("status", level=2)["message"]
-        assert text == "parameters is not among the capabilities of this server"
+        assert text == "this server does not offer the capability parameters"
 
 
-def test_it_continues_after_the_master_was_away(make_node: MakeNode, master: Master) -> None:
+def test_it_continues_after_the_master_was_unavailable(make_node: MakeNode, master: Master) -> None:
     publisher = make_node("talker").advertise("/chatter", String)
     with serving(make_node("bridge"), CONTROL) as address, connected(address) as client:
         client.subscribe(1, "/chatter")
@@ -432,6 +432,6 @@ def test_bad_requests_are_answered_with_a_status(make_node: MakeNode) -> None:
             client.socket.send(data)
             assert client.next("status")["level"] == 2
         client.send("subscribe", subscriptions=[{"id": 1, "channelId": 99}])
-        assert client.next("status", level=1)["message"] == "there is no channel 99"
+        assert client.next("status", level=1)["message"] == "channel 99 does not exist"
         client.send("unsubscribe", subscriptionIds=[4])
-        assert client.next("status", level=1)["message"] == "there is no subscription 4"
+        assert client.next("status", level=1)["message"] == "subscription 4 does not exist"

@@ -101,7 +101,7 @@ def test_a_wrong_parameter_ends_the_program(processes: Processes, make_node: Mak
     ended = processes.run("rosrun", "image_transport", "republish", "raw", "in:=/a", "compressed", "out:=/b")
 
     assert ended.returncode == 1
-    assert "jpeg_quality must be a whole number from 1 to 100, got 400" in ended.output
+    assert "jpeg_quality must be an integer from 1 to 100, got 400" in ended.output
 
 
 def test_the_transports_are_listed(processes: Processes) -> None:

@@ -373,7 +373,7 @@ def test_roscore_prints_noetics_lines_and_the_allowed_networks(ros: RosSystem) -
 def test_a_master_can_be_opened_to_the_network_on_purpose(ros: RosSystem) -> None:
     open_to_all = "0.0.0.0"  # noqa: S104
     core = ros.pipros.start("roscore", "-p", str(ros.port), "--bind", open_to_all, ROS_HOSTNAME="localhost")
-    core.wait_for("master listens on 0.0.0.0, open to everybody who can reach this computer")
+    core.wait_for("master listens on 0.0.0.0, open to all programs that can reach this computer")
 
 
 def test_the_pid_file_exists_while_roscore_runs(ros: RosSystem, package: Path) -> None:

@@ -245,11 +245,11 @@ def test_statistics_count_the_work_of_the_master(master: Master, slave: FakeSlav
     [
         ({}, "127.0.0.1", "for this computer only"),
         ({"ROS_IP": "127.0.0.1"}, "127.0.0.1", "for this computer only"),
-        ({"ROS_HOSTNAME": "robot"}, address.ANY, "open to everybody who can reach this computer"),
+        ({"ROS_HOSTNAME": "robot"}, address.ANY, "open to all programs that can reach this computer"),
         (
             {"ROS_MASTER_URI": "http://robot:11311"},
             address.ANY,
-            "open to everybody who can reach this computer",
+            "open to all programs that can reach this computer",
         ),
     ],
 )

@@ -187,7 +187,7 @@ def test_one_port_has_the_page_rosbridge_and_foxglove(ros: RosSystem) -> None:
     server.press_ctrl_c()
     assert server.wait() == 0
     gone = ros.pipros.run("pipros", "clients", host)
-    assert gone.stderr[-1].startswith(f"ERROR: no bridge answers at {host}")
+    assert gone.stderr[-1].startswith(f"ERROR: no bridge responds at {host}")
 
 
 def test_one_port_on_a_network_needs_the_token_that_it_prints(ros: RosSystem) -> None:

@@ -31,7 +31,7 @@ def text_of(message: TopicMessage) -> str:
     return message.body[4:].decode()
 
 
-def test_all_takers_share_one_subscription_and_its_messages(
+def test_all_clients_share_one_subscription_and_its_messages(
     topics: SharedTopics, make_node: MakeNode
 ) -> None:
     publisher = make_node("talker").advertise("/chatter", String)
@@ -56,7 +56,7 @@ def test_all_takers_share_one_subscription_and_its_messages(
     wait_until(lambda: not topics.counts())
 
 
-def test_later_takers_get_the_last_message_of_each_latching_publisher(
+def test_later_clients_get_the_last_message_of_each_latching_publisher(
     topics: SharedTopics, make_node: MakeNode
 ) -> None:
     for name in "ab":
@@ -73,7 +73,7 @@ def test_later_takers_get_the_last_message_of_each_latching_publisher(
     assert all(message.is_latched for message in later)
 
 
-def test_a_taker_of_another_type_gets_one_error_and_no_message(
+def test_a_client_of_another_type_gets_one_error_and_no_message(
     topics: SharedTopics, make_node: MakeNode
 ) -> None:
     publisher = make_node("talker").advertise("/chatter", String)
@@ -86,12 +86,12 @@ def test_a_taker_of_another_type_gets_one_error_and_no_message(
 
     assert not wrong
     assert [str(error) for error in errors] == [
-        "[/chatter]: /talker publishes [std_msgs/String], which is not [std_msgs/Int32]"
+        "[/chatter]: /talker publishes [std_msgs/String] instead of [std_msgs/Int32]"
     ]
     assert isinstance(errors[0], WrongType)
 
 
-def test_a_failing_taker_does_not_harm_the_others(topics: SharedTopics, make_node: MakeNode) -> None:
+def test_a_failing_client_does_not_harm_the_others(topics: SharedTopics, make_node: MakeNode) -> None:
     publisher = make_node("talker").advertise("/chatter", String)
     messages: list[TopicMessage] = []
     topics.take("/chatter", None, lambda _: 1 / 0)
@@ -116,7 +116,7 @@ def test_taking_returns_at_once_if_the_master_does_not(make_node: MakeNode, mast
     wait_until(lambda: not topics.counts())
 
 
-def test_the_master_knows_the_type_that_a_taker_expects(topics: SharedTopics, make_node: MakeNode) -> None:
+def test_the_master_knows_the_type_that_a_client_expects(topics: SharedTopics, make_node: MakeNode) -> None:
     master = make_node("tool").master
     topics.take("/wanted", "std_msgs/String", list[TopicMessage]().append)
     wait_until(lambda: ["/wanted", "std_msgs/String"] in master.get_topic_types())

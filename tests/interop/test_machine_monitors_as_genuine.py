@@ -44,7 +44,7 @@ SENDERS = [
     ("three", "left", "right"),
     ("four", "right", "left"),
 ]
-"""Nodes that send a transform each: two that give a frame different parents, two that make a circle."""
+"""Nodes that send a transform each: two that give a frame different parents, two that form a cycle."""
 
 
 def test_faulty_transforms_are_reported_as_by_genuine(plain_ros: RosSystem) -> None:

@@ -92,7 +92,7 @@ def test_a_link_exchanged_after_it_was_checked_is_not_followed(
 def test_the_log_of_a_node_does_not_follow_the_link_of_another_user(tmp_path: Path, victim: Path) -> None:
     link_of_another_user(tmp_path / "talker.log", victim)
 
-    with pytest.raises(Planted, match="a link of another user"):
+    with pytest.raises(Planted, match="a link that belongs to another user"):
         open_file_handler(tmp_path / "talker.log")
 
 
@@ -101,7 +101,7 @@ def test_the_folder_of_a_run_is_not_a_link_of_another_user(tmp_path: Path) -> No
     (tmp_path / "documents").mkdir()
     link_of_another_user(tmp_path / "the-run", tmp_path / "documents")
 
-    with pytest.raises(LogFolderUnusable, match="a link of another user"):
+    with pytest.raises(LogFolderUnusable, match="a link that belongs to another user"):
         LogFolder.of_run(Environment(log_dir=tmp_path), "the-run")
 
 

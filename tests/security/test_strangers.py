@@ -60,7 +60,7 @@ def test_an_untrusted_caller_cannot_name_publishers(make_node: MakeNode, master:
     with socket.create_server(("127.0.0.1", 0)) as trap:
         uri = f"http://127.0.0.1:{trap.getsockname()[1]}/"
         assert call(listener, "publisherUpdate", "/master", "/chat", [uri]) == [
-            1, "the master is asked itself", 0,
+            1, "the master is queried instead", 0,
         ]  # fmt: skip
         calls = master._server.rpc.calls
         wait_until(lambda: calls["registerSubscriber"] == 2)  # one of them to subscribe

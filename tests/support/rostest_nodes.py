@@ -81,7 +81,7 @@ class LevelSystem:
     """A master, the node of NODES, and the test nodes of one side, run one by one without rostest."""
 
     def __init__(self, ros: RosSystem, side: Side, python: str, nodes: Path) -> None:
-        """Keep the arguments: `nodes` is the folder of the test nodes, which `python` runs."""
+        """Store the settings: `nodes` is the folder of the test nodes, which `python` runs."""
         self._side, self._python, self._nodes = side, python, nodes
         side.start_bare_master()
         self._master: Any = ServerProxy(ros.master_uri)

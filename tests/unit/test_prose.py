@@ -38,6 +38,14 @@ AVOIDED: dict[str, str] = {
     r"\bin the words of\b": "with the text of",
     r"\bdoes his worst\b": "during an attack",
     r"\bpicture = SystemState\b": "state = SystemState",
+    r"\b(?:is|are|was|were) away\b": "is not available",
+    r"\btakers?\b": "client, subscriber, user",
+    r"\b(?:form|make)(?:s|ing)? a circle\b": "a cycle",
+    r"\b(?:[Ss]end|[Pp]ublish|[Ll]isten|[Oo]ffer)\w{0,2} (?:[\w ]+ )?(?:nothing|no) more\b(?! than)": "stop",
+    r"\b(?:has|have) come or gone\b": "has connected or disconnected",
+    r"\b[Hh]ow soon\b": "interval, delay, timeout",
+    r"\bin (?:its|their|\w+'s) words\b": "as worded by …, with the texts of …",
+    r"\b[Kk]eep the arguments\b": "Store the settings.",
 }
 
 # Texts that must equal Noetic's: (file below the repository, text).
@@ -131,6 +139,15 @@ def test_code_docs_and_scripts_avoid_translated_phrases() -> None:
         "the master tells them about it",
         "The most looks at the socket before it sleeps.",
         "the most connections of one host",
+        "None while the master is away",
+        "latched messages come first for each taker",
+        "the links form a circle",
+        "Send nothing more.",
+        "Offer a service no more.",
+        "called when a client has come or gone",
+        "How soon a page shows new values.",
+        "the checks of Noetic, in its words",
+        '"""Keep the arguments. `limit` is the maximum."""',
     ],
 )
 def test_each_phrase_is_found(line: str) -> None:
@@ -150,6 +167,8 @@ def test_each_phrase_is_found(line: str) -> None:
         "the peer with the most links",
         "rosnode ping /nobody",
         "Returns the newest, or what the caller gave.",
+        "Both turtles drive in a circle.",
+        "Send no more than ten messages.",
     ],
 )
 def test_plain_english_is_accepted(line: str) -> None:

@@ -79,7 +79,10 @@ _PARTS: tuple[tuple[type, str, Any], ...] = (
 
 
 def encode_config(config: Any, flat: bool = True) -> ConfigMsg:
-    """Encode a configuration as a message. A dictionary value is the configuration's tree of groups."""
+    """Encode a configuration as a message.
+
+    If a value is a dictionary, it is encoded as the tree of parameter groups.
+    """
     message = ConfigMsg()
     for name, value in config.items():
         for kind, part, parameter in _PARTS:

@@ -1,4 +1,4 @@
-"""`Server`, with which other nodes can change the parameters of this node."""
+"""`Server`, which lets other nodes change the parameters of this node."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`Capability`, the base of classes that add operations to a protocol."""
+"""`Capability`, the base class for classes that add operations to a protocol."""
 
 from __future__ import annotations
 
@@ -9,22 +9,23 @@ from rosbridge_library.protocol import Protocol
 
 
 class Capability:
-    """One or more operations of a client's protocol."""
+    """Handler for one or more operations of a client's protocol."""
 
     def __init__(self, protocol: Protocol) -> None:
         self.protocol = protocol
 
     def handle_message(self, message: dict[str, Any]) -> None:
-        """Handle an operation. For subclasses."""
+        """Handle an operation. Subclasses override this method."""
 
     def finish(self) -> None:
-        """Release what the client used: its connection has ended. For subclasses."""
+        """Release the client's resources after its connection has closed. Subclasses override this method."""
 
     def basic_type_check(self, msg: dict[str, Any], types_info: list[tuple[Any, ...]]) -> None:
         """Check the arguments of an operation.
 
         Args:
-            types_info: for each argument whether it is required, its name, and its type or types, if any.
+            types_info: tuples of whether the argument is required, its name and, optionally, its type or
+                types.
 
         Raises:
             MissingArgumentException, InvalidArgumentException: an argument is missing, or has another type.

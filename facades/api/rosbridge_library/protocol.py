@@ -1,4 +1,4 @@
-"""`Protocol`, the base of `RosbridgeProtocol`: operations by name, and JSON."""
+"""`Protocol`, the base class of `RosbridgeProtocol`: dispatches operations by name, and converts JSON."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Protocol:
 
     Attributes:
         client_id: identifies the client.
-        operations: handlers by the names of the operations.
+        operations: handlers by operation name.
     """
 
     parameters: Any = None
@@ -27,7 +27,7 @@ class Protocol:
         self.operations: dict[str, Callable[[dict[str, Any]], object]] = {}
 
     def incoming(self, message_string: str | bytes = "") -> None:
-        """Handle an operation of the client."""
+        """Handle an operation from the client."""
         try:
             message = json_object(message_string)
         except BadInput as error:
@@ -43,7 +43,7 @@ class Protocol:
             self.log("error", f"{message.get('op')}: {error}", message.get("id"))
 
     def outgoing(self, message: str | bytes, compression: str = "none") -> None:
-        """Send data to the client. Servers assign a function."""
+        """Send data to the client. Servers replace this method with a function."""
 
     def send(self, message: dict[str, Any], cid: Any = None, compression: str = "none") -> None:
         """Send an operation to the client."""
@@ -51,7 +51,7 @@ class Protocol:
         self.outgoing(self.serialize(message), compression=compression)
 
     def finish(self) -> None:
-        """Release what the client used: its connection has ended."""
+        """Release the client's resources after its connection has closed."""
         for capability in self.capabilities:
             capability.finish()
         self.capabilities = []
@@ -68,7 +68,7 @@ class Protocol:
         return json_object(msg)
 
     def register_operation(self, opcode: str, handler: Callable[[dict[str, Any]], object]) -> None:
-        """Call `handler` with each operation of this name."""
+        """Call `handler` with each operation that has this name."""
         self.operations[opcode] = handler
 
     def unregister_operation(self, opcode: str) -> None:
@@ -80,7 +80,7 @@ class Protocol:
         self.capabilities.append(capability_class(self))
 
     def log(self, level: str, message: str, lid: Any = None) -> None:
-        """Write a message to the log of the node."""
+        """Write a message to the node's log."""
         text = f"[Client {self.client_id}] {f'[id: {lid}] ' if lid is not None else ''}{message}"
         write = {"error": rospy.logerr, "warning": rospy.logwarn, "info": rospy.loginfo}
         write.get(level, rospy.logdebug)(text)

@@ -15,9 +15,9 @@ from rospy.session import session
 
 
 class RosbridgeProtocol(Protocol):
-    """All operations of rosbridge, on the node of rospy, and those that are registered besides.
+    """All rosbridge operations on rospy's node, and those registered by capabilities.
 
-    The server passes received texts to `incoming`, and assigns a function to `outgoing`.
+    The server passes received text to `incoming`, and assigns a function to `outgoing`.
     """
 
     def __init__(self, client_id: Any, parameters: Any = None) -> None:
@@ -29,14 +29,14 @@ class RosbridgeProtocol(Protocol):
         self._session = bridge.connect(self._outbox)
 
     def incoming(self, message_string: str | bytes = "") -> None:
-        """Handle a text of the client: an operation, or a part of one."""
+        """Handle text from the client: an operation, or a part of one."""
         if self.operations and self._is_registered(message_string):
             super().incoming(message_string)
         else:
             self._session.receive(message_string)
 
     def finish(self) -> None:
-        """Release what the client used: its connection has ended."""
+        """Release the client's resources after its connection has closed."""
         super().finish()
         self._session.close()
 
@@ -56,7 +56,7 @@ class RosbridgeProtocol(Protocol):
 
 @cache
 def shared_bridge() -> Bridge:
-    """Return what all clients of the process share.
+    """Return the bridge that all clients in the process share.
 
     Raises:
         RuntimeError: `rospy.init_node` was not called.

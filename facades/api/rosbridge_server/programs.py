@@ -1,7 +1,7 @@
 """`rosrun rosbridge_server rosbridge_websocket`, `rosbridge_tcp` and `rosbridge_udp`.
 
-The parameters are those of the launch files. A port that is in use is tried again after
-`~retry_startup_delay`; `~actual_port` is the port once it is open.
+The parameters are those of the launch files. If the port is in use, the server tries again after
+`~retry_startup_delay`. Once the port is open, its number is stored in `~actual_port`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Server(Protocol):
 
 
 class WrongParameter(PiprosError):
-    """A parameter of a server has a wrong value."""
+    """A parameter of a server has an invalid value."""
 
 
 @exits_after_ctrl_c()
@@ -87,10 +87,10 @@ def _serve(server_class: Any, started: str) -> int:
 
 
 def options_from_parameters(*, is_websocket: bool) -> ServerOptions:
-    """Return the options that the node's parameters and command line set.
+    """Return the options set by the node's parameters and command line.
 
     Raises:
-        WrongParameter: a parameter has a wrong value.
+        WrongParameter: a parameter has an invalid value.
         PiprosError: BSON is requested, and pymongo is not installed.
     """
     arguments = _command_line()
@@ -136,7 +136,7 @@ def _command_line() -> dict[str, str]:
 
 
 def _parameter(name: str, default: Any) -> Any:
-    """Return a private parameter; the default also for "None" and an empty text."""
+    """Return a private parameter; the default if it is not set, empty or "None"."""
     value = rospy.get_param(f"~{name}", default)
     return default if value in ("None", "") else value
 
@@ -155,7 +155,7 @@ def _number(name: str, default: float) -> float:
 def _authenticator() -> Authenticator:
     file = _parameter("secret_file", None)
     if not file:
-        raise WrongParameter("~authenticate needs ~secret_file, a file with a secret of 16 characters")
+        raise WrongParameter("~authenticate requires ~secret_file, a file with a secret of 16 characters")
     try:
         return Authenticator(Path(str(file)).read_text(encoding="utf-8").strip(), time.time)
     except (OSError, ValueError) as error:

@@ -54,7 +54,10 @@ class BeforeInit:
         self._remappings = names.resolve_remappings(self.identity_of(None).arguments.remappings, node_name)
 
     def identity_of(self, node: Node | None) -> Identity:
-        """Return the node's names with the replaced remappings, or those of the process if `node` is None."""
+        """Return the identity of the node, or of the process if `node` is None.
+
+        Remappings set by `read_arguments` or `resolve_remappings_for` replace its own.
+        """
         if node is not None:
             identity = node.identity
         else:

@@ -113,7 +113,7 @@ class Publisher(Topic[AnyMessage]):
             name: the topic.
             data_class: the message class.
             subscriber_listener: notified when subscribers connect or disconnect.
-            tcp_nodelay: accepted for compatibility; pipros links never delay.
+            tcp_nodelay: accepted for compatibility and ignored; subscribers request it, as in `Subscriber`.
             latch: whether later subscribers receive the last message.
             headers: additional fields for the connection headers.
             queue_size: number of messages queued for a slow subscriber before the oldest is dropped; 0 for
@@ -196,8 +196,9 @@ class Publisher(Topic[AnyMessage]):
             handle.unregister()
 
     def close(self) -> None:
-        """Make `publish` raise an exception from now on. Called when the publisher's node is no longer the
-        process's node.
+        """Make `publish` raise an exception from now on.
+
+        Called when the publisher's node is no longer the process's node.
         """
         self._publish = self._refuse
         self._is_closed = True

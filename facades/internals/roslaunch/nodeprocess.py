@@ -144,7 +144,7 @@ class LocalProcess(Process):
         return super().is_alive()
 
     def stop(self, errors: list[str] | None = None) -> None:
-        """End the program and its children with SIGINT, then SIGTERM, then SIGKILL.
+        """Stop the program and its children with SIGINT, then SIGTERM, then SIGKILL.
 
         Blocks until the program has exited.
         """

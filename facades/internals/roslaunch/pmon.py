@@ -347,7 +347,7 @@ class ProcessMonitor(threading.Thread):
         return process is not None
 
     def shutdown(self) -> None:
-        """Ask the thread to end all processes and then itself.
+        """Tell the thread to stop all processes, and then to end.
 
         Returns immediately; `join` waits for the end.
         """
@@ -423,7 +423,7 @@ def start_process_monitor() -> ProcessMonitor | None:
 
 
 def shutdown_process_monitor(process_monitor: ProcessMonitor | None) -> bool:
-    """End a monitor and its processes. Return False if it had already finished or takes longer than 20 s."""
+    """Stop a monitor and its processes. Return False if it had already finished or takes longer than 20 s."""
     if process_monitor is None or process_monitor.is_shutdown:
         return False
     process_monitor.shutdown()
@@ -432,7 +432,7 @@ def shutdown_process_monitor(process_monitor: ProcessMonitor | None) -> bool:
 
 
 def pmon_shutdown() -> None:
-    """End all monitors started by `start_process_monitor`, and their processes."""
+    """Stop all monitors started by `start_process_monitor`, and their processes."""
     for monitor in _monitors[:]:
         shutdown_process_monitor(monitor)
         with suppress(ValueError):

@@ -69,5 +69,5 @@ class ROSLaunch:
         return self.parent.spin_once()
 
     def stop(self) -> None:
-        """End all nodes."""
+        """Stop all nodes."""
         self.parent.shutdown()

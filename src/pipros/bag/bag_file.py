@@ -88,7 +88,7 @@ class BagFile:
         self._reader = None
 
     def set_chunks(self, compression: str, chunk_bytes: int) -> None:
-        """Write the open chunk, and set the compression and size for later chunks."""
+        """Write the open chunk, and set the compression and size of later chunks."""
         self.flush()
         self._compression, self._chunk_bytes = compression, chunk_bytes
         if self.writer is not None:

@@ -2,8 +2,7 @@
 
 If installed, the library (`pipros[lz4]`) is used instead, which decodes several GB/s. It does not provide
 wheels for musl or 32-bit ARM, where it needs a compiler. This module can read bags on those machines, too.
-The format is
-https://github.com/lz4/lz4/blob/dev/doc/lz4_Frame_format.md; checksums are verified.
+The format is https://github.com/lz4/lz4/blob/dev/doc/lz4_Frame_format.md; checksums are verified.
 """
 
 from __future__ import annotations

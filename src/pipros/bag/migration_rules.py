@@ -1,8 +1,7 @@
 """Migration rules for `rosbag check` and `rosbag fix`. They convert messages to newer definitions.
 
 Rule files (`.bmr`) contain Python classes, in the form that genuine rosbag writes. They are parsed, never
-executed;
-see `migration_update` for the statements that `update` may contain.
+executed; see `migration_update` for the statements that `update` may contain.
 """
 
 from __future__ import annotations

@@ -441,7 +441,7 @@ class BagReader:
 
 
 def _usual_headers(connection: int) -> tuple[bytes, bytes]:
-    """Return the starts of message records, up to the timestamp, that rosbag and rosbag_storage write."""
+    """Return the bytes before the timestamp in a message record, as rosbag and rosbag_storage write them."""
     op, conn = ("op", bytes([Op.MESSAGE])), ("conn", U32.pack(connection))
     start, time = U32.pack(_MESSAGE_HEADER_BYTES), U32.pack(13) + b"time="
     return start + field_bytes([op, conn]) + time, start + field_bytes([conn, op]) + time

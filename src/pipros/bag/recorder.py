@@ -241,7 +241,8 @@ class Recorder:
             header = message.header
             known = connections.get(id(header))
             if known is None:
-                if len(connections) >= KEPT_CONNECTIONS:  # these mostly belong to publishers that have left
+                # most of these belong to publishers that no longer exist
+                if len(connections) >= KEPT_CONNECTIONS:
                     connections.clear()
                 known = connections[id(header)] = received_connection(topic, header), header
             put(StoredMessage(known[0], now_ns(), message.body))

@@ -1,8 +1,8 @@
 """Order the messages in many chunks by time, with as few open chunks as possible. Performs no I/O.
 
-Chunks whose time ranges do not overlap are yielded as a whole. The sorted entries of overlapping chunks are
-merged; a chunk is held in memory only from its first message to its last. Messages with equal timestamps are
-ordered by connection, then by position in the file.
+The messages of a chunk whose time range does not overlap others are yielded as one run. The sorted entries of
+overlapping chunks are merged; a chunk is held in memory only from its first message to its last. Messages
+with equal timestamps are ordered by connection, then by position in the file.
 """
 
 from __future__ import annotations

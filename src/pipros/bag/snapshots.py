@@ -1,4 +1,4 @@
-"""Keep recent messages in memory, and write them to a file (a snapshot) on request."""
+"""Keep recent messages in memory, and write them to a file, a snapshot, on request."""
 
 from __future__ import annotations
 

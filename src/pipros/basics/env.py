@@ -31,7 +31,7 @@ __all__ = [
 ]
 
 DISTRIBUTION: Mapping[str, str] = {"ROS_DISTRO": "noetic", "ROS_VERSION": "1", "ROS_PYTHON_VERSION": "3"}
-"""The variables that Noetic's setup files set to the same values everywhere."""
+"""The variables to which Noetic's setup files assign the same values on every machine."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,8 @@ from typing import Any
 def install_command(*extras: str) -> str:
     """Return the command that adds pipros extras to this environment.
 
-    The command installs from the same folder, file or repository as before, because a package index may have
-    no pipros, or a different one.
+    The command installs from the same folder, file or repository as before, because a package index may not
+    contain pipros, or may contain a different version.
     """
     return f"{_pip()} install {_requirement(','.join(extras), _origin())}"
 

@@ -1,4 +1,4 @@
-"""This user's home folder, with a fallback for users that have none, such as a bare user id in a container.
+"""This user's home folder, with a fallback for users without one, such as a mere user id in a container.
 
 In that case genuine ROS creates a folder named `~` in the working folder.
 """

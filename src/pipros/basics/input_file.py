@@ -37,7 +37,7 @@ def read_end(path: str | os.PathLike[str], most_bytes: int) -> str:
     """Return the last `most_bytes` of a regular file as UTF-8, beginning with a whole line.
 
     Raises:
-        OSError: it cannot be read, or is not a regular file.
+        OSError: the file cannot be read, or is not a regular file.
     """
     descriptor = os.open(path, READ)
     with open(descriptor, "rb") as file:
@@ -59,7 +59,7 @@ def read_text(path: str | os.PathLike[str], limit_bytes: int | None = None, *, e
         errors: how invalid bytes are handled, as in `bytes.decode`.
 
     Raises:
-        OSError: as for `read_file`.
+        OSError: the same as for `read_file`.
         UnicodeDecodeError: the content is not UTF-8, and `errors` is `strict`.
     """
     return read_file(path, limit_bytes).decode("utf-8", errors).replace("\r\n", "\n").replace("\r", "\n")

@@ -26,8 +26,7 @@ _Item = TypeVar("_Item")
 class OnceEvent:
     """An event that is set once, and stays usable if a signal handler raises in a waiting thread.
 
-    `set` never blocks, so signal handlers may call it. An exception that a handler raises in `wait` is
-    harmless.
+    `set` never blocks, so signal handlers may call it. A handler may raise an exception during `wait`.
     """
 
     __slots__ = ("_is_set", "_lock")
@@ -41,7 +40,7 @@ class OnceEvent:
         return self._is_set
 
     def set(self) -> None:
-        """End all waits. May be called repeatedly."""
+        """Set the event, which ends all waits. May be called repeatedly."""
         self._is_set = True
         self._release()
 

@@ -28,8 +28,8 @@ class Limits(NamedTuple):
     Attributes:
         header_bytes: size of a TCPROS connection header.
         frame_bytes: a message, a service request, a service reply.
-        handshakes: connections to a node that have sent neither a TCPROS header nor the beginning of an HTTP
-            request yet, at a time.
+        handshakes: concurrent connections to a node on which neither a TCPROS header nor the beginning of an
+            HTTP request has arrived yet.
         handshake_s: the time for either of these, and for the header of a peer that the node connects to.
         body_bytes: an XML-RPC request.
         answer_bytes: an XML-RPC response from a server that the user chose: the master, or a node that a tool
@@ -48,7 +48,7 @@ class Limits(NamedTuple):
         cmake_value_characters: the value of one CMake variable, or the arguments of one command.
         cmake_characters: all of a package's CMake variables together.
         log_bytes: the log file of a node or launcher, `rosout.log` and `master.log`.
-        log_files: a log file and its rotated predecessors, of which `x.log.1` is the most recent.
+        log_files: a log file and its rotated predecessors. `x.log.1` is the most recent of these.
         goals: goals of an action server, including recently ended goals and goals cancelled in advance. Goal
             ids are limited to `name_characters`.
         launch_bytes: files and command outputs that one launch reads, and the text that substitutions insert.
@@ -92,7 +92,7 @@ class Limits(NamedTuple):
         bag_header_bytes: the header of one record in a bag.
         bag_connection_bytes: a connection header, or the list of a chunk's connections, in a bag.
         bag_chunk_bytes: one chunk of a bag, uncompressed.
-        bag_expanded_bytes: the same for a chunk that decompression makes more than 1,000 times larger.
+        bag_expanded_bytes: one chunk of a bag that decompression makes more than 1,000 times larger.
         bag_index_bytes: entries for messages that are found by reading chunks, beyond 16 bytes for each byte
             of the file.
         bag_cache_bytes: the uncompressed chunks that are kept while a bag is read.
@@ -104,12 +104,12 @@ class Limits(NamedTuple):
         page_topics: topics that all browsers connected to a page watch together.
         bridge_clients: clients of rosbridge and Foxglove servers of a process.
         bridge_topics: topics that all these clients receive together.
-        bridge_subscriptions: subscriptions of one client, and likewise what it advertises.
-        bridge_queue_bytes: messages and answers that wait for one client.
+        bridge_subscriptions: subscriptions of one client; also the topics and services that it advertises.
+        bridge_queue_bytes: the messages and answers queued for one client.
         bridge_message_bytes: a message from a client.
-        bridge_stall_s: the time that a client may leave a full connection unread.
-        bridge_client_rate: messages per second that a client may send; beyond, it is read more slowly.
-        bridge_client_rate_bytes: likewise, bytes per second.
+        bridge_stall_s: the time for which a client may leave a full connection unread.
+        bridge_client_rate: messages per second that a client may send; faster clients are slowed down.
+        bridge_client_rate_bytes: bytes per second that a client may send; faster clients are slowed down.
         message_values: values in a new message.
         empty_elements: values in one message beyond the budget of eight values per byte.
         turtles: turtles in one turtlesim.

@@ -87,7 +87,7 @@ def refuse_planted_link(path: str | os.PathLike[str]) -> None:
 
 def _check_link(status: os.stat_result, path: str) -> None:
     if S_ISLNK(status.st_mode) and status.st_uid not in (user_id(), _ROOT):
-        raise Planted(errno.EPERM, "it is a link of another user", path)
+        raise Planted(errno.EPERM, "it is a link that belongs to another user", path)
 
 
 def _target(path: str) -> str:

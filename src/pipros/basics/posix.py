@@ -1,8 +1,9 @@
 """POSIX features that other systems lack: file owners, process groups, forks and descriptor limits.
 
-On other systems, a function has a harmless result or raises `NeedsPosix`. `sys.platform` is for type
-checkers; the existence of names is checked, too, because Python in a browser lacks some of them. The terminal
-is in `terminals.py`. This module imports little, because every first import of a message needs it.
+On other systems, a function does nothing, returns a neutral value, or raises `NeedsPosix`. Code checks
+`sys.platform` for the sake of type checkers, and also whether names exist, because Python in a browser lacks
+some of them. The terminal is in `terminals.py`. This module imports little, because every first import of a
+message needs it.
 """
 
 from __future__ import annotations
@@ -28,8 +29,9 @@ _WINDOWS_CONNECTIONS = 8192
 
 
 def user_id() -> int:
-    """Return the process's effective user id. On systems without file owners, return 0, which is also their
-    `st_uid`.
+    """Return the process's effective user id.
+
+    On systems without file owners, return 0, which is also their `st_uid`.
     """
     if sys.platform != "win32" and HAS_OWNERS:
         return os.geteuid()
@@ -58,8 +60,9 @@ def signal_group(group: int, number: int) -> None:
 
 
 def kill_with_group(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process, which may already have ended. On POSIX, also kill the rest of the group that it
-    leads.
+    """Kill a process, which may already have exited.
+
+    On POSIX, also kill the rest of the group that it leads.
     """
     if sys.platform != "win32" and hasattr(os, "killpg"):
         import signal

@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     """Writes text for the user."""
 
 QUOTE_LIMIT = 200
-"""Longer texts from peers are cut when they are quoted."""
+"""Maximum length at which texts from peers are quoted; longer texts are truncated."""
 
 
 def printable(value: object, limit: int = QUOTE_LIMIT) -> str:
     """Return `value` as one line without control characters: they become escapes such as `\\x1b` and `\\n`.
 
-    A text longer than `limit` characters is cut, and ends in `...`. Other values are converted by `str`.
+    A text longer than `limit` characters is truncated and ends in `...`. Other values are converted by `str`.
 
     >>> printable("a\\x1b[31mb\\nc"), printable("abcdef", limit=5)
     ('a\\\\x1b[31mb\\\\nc', 'ab...')
@@ -50,7 +50,9 @@ def printable_lines(text: str) -> str:
 
 
 def write_line(stream: IO[str], line: str, end: str = "\n") -> None:
-    """Write a line and flush it. Characters that the stream's encoding lacks become `\\xe9` and the like.
+    """Write a line and flush it.
+
+    Characters that the stream's encoding lacks are written as escapes such as `\\xe9`.
 
     Raises:
         OSError, ValueError: the stream cannot be written to, or is closed.

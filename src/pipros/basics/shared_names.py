@@ -1,4 +1,4 @@
-"""Module attributes that give access to the attributes of an object, which other packages read and set."""
+"""Module attributes that forward reads and writes to the attributes of an object."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Servers for browsers and other languages: what the rosbridge and Foxglove protocols share."""
+"""Shared code of the rosbridge and Foxglove servers, which connect browsers and programs in any language."""

@@ -1,8 +1,8 @@
-"""Checks of the requests with which clients of a bridge connect: their origin and their token. No sockets.
+"""Check the origin and the token of clients that connect to a bridge. No sockets.
 
-A program sends no `Origin`; a browser sends the one of the page that connects. Pages of this machine may
-connect, others only if the server was started with their origin, because a page of any site on the Internet
-could otherwise control the robot through the browser of a visitor.
+Programs send no `Origin` header; browsers send the origin of the page that opens the connection. Pages served
+from this machine may connect. Pages from elsewhere may connect only if the server was started with their
+origin. Otherwise, any website could control the robot through its visitors' browsers.
 """
 
 from __future__ import annotations
@@ -22,13 +22,14 @@ _ORIGIN = re.compile(r"https?://([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\])(?::[0-9]{1,5
 
 @dataclass(frozen=True, slots=True)
 class Admission:
-    """Conditions for clients of a bridge.
+    """Conditions under which clients may connect to a bridge.
 
     Attributes:
-        secret: its token is required; None requires none.
-        origins: origins of pages that may connect besides those of this machine: `https://app.example.org`;
-            `*` is any.
-        allows_null_origin: whether pages without an origin may, which are files and sandboxed frames.
+        secret: the secret whose token is required; None if no token is required.
+        origins: origins of further pages that may connect, such as `https://app.example.org`; `*` allows all.
+            Pages served from this machine may always connect.
+        allows_null_origin: whether pages without an origin, such as local files and sandboxed frames, may
+            connect.
     """
 
     secret: Secret | None = None
@@ -36,19 +37,22 @@ class Admission:
     allows_null_origin: bool = False
 
     def check_origin(self, origin: str | None) -> None:
-        """Raise `Denied` if a page of this origin may not connect. None stands for a client without one."""
+        """Raise `Denied` if a page of this origin may not connect.
+
+        None means that the client sent no origin.
+        """
         if origin is None or ANY_ORIGIN in self.origins or origin in self.origins:
             return
         if self.allows_null_origin if origin == "null" else _is_loopback(origin):
             return
-        raise Denied(f"Pages of {printable(origin)} may not connect here; --origin allows them.")
+        raise Denied(f"Pages from {printable(origin)} may not connect here; --origin allows them.")
 
     def has_token(self, path: str, authorization: str | None) -> bool:
-        """Return whether a request contains the token, or needs none.
+        """Return whether a request contains the token, or no token is required.
 
         Args:
-            path: path of the request; the token is its last segment or the parameter `token`.
-            authorization: the header with that name: `Bearer` and the token.
+            path: path of the request. The token may be its last segment or the query parameter `token`.
+            authorization: the `Authorization` header, which may be `Bearer` followed by the token.
         """
         if self.secret is None:
             return True

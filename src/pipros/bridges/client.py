@@ -1,11 +1,12 @@
-"""The connection of one client of a bridge: writes what its outbox holds, as fast as the client reads.
+"""The connection of one client of a bridge: writes the content of its outbox as fast as the client reads.
 
 Theory of operation. `Outbox` wakes the event loop, once for all clients. A client's frames are written
-without a task: until its connection is full, and again when asyncio says that there is room. A connection
-that stays full without any progress is aborted after `bridge_stall_s`. Frames do not go through `send` of
-websockets, which copies a large message twice and takes several times as long for a small one, nor through
-`broadcast`, which does not say when to stop. The head of a frame without mask and extensions, by RFC 6455, is
-three lines. A large frame is sent from its own memory; while it is being written, control frames wait.
+without a task: until the socket buffer is full, and again when asyncio reports that there is room. A
+connection that stays full without any progress is aborted after `bridge_stall_s`. Frames do not go through
+`send` of websockets, which copies a large message twice and takes several times as long for a small one, nor
+through `broadcast`, which does not report a full buffer. Encoding the head of a frame without mask and
+extensions (RFC 6455) takes three lines. A large frame is sent from its own memory; while it is being written,
+control frames wait.
 """
 
 from __future__ import annotations
@@ -27,18 +28,20 @@ from pipros.web.server_port import PortConnection
 JOINED_BYTES: Final = 16 * 1024
 """Up to this size, copying the parts of a frame takes less time than another system call."""
 CHUNK_BYTES: Final = 16 * 1024
-"""Bytes of a large frame that the transport gets when the socket is full, to wait for room."""
+"""Bytes of a large frame to pass to the transport when the socket is full, so that it reports when there is
+room.
+"""
 ENCRYPTED_BYTES: Final = 256 * 1024
-"""The same with TLS, where the transport gets all of them."""
+"""The same with TLS, where all data pass through the transport."""
 TURN_BYTES: Final = 1024 * 1024
-"""Bytes that a client is written before other clients have their turn."""
+"""Bytes to write to one client before the other clients get their turn."""
 CLOSING_S: Final = 1.0
-"""Time for a client to acknowledge that it is disconnected."""
+"""Time for a client to acknowledge the closing of the connection."""
 _LONGEST_REASON: Final = 120
 
 
 class Wakeups:
-    """Calls functions in an event loop for other threads, with one wake-up for many of them."""
+    """Calls functions in an event loop on behalf of other threads, with one wake-up for several calls."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
@@ -46,7 +49,7 @@ class Wakeups:
         self._lock = threading.Lock()
 
     def wake(self, function: Callable[[], object]) -> None:
-        """Call a function in the event loop soon. Do nothing if the loop has ended. Thread-safe."""
+        """Schedule a call in the event loop. Do nothing if the loop has stopped. Thread-safe."""
         with self._lock:
             self._due.append(function)
             if len(self._due) > 1:
@@ -64,13 +67,13 @@ class Wakeups:
 
 
 class BridgeConnection(PortConnection):
-    """Connection that says when it has room.
+    """WebSocket connection that reports when its socket buffer is full and when it has room.
 
     Attributes:
-        is_page: whether it serves the page.
+        is_page: whether the request was for the page.
         is_known: whether the request contained the token, or none is required.
         on_room: called when the connection is no longer full.
-        on_full: called when it is full.
+        on_full: called when the connection becomes full.
     """
 
     is_page = False
@@ -78,12 +81,12 @@ class BridgeConnection(PortConnection):
     on_room: Callable[[], object] | None = None
     on_full: Callable[[], object] | None = None
     _is_encrypted = False
-    _rest: memoryview | None = None  # of a frame that is being written
+    _rest: memoryview | None = None  # unwritten part of the current large frame
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
         self._is_encrypted = transport.get_extra_info("ssl_object") is not None
-        if not self._is_encrypted:  # with TLS, asyncio would pause at an empty buffer, too
+        if not self._is_encrypted:  # with TLS, asyncio would pause even if the buffer is empty
             self.transport.set_write_buffer_limits(high=0)
 
     def pause_writing(self) -> None:
@@ -98,7 +101,7 @@ class BridgeConnection(PortConnection):
             self.on_room()
 
     def send_data(self) -> None:
-        """Write control frames, but never within another frame: `_write_rest` continues."""
+        """Write control frames, or leave them to `_write_rest` while a large frame is incomplete."""
         if self._rest is None:
             super().send_data()
 
@@ -109,7 +112,10 @@ class BridgeConnection(PortConnection):
         return is_free and self.protocol.state is State.OPEN and not self.transport.is_closing()
 
     def write(self, frame: Frame) -> None:
-        """Begin to write a frame. Only while `has_room`, which is False until all of it is written."""
+        """Begin to write a frame.
+
+        Call only if `has_room` is True; it becomes False until the frame is written completely.
+        """
         head = frame_head(frame.size, is_text=frame.is_text)
         if frame.size <= JOINED_BYTES:
             self.transport.write(b"".join((head, *frame.parts)))
@@ -121,10 +127,10 @@ class BridgeConnection(PortConnection):
         self._write_rest()
 
     def _write_rest(self) -> None:
-        """Write the rest of a large frame while the socket takes it, and then the delayed control frames."""
+        """Write as much of a large frame as the socket accepts, and then the delayed control frames."""
         while self._rest is not None and not self.paused:
             sent = self._send_now(self._rest)
-            if not sent:  # the transport says when there is room again
+            if not sent:  # the transport reports when there is room again
                 sent = ENCRYPTED_BYTES if self._is_encrypted else CHUNK_BYTES
                 self.transport.write(self._rest[:sent])
             self._rest = self._rest[sent:] or None
@@ -132,12 +138,15 @@ class BridgeConnection(PortConnection):
                 self.send_data()
 
     def _send_now(self, data: memoryview) -> int:
-        """Send what the socket takes without copying it; return the number of bytes, 0 if it is full."""
+        """Send as much as the socket accepts, without copying.
+
+        Return the number of bytes, 0 if the socket is full.
+        """
         if self._is_encrypted or self.transport.get_write_buffer_size():
             return 0
         try:
             return self._visitor.send(data)
-        except OSError:  # full, or broken: the transport finds out
+        except OSError:  # the socket is full or broken; the transport's next write handles either case
             return 0
 
 
@@ -152,15 +161,15 @@ def frame_head(size: int, *, is_text: bool) -> bytes:
 
 
 class Client:
-    """One connected client. Methods are for the event loop, unless they say otherwise.
+    """One connected client. Call methods from the event loop unless they are documented as thread-safe.
 
     Attributes:
         number: distinguishes it from all other clients of the server.
-        protocol: its subprotocol, or the name of the protocol that it speaks.
+        protocol: the WebSocket subprotocol, or the name of the protocol if there is none.
         address: IP address and port.
-        agent: its `User-Agent`, or an empty string.
+        agent: the `User-Agent` header, or an empty string.
         outbox: data for the client; thread-safe.
-        received: what the client has sent.
+        received: counts of the data that the client has sent.
     """
 
     def __init__(
@@ -176,22 +185,22 @@ class Client:
         self._connection = connection
         self._stall_s = limits.bridge_stall_s
         self._loop = asyncio.get_running_loop()
-        self._frames: deque[Frame] = deque()  # of the message that is being written
+        self._frames: deque[Frame] = deque()  # remaining frames of the current message
         self._watch: asyncio.TimerHandle | None = None
         self._turn = asyncio.Lock()
-        self._sent: asyncio.Future[None] | None = None  # set once no answer waits
+        self._sent: asyncio.Future[None] | None = None  # resolved once all answers are written
         self._ending: asyncio.Task[None] | None = None
         connection.on_room = self._flush
         connection.on_full = self._watch_progress
 
     def send(self, *frames: Frame) -> None:
-        """Send an answer, or another message that must not get lost. Thread-safe."""
+        """Send an answer, or another message that must not be dropped. Thread-safe."""
         self.outbox.answer(*frames)
 
     async def send_large(self, frame: Frame) -> None:
-        """Send an answer that may be large, after all others have been sent.
+        """Send an answer that may be large, after all other answers have been sent.
 
-        Several wait for their turn, so that they never overrun the outbox.
+        Large answers are sent one at a time, so that they never overrun the outbox.
         """
         async with self._turn:
             while self.outbox.has_answers:
@@ -200,14 +209,14 @@ class Client:
             self.outbox.answer(frame)
 
     def end(self, reason: str, code: int = CloseCode.POLICY_VIOLATION) -> None:
-        """Disconnect the client, with a reason that it can show. Does not wait."""
+        """Disconnect the client, with a reason that it can display. Does not block."""
         if self._ending is None:
             self.outbox.close()
             self._ending = asyncio.create_task(self._connection.close(code, _shortened(reason)))
             self._loop.call_later(CLOSING_S, self._connection.transport.abort)
 
     def close(self) -> None:
-        """Forget everything that waits: the connection has ended."""
+        """Discard all queued data after the connection has closed."""
         self.outbox.close()
         self._connection.on_room = self._connection.on_full = None
         if self._watch is not None:
@@ -215,7 +224,7 @@ class Client:
 
     def _flush(self) -> None:
         if self.outbox.is_overrun:
-            self.end("Too many answers wait for this client.", CloseCode.TRY_AGAIN_LATER)
+            self.end("This client has too many unread answers.", CloseCode.TRY_AGAIN_LATER)
             return
         connection = self._connection
         left = TURN_BYTES
@@ -234,7 +243,7 @@ class Client:
                 return
 
     def _watch_progress(self) -> None:
-        """Abort the connection if it stays full, and nothing more is read from it."""
+        """Abort the connection if it stays full and the client reads nothing."""
         if self._watch is not None:
             self._watch.cancel()
         size = self._connection.transport.get_write_buffer_size()
@@ -250,5 +259,5 @@ class Client:
 
 
 def _shortened(text: str) -> str:
-    """Return as much of a text as fits into a closing frame."""
+    """Return a close reason, truncated to fit into a close frame."""
     return text.encode()[:_LONGEST_REASON].decode(errors="ignore")

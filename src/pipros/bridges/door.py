@@ -1,8 +1,8 @@
-"""One port for all bridges, and for the page: admits clients, and passes each to the protocol it asks for.
+"""One port for all bridges and the page: admits clients, and passes each to the handler of its protocol.
 
 A client chooses its protocol by the WebSocket subprotocol; the handler "" serves clients without one. The
 token, if one is required, is in the header `Authorization: Bearer`, in the URL (the last segment of the path,
-or the parameter `token`), or in the first message: `{"token": "…"}`, or what the handler takes for a login.
+or the parameter `token`), or in the first message: `{"token": "…"}`, or a login in the handler's protocol.
 Paths, headers and first messages are never logged.
 """
 
@@ -43,33 +43,36 @@ DESCRIPTORS_SHARE: Final = 1 / 2
 PING_S: Final = 20.0
 """Interval of pings to each client."""
 PONG_S: Final = 60.0
-"""Time for the answer to a ping; a slow client reads all that waits before it."""
+"""Timeout for the answer to a ping, which a slow client receives only after all data queued before it."""
 
 
 class Session(Protocol):
-    """One client of a protocol. Used in the event loop."""
+    """One client of a protocol. For use in the event loop."""
 
     async def receive(self, data: str | bytes) -> None:
-        """Handle a message. The next one is read afterwards, so a client cannot flood the server."""
+        """Handle a message.
+
+        The next message is not read before this returns, so a client cannot flood the server.
+        """
 
     def takes(self) -> Mapping[Hashable, str]:
-        """Return what the client receives: the keys of its outbox, and what a list of clients shows."""
+        """Return the client's subscriptions, as keys of its outbox and as names for a list of clients."""
 
     def sends(self) -> Sequence[str]:
         """Return the topics that the client publishes."""
 
     def close(self) -> None:
-        """End all that the client uses: its connection has ended."""
+        """Release everything that the client uses, after its connection has closed."""
 
 
 class Handler(Protocol):
     """A protocol that a door offers."""
 
     def open(self, client: Client) -> Session:
-        """Begin to serve a client. Called in the event loop."""
+        """Start a session for a client. Called in the event loop."""
 
     def is_login(self, first: str | bytes) -> bool:
-        """Return whether the first message of a client is a valid login by the protocol's own means."""
+        """Return whether a client's first message is a valid login in this protocol."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,12 +80,12 @@ class ClientRow:
     """A client in a list of all clients.
 
     Attributes:
-        since: when it connected, in seconds since 1970.
-        sent: traffic of all its subscriptions, present and past.
-        topics: traffic of its present subscriptions, by topic or another name.
+        since: time of the connection, in seconds since 1970.
+        sent: traffic of all subscriptions, current and past.
+        topics: traffic of the current subscriptions, by topic or another name.
         publishes: topics that it publishes.
-        received: messages from the client, of all kinds, and their bytes.
-        waiting_bytes: size of what it has not read yet.
+        received: number of messages of all kinds from the client, and their size in bytes.
+        waiting_bytes: size of the data that the client has not read yet.
     """
 
     number: int
@@ -114,7 +117,7 @@ class Door:
         """Create a door.
 
         Args:
-            handlers: protocols by subprotocol, in the order of preference; "" for clients without one.
+            handlers: handlers by subprotocol, in order of preference; "" for clients without a subprotocol.
             page: server of the page on the same port.
         """
         self.port = 0
@@ -149,9 +152,10 @@ class Door:
         Args:
             host: address to listen on.
             port: port to listen on; 0 selects a free one.
-            names: names of the server for the page and the list of clients, besides the loopback names.
-            ping_s: interval of pings; None sends none.
-            pong_s: time for their answers; None is any.
+            names: host names under which the page and the list of clients are served, besides the loopback
+                names.
+            ping_s: interval of pings; None disables them.
+            pong_s: timeout for the answer to a ping; None waits forever.
 
         Raises:
             OSError: the port is in use, or the address does not belong to this machine.
@@ -185,7 +189,7 @@ class Door:
         await self._server_port.close()
 
     def clients(self) -> list[ClientRow]:
-        """Return a row for each client, the oldest first."""
+        """Return a row for each client, the longest connected first."""
         return [
             ClientRow(
                 client.number,
@@ -203,7 +207,7 @@ class Door:
         ]
 
     def _answer(self, connection: BridgeConnection, request: Request) -> Response | None:
-        """Return the response to a request, or None to begin a WebSocket."""
+        """Return the HTTP response to a request, or None to start a WebSocket connection."""
         is_upgrade = (request.headers.get("Upgrade") or "").lower() == "websocket"
         path = request.path.partition("?")[0]
         if self._page is not None and path != CLIENTS_PATH and (not is_upgrade or path == SOCKET_PATH):
@@ -227,7 +231,7 @@ class Door:
         if path != CLIENTS_PATH:
             offered = ", ".join(filter(None, self._handlers)) or "none"
             return plain_response(
-                HTTPStatus.UPGRADE_REQUIRED, f"This port is for WebSockets; its subprotocols: {offered}."
+                HTTPStatus.UPGRADE_REQUIRED, f"This port is for WebSockets; subprotocols: {offered}."
             )
         self._access.check_host(only_header(request.headers, "Host"))
         if self._admission.secret is not None or self._page is not None:
@@ -272,7 +276,7 @@ class Door:
         except ConnectionClosed:
             pass
         except Exception:
-            logger.exception("a client of %s met a defect", client.protocol)
+            logger.exception("unexpected error while serving a client of %s", client.protocol)
             client.end("internal error", CloseCode.INTERNAL_ERROR)
         finally:
             del self._clients[client]
@@ -280,13 +284,18 @@ class Door:
             client.close()
 
     async def _logs_in(self, connection: BridgeConnection, handler: Handler) -> bool:
-        """Wait for the first message. Return whether it proves that the client may enter."""
+        """Wait for the first message.
+
+        Return whether it authenticates the client; if not, close the connection.
+        """
         try:
             first = await asyncio.wait_for(connection.recv(), self._limits.login_s)
             if not handler.is_login(first) and self._admission.secret is not None:
                 self._admission.secret.check_first_message(first)
         except asyncio.TimeoutError:
-            await connection.close(CloseCode.POLICY_VIOLATION, "The token must be in the URL or come first.")
+            await connection.close(
+                CloseCode.POLICY_VIOLATION, "The token must be in the URL or first message."
+            )
             return False
         except Denied:
             await connection.close(CloseCode.POLICY_VIOLATION, "The token is missing or wrong.")
@@ -298,7 +307,7 @@ class Door:
 
 
 def _origin(request: Request) -> str | None:
-    """Return the origin of a request; a malformed one if there are several."""
+    """Return the origin of a request; a malformed origin if the request contains several."""
     values = request.headers.get_all("Origin")
     return None if not values else ", ".join(values)
 

@@ -1,10 +1,10 @@
 """Bounded queue of messages and answers for one client of a bridge. No sockets.
 
 Theory of operation. Threads of links `put` messages, and the event loop pops them, in order of publishing,
-while the client's connection has room. A subscription may bound its own queue; beyond the bytes of the
-client, the oldest messages of any subscription are dropped, and counted. Answers to requests are never
-dropped: if one does not fit, the outbox is `overrun` and its client must be disconnected, because it would
-wait for the answer for ever.
+while the client's connection has room. A subscription may limit the number of its queued messages. If the
+client's limit in bytes is exceeded, the oldest messages of any subscription are dropped and counted. Answers
+to requests are never dropped: if an answer does not fit, the outbox is overrun and the client must be
+disconnected, because it would wait for the answer forever.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from dataclasses import dataclass, field, replace
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:
-    """One unit of a client's connection. May be shared by several outboxes.
+    """One WebSocket frame. May be shared by several outboxes.
 
     Attributes:
-        parts: the data. A large body is a part of its own, so that it is not copied for each client.
+        parts: the data. A large body is a separate part, so that it is not copied for each client.
         is_text: whether the data are text in UTF-8.
         size: number of bytes.
     """
@@ -40,7 +40,7 @@ def text_frame(text: str) -> Frame:
 
 @dataclass(slots=True)
 class Traffic:
-    """Counts of messages that were passed to the connection, of their bytes, and of lost messages."""
+    """Number of messages passed to the connection, their size in bytes, and number of lost messages."""
 
     messages: int = 0
     bytes: int = 0
@@ -49,7 +49,7 @@ class Traffic:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Waiting:
-    number: int  # the order of all messages and answers
+    number: int  # position in the sequence of all messages and answers
     frames: Sequence[Frame]
     size: int
     subscription: _Subscription | None = None  # None for answers
@@ -58,7 +58,7 @@ class _Waiting:
 @dataclass(slots=True, eq=False)
 class _Subscription:
     queue_length: int
-    numbers: deque[int] = field(default_factory=deque)  # of its waiting messages
+    numbers: deque[int] = field(default_factory=deque)  # numbers of its queued messages
     traffic: Traffic = field(default_factory=Traffic)
 
 
@@ -66,7 +66,7 @@ class Outbox:
     """The messages and answers for one client. Thread-safe, and never blocks.
 
     Attributes:
-        total: traffic of all subscriptions, present and past.
+        total: traffic of all subscriptions, current and past.
         is_overrun: whether an answer did not fit.
     """
 
@@ -74,7 +74,7 @@ class Outbox:
         """Create an empty outbox.
 
         Args:
-            limit_bytes: maximum size of the queue; if it is empty, one message of any size fits.
+            limit_bytes: maximum size of the queue. An empty queue accepts one message of any size.
             wake: called in any thread when the outbox is no longer empty, or is overrun.
         """
         self.total = Traffic()
@@ -83,14 +83,14 @@ class Outbox:
         self._wake = wake
         self._bytes = 0
         self._next = 0
-        self._messages: OrderedDict[int, _Waiting] = OrderedDict()  # by number, as is the next
+        self._messages: OrderedDict[int, _Waiting] = OrderedDict()  # by number; so are the answers
         self._answers: deque[_Waiting] = deque()
         self._subscriptions: dict[Hashable, _Subscription] = {}
         self._is_closed = False
         self._lock = threading.Lock()
 
     def open(self, key: Hashable, queue_length: int = 0) -> None:
-        """Begin a subscription, or change how many of its messages may wait; 0 is any number."""
+        """Begin a subscription, or change the maximum number of its queued messages; 0 means unlimited."""
         with self._lock:
             found = self._subscriptions.get(key)
             if found is None:
@@ -99,14 +99,17 @@ class Outbox:
                 found.queue_length = queue_length
 
     def forget(self, key: Hashable) -> None:
-        """End a subscription: drop its waiting messages without counting them as lost."""
+        """End a subscription: drop its queued messages without counting them as lost."""
         with self._lock:
             found = self._subscriptions.pop(key, None)
             for number in found.numbers if found is not None else ():
                 self._bytes -= self._messages.pop(number).size
 
     def put(self, key: Hashable, *frames: Frame) -> None:
-        """Add a message, whose frames are sent or dropped together. Do nothing without the subscription."""
+        """Add a message, whose frames are sent or dropped together.
+
+        Do nothing if the subscription is not open.
+        """
         size = sum(frame.size for frame in frames)
         with self._lock:
             found = self._subscriptions.get(key)
@@ -124,7 +127,7 @@ class Outbox:
             self._wake()
 
     def answer(self, *frames: Frame) -> None:
-        """Add an answer to a request, or anything else that must not get lost."""
+        """Add an answer to a request, or another message that must not be dropped."""
         size = sum(frame.size for frame in frames)
         with self._lock:
             if self._is_closed:
@@ -160,14 +163,14 @@ class Outbox:
             return taken.frames
 
     def close(self) -> None:
-        """Drop everything, and accept nothing more."""
+        """Discard all data, and ignore further messages and answers."""
         with self._lock:
             self._is_closed = True
             self._clear()
 
     @property
     def has_answers(self) -> bool:
-        """Whether an answer waits."""
+        """Whether the queue contains an answer."""
         return bool(self._answers)
 
     @property

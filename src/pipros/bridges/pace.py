@@ -9,14 +9,15 @@ from typing import Final
 from pipros.basics.limits import Limits
 
 BURST_S: Final = 1.0
-"""A client may send as much at once as it may send in this time."""
+"""A client may send in one burst as much as the limits allow for this time."""
 
 
 class Pace:
-    """How long to wait before reading the next message of a client.
+    """Delay before reading the next message of a client.
 
-    The client's connection fills up meanwhile, so a client that sends too much is slowed down; nothing is
-    stored or lost. Each limit has a due time, at which a client that keeps to it would have sent as much.
+    The connection's buffers fill up during the delay, so a client that sends too much is slowed down; no
+    message is stored or dropped. For each limit, the due time is when a client that sends at exactly the
+    permitted rate would have sent the same amount.
     """
 
     def __init__(self, limits: Limits, clock: Callable[[], float] = time.monotonic) -> None:
@@ -27,7 +28,10 @@ class Pace:
         self._due_by_messages_s = self._due_by_bytes_s = clock() - BURST_S
 
     def delay_s(self, size: int) -> float:
-        """Count a message of `size` bytes, and return the delay in seconds; 0.0 within the limits."""
+        """Count a message of `size` bytes.
+
+        Return the delay in seconds, 0.0 if the client keeps within the limits.
+        """
         now_s = self._clock()
         earliest_s = now_s - BURST_S
         self._due_by_messages_s = max(self._due_by_messages_s, earliest_s) + self._message_s

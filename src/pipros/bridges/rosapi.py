@@ -1,6 +1,6 @@
-"""The services of the node `rosapi`: what clients of a bridge ask about the running system, and parameters.
+"""The services of the `rosapi` node, with which clients inspect the running system and use parameters.
 
-Names that the globs do not allow are left out of answers, and refused in requests.
+Names that the globs do not allow are omitted from answers and refused in requests.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from pipros.node.service_client import split_service_uri
 from pipros.node.service_server import HandlerError
 
 MASTER_DEADLINE_S: Final = 10.0
-"""Timeout of each question to the master."""
+"""Timeout of each call to the master."""
 
 _ACTION_TOPICS: Final = ("goal", "cancel", "status", "feedback", "result")
 _NOT_AN_ARRAY: Final = -1
@@ -52,7 +52,7 @@ class RosApi:
         self._allowed = allowed or Allowed()
 
     def serve(self, prefix: str = "~") -> None:
-        """Offer all services, as `~topics` and so on."""
+        """Advertise all services, as `~topics` and so on."""
         for name, kind in SERVICES.items():
             service_class: Any = load_service_class(f"rosapi/{kind}")
             self._node.serve(f"{prefix}{name}", service_class, self._handler(name, service_class))
@@ -108,7 +108,7 @@ class RosApi:
         }
 
     def _topic_types(self) -> Mapping[str, str]:
-        """Return the allowed topics with their types; empty text for an unknown one."""
+        """Return the type of each allowed topic, or an empty string if the type is unknown."""
         known = {topic: kind for topic, kind in self._master.get_topic_types() if kind != "*"}
         return {
             topic: known.get(topic, "")
@@ -129,11 +129,11 @@ class RosApi:
             return {"type": ""}
         try:
             return {"type": type_of(self._master, service) or ""}
-        except GraphError:  # it does not answer
+        except GraphError:  # the node does not answer
             return {"type": ""}
 
     def service_providers(self, service: str) -> dict[str, Any]:
-        """Return the nodes that offer services of a type, as rosapi does, or the one of a service."""
+        """Return the nodes that offer services of a type, as in rosapi, or the node that offers a service."""
         nodes = nodes_by_service(self._master)
         names = [service] if service in nodes else services_of_type(self._master, service)
         return {"providers": sorted({nodes[name] for name in self._allowed_services(names) if name in nodes})}
@@ -262,18 +262,18 @@ SERVICES: Final[Mapping[str, str]] = {
 """Types of the services by the names of their handlers."""
 
 QUESTIONS: Final = frozenset(SERVICES) - {"set_param", "delete_param"}
-"""The services that change nothing."""
+"""The services that do not change the system."""
 
 
 def _full_text(kind: str) -> str:
     try:
         return load_message_class(kind)._full_text if kind else ""
-    except PiprosError:  # it is not installed
+    except PiprosError:  # the type is not installed
         return ""
 
 
 def _typedefs(message_class: Any) -> list[Any]:
-    """Return a TypeDef for a type and each type in it, outermost first."""
+    """Return a TypeDef for a type and for each embedded type, outermost first."""
     typedef: Any = load_message_class("rosapi/TypeDef")
     specs = specs_from_text(message_class._type, message_class._full_text)
     return [typedef(**found) for found in _described(message_class._type, specs, set())]
@@ -308,7 +308,7 @@ def _typedef(
 
 
 def _example(kind: FieldType) -> str:
-    """Return the text of a new field."""
+    """Return the default value of a field as text."""
     if kind.is_array:
         return "[]"
     if kind.base == "bool":

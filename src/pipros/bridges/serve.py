@@ -1,4 +1,4 @@
-"""Programs that run bridges until they are ended: the node, the event loop and the port."""
+"""Runs the bridges of a program until it is stopped: the node, the event loop and the port."""
 
 from __future__ import annotations
 
@@ -27,20 +27,23 @@ from pipros.web.token_file import read_tokens
 
 CLOSING_S: Final = 0.4
 ENDING_S: Final = 0.1
-"""How long connections, node and protocols together, and then tasks, can delay the end of the process."""
+"""Maximum time that connections, node and protocols together, and then tasks, can delay the end of the
+process.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class DoorOptions:
-    """Where a program listens, and for whom.
+    """Address on which a program listens, and the clients that it accepts.
 
     Attributes:
         tool: name of the program in its messages.
         host: address to listen on.
         port: port to listen on; 0 selects a free one.
         certificate, key: PEM files for TLS.
-        token_file: file of tokens, of which clients must present one; None lets every client enter.
-        origins: origins of pages that may connect besides those of this machine; `*` is any.
+        token_file: file of tokens, one of which clients must present; None admits every client.
+        origins: origins of further pages that may connect; `*` allows all. Pages served from this machine may
+            always connect.
         allows_null_origin: whether pages without an origin may connect.
         has_control: whether clients may change the system.
     """
@@ -66,7 +69,7 @@ class DoorOptions:
 
     @property
     def shown_host(self) -> str:
-        """The host in addresses that are printed."""
+        """The host name to print in addresses."""
         host = self.host.strip("[]")
         return "localhost" if self.is_local else f"[{host}]" if ":" in host else host
 
@@ -82,10 +85,10 @@ class Protocols(Protocol):
         """Return a handler for each subprotocol. Called once, before `start`."""
 
     def start(self) -> None:
-        """Start threads. Called in the event loop, once the port is open."""
+        """Start the threads. Called in the event loop, once the port is open."""
 
     def close(self) -> None:
-        """End them, in any thread."""
+        """Stop the threads. May be called from any thread."""
 
 
 def serve(
@@ -94,11 +97,11 @@ def serve(
     make: Callable[[Node, BackgroundLoop], Protocols],
     secret: Secret | None,
 ) -> int:
-    """Run a node and serve clients until Ctrl-C, SIGTERM or the end of the node.
+    """Run a node and serve clients until Ctrl-C, SIGTERM or the shutdown of the node.
 
     Args:
-        make: returns the protocols.
-        secret: its token is required of all clients; None lets every client enter.
+        make: creates the protocols.
+        secret: the secret whose token all clients must present; None admits every client.
 
     Raises:
         ServerFailed: the port is in use, or the certificate cannot be read.
@@ -109,7 +112,7 @@ def serve(
     loop = BackgroundLoop(options.tool)
     with set_by_signals(over), node:
         node.on_shutdown(over.set)
-        with contextlib.suppress(PiprosError):  # it continues without a master
+        with contextlib.suppress(PiprosError):  # continue without a master
             if is_on(node, "/use_sim_time"):
                 node.use_simulated_time()
         loop.start()
@@ -139,7 +142,7 @@ def serve(
 
 
 def secret_of(options: DoorOptions) -> Secret | None:
-    """Return the secret of the token file; None without one.
+    """Return the secret in the token file; None without a token file.
 
     Raises:
         BadTokenFile: the tokens cannot be read.

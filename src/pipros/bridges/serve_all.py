@@ -1,4 +1,4 @@
-"""Program that serves the page, rosbridge and Foxglove on one port."""
+"""The program that serves the page, rosbridge and Foxglove on one port."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ROSAPI = "rosapi"
 
 
 class AllProtocols:
-    """What `pipros serve` offers, for `pipros.bridges.serve.serve`."""
+    """All protocols of `pipros serve`, for `pipros.bridges.serve.serve`."""
 
     def __init__(
         self,
@@ -37,7 +37,7 @@ class AllProtocols:
         *,
         has_control: bool,
     ) -> None:
-        """`secret` is that of the page; None makes one for it."""
+        """`secret` is the page's secret; None creates a new one."""
         self._node = node
         self._loop = loop
         self._system = WatchedSystem(graph, node)
@@ -64,11 +64,14 @@ class AllProtocols:
             self._rosapi.shutdown()
 
     def _serve_rosapi(self) -> None:
-        """Offer the services that clients of rosbridge need, unless another node does. Blocks."""
+        """Offer the services of rosapi, which rosbridge clients need, unless another node offers them.
+
+        Blocks.
+        """
         try:
             if type_of(self._node.master, f"/{ROSAPI}/topics") is not None:
                 return
-        except PiprosError:  # it does not answer any more, or the master is away
+        except PiprosError:  # the other node has stopped responding, or the master is not available
             pass
         self._rosapi = Node(ROSAPI, environment=self._node.environment)
         self._rosapi.start()
@@ -84,7 +87,8 @@ class AllProtocols:
 def serve_all(node: Node, options: DoorOptions) -> int:
     """Serve the page, rosbridge and Foxglove until Ctrl-C; see `pipros.bridges.serve.serve`.
 
-    On a network all clients need a token: one of the file, or else that of the page.
+    On a network, all clients need a token: one from the token file if there is one, otherwise the page's
+    token.
     """
     secret = secret_of(options)
     if secret is None and not options.is_local:

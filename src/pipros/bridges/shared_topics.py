@@ -1,8 +1,9 @@
-"""Topics that the clients of a bridge receive, with one ROS subscription per topic for all of them.
+"""Topics that the clients of a bridge receive. All clients share one ROS subscription per topic.
 
-The node shares the subscription, and gives latched messages to later callbacks too. This module adds what
-bridges need: subscribing never blocks, because a thread calls the master; a message and its time of arrival
-are one object for all takers; and a taker that expects a type gets no messages of another.
+The node shares the subscription, and passes latched messages to later callbacks too. This module adds three
+guarantees for bridges. Subscribing never blocks, because a thread calls the master. All clients of a topic
+share one object per message, which includes its time of arrival. A client that expects a type receives no
+messages of other types.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ from pipros.node.subscriber import Subscriber
 
 
 class WrongType(PiprosError):
-    """A publisher's type is not the one that a taker expects."""
+    """The publisher's message type differs from the type that a client expects."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TopicMessage:
-    """A serialized message. All takers of a topic get the same object for one message.
+    """A serialized message. All clients of a topic receive the same object.
 
     Attributes:
         topic: global name.
@@ -52,21 +53,21 @@ class TopicMessage:
 
 
 OnMessage = Callable[[TopicMessage], object]
-"""Called in a thread of the node, one message of a topic at a time. It must not block, because the other
-takers of the topic wait for it; it adds the message to an `Outbox`. Errors are logged by the node.
+"""Called in a thread of the node, for one message of a topic at a time. It must not block, because the other
+callbacks of the topic wait for it; it adds the message to an `Outbox`. The node logs its exceptions.
 """
 OnError = Callable[[PiprosError], object]
-"""Called in the same thread."""
+"""Called in the same thread as `OnMessage`."""
 
 REPORTED_TYPES: Final = 10
-"""Maximum number of wrong types that are reported to one taker."""
+"""Maximum number of wrong types that are reported to one client."""
 
 
 def legal_topic(node: Node, name: str) -> str:
-    """Return the global name of a topic in a request of a client.
+    """Resolve the name of a topic in a client's request to a global name.
 
     Raises:
-        InvalidName: it is not a legal name.
+        InvalidName: the name is not legal.
     """
     if not name or not names.is_legal(name):
         raise InvalidName(f"[{printable(name)}] is not a legal topic name")
@@ -74,7 +75,7 @@ def legal_topic(node: Node, name: str) -> str:
 
 
 class SharedTopics:
-    """The topics that clients take. Thread-safe. All methods except `type_of` return at once."""
+    """Subscriptions shared by the clients of a bridge. Thread-safe. Only `type_of` blocks."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -83,27 +84,27 @@ class SharedTopics:
         self._lock = threading.Lock()
         self._takers: Counter[str] = Counter()
         self._newest: dict[str, tuple[AnyMsg, TopicMessage]] = {}
-        self._changes = Workers("subscriptions of a bridge", 1)  # one thread keeps their order
+        self._changes = Workers("subscriptions of a bridge", 1)  # one thread keeps the order of the changes
 
     def take(
         self, topic: str, kind: str | None, on_message: OnMessage, on_error: OnError | None = None
     ) -> Taken:
-        """Call `on_message` with each message of a topic, beginning with those that are latched.
+        """Call `on_message` with each message of a topic, beginning with latched messages.
 
         Args:
             topic: a name, resolved by the node.
-            kind: the expected type. None takes any.
+            kind: the expected type; None accepts any type.
             on_error: called with a `WrongType`, once for each other type that is published on the topic.
 
         Raises:
             InvalidName: `topic` is not a legal name.
-            LimitExceeded: `Limits.bridge_topics` topics are taken already.
+            LimitExceeded: `Limits.bridge_topics` topics are already subscribed to.
         """
         name = legal_topic(self._node, topic)
         with self._lock:
             if name not in self._takers and len(self._takers) >= self._limit:
                 raise LimitExceeded(
-                    f"too many topics are subscribed; {limit_text('bridge_topics', self._limit)}"
+                    f"too many topics are subscribed to; {limit_text('bridge_topics', self._limit)}"
                 )
             self._takers[name] += 1
         taken = Taken(self, name, kind, on_message, on_error)
@@ -111,7 +112,7 @@ class SharedTopics:
         return taken
 
     def type_of(self, topic: str) -> str | None:
-        """Return the type of a topic, by its newest message or else by the master. Blocks; None if unknown.
+        """Return the type of a topic, from its newest message or from the master. Blocks; None if unknown.
 
         Raises:
             PiprosError: the master does not answer.
@@ -124,12 +125,12 @@ class SharedTopics:
         return next(kinds, None)
 
     def counts(self) -> Mapping[str, int]:
-        """Return the number of takers of each topic."""
+        """Return the number of subscriptions to each topic."""
         with self._lock:
             return dict(self._takers)
 
     def close(self) -> None:
-        """Make no more changes. The node's shutdown ends the subscriptions."""
+        """Ignore further changes. The node's shutdown ends the subscriptions."""
         self._changes.close()
         self._master.close()
 
@@ -140,10 +141,13 @@ class SharedTopics:
                 self._report_type(taken.topic, taken.kind)
 
     def _report_type(self, topic: str, kind: str) -> None:
-        """Register the expected type; the master keeps it if it knows none, for `rostopic list`."""
-        with suppress(PiprosError):  # it only informs
+        """Register the expected type.
+
+        If the topic has no type yet, the master stores it for `rostopic list`.
+        """
+        with suppress(PiprosError):  # the registration is only informative
             self._master.register_subscriber(topic, kind, self._node.uri)
-            if self._node.is_ending:  # the node may have unregistered before
+            if self._node.is_ending:  # the node may have unregistered earlier
                 self._master.unregister_subscriber(topic, self._node.uri)
 
     def _release(self, taken: Taken) -> None:
@@ -159,7 +163,7 @@ class SharedTopics:
                 self._newest.pop(taken.topic, None)
 
     def _message_of(self, topic: str, raw: AnyMsg) -> TopicMessage:
-        """Return the one object that stands for a message. A topic delivers one message at a time."""
+        """Return the shared object for a message. A topic delivers one message at a time."""
         newest = self._newest.get(topic)
         if newest is not None and newest[0] is raw:
             return newest[1]
@@ -170,12 +174,12 @@ class SharedTopics:
 
 
 class Taken:
-    """One taker of one topic.
+    """One client's subscription to one topic.
 
     Attributes:
         topic: global name.
-        kind: the expected type; None for any.
-        subscriber: the handle on the node's subscription, once it exists. For `SharedTopics`.
+        kind: the expected type; None accepts any type.
+        subscriber: the node's subscriber, once it exists. For `SharedTopics` only.
         is_closed: whether `close` was called.
     """
 
@@ -198,7 +202,7 @@ class Taken:
         self._lock = threading.Lock()
 
     def close(self) -> None:
-        """End the calls of `on_message`, except one that may be running. May be called repeatedly."""
+        """Stop calling `on_message`; a call that is running continues. May be called repeatedly."""
         with self._lock:
             if self.is_closed:
                 return
@@ -206,7 +210,7 @@ class Taken:
         self._topics._release(self)
 
     def deliver(self, raw: AnyMsg) -> None:
-        """Pass a message on, unless its type is not the expected one."""
+        """Pass a message on if it has the expected type."""
         if self.is_closed:
             return
         kind = raw.header.get("type", "*")
@@ -218,6 +222,6 @@ class Taken:
                 self._on_error(
                     WrongType(
                         f"[{self.topic}]: {printable(raw.header.get('callerid', 'a node'))} publishes "
-                        f"[{printable(kind)}], which is not [{self.kind}]"
+                        f"[{printable(kind)}] instead of [{self.kind}]"
                     )
                 )

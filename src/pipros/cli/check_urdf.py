@@ -1,4 +1,4 @@
-"""`check_urdf`: checks a robot description, and prints the tree of its links."""
+"""`check_urdf`: checks a robot description and prints its tree of links."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from pipros.libraries.robot_model.urdf import Robot, UrdfError, read_robot
 from pipros.libraries.robot_model.urdf_text import tree_lines
 
 FAILED = 255
-"""The exit code of urdfdom's programs after any error."""
+"""The exit code of urdfdom's programs for any error."""
 
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print the tree of the links, and return the exit code."""
+    """Print the tree of links, and return the exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     return run(lambda: _check(arguments), error_code=FAILED)
 
@@ -32,10 +32,10 @@ def _check(arguments: list[str]) -> int:
 
 
 def read_robot_file(path: str) -> Robot:
-    """Return the robot that a file describes.
+    """Read a robot description from a file.
 
     Raises:
-        CommandError: it cannot be read, or is not a valid description of a robot with a name.
+        CommandError: the file cannot be read, or is not a valid description of a robot with a name.
     """
     try:
         robot = read_robot(read_text(path))

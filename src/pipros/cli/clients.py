@@ -1,4 +1,4 @@
-"""`pipros clients`: lists the clients of a bridge, and what each of them receives, publishes and has lost."""
+"""`pipros clients`: lists the clients of a bridge, with the topics that each receives and publishes."""
 
 from __future__ import annotations
 
@@ -19,9 +19,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _main(argv: Sequence[str]) -> int:
     parser = option_parser("pipros clients", "[HOST:PORT] [options]")
-    parser.add_option("--token-file", metavar="FILE", help="the tokens of the server")
-    parser.add_option("--token", help="its token; other users of this machine can read command lines")
-    parser.add_option("--cert", metavar="FILE", help="the certificate of a server with TLS")
+    parser.add_option("--token-file", metavar="FILE", help="file with the server's tokens")
+    parser.add_option(
+        "--token", help="the server's token; other users of this machine can read command lines"
+    )
+    parser.add_option("--cert", metavar="FILE", help="the certificate of the server, if it uses TLS")
     options, arguments = parser.parse_args(list(argv))
     if len(arguments) > 1:
         parser.error(f"unexpected argument: {arguments[1]}")
@@ -60,7 +62,7 @@ def _clients(place: str, token: str | None, certificate: str | None) -> list[Map
             raise CommandError(f"{place} refuses: {text}")
         rows: list[Mapping[str, Any]] = json.loads(text)
     except (OSError, ValueError, http.client.HTTPException) as error:
-        raise CommandError(f"no bridge answers at {place}: {error}") from None
+        raise CommandError(f"no bridge responds at {place}: {error}") from None
     return rows
 
 
@@ -73,8 +75,8 @@ def _lines(row: Mapping[str, Any]) -> Iterator[str]:
         yield f"  receives {printable(topic)}: {_traffic(traffic)}"
     for topic in row["publishes"]:
         yield f"  publishes {printable(topic)}"
-    waiting = f"; {row['waiting_bytes']} bytes wait" if row["waiting_bytes"] else ""
-    yield f"  sent in all: {_traffic(row['sent'])}{waiting}"
+    waiting = f"; {row['waiting_bytes']} bytes queued" if row["waiting_bytes"] else ""
+    yield f"  total sent: {_traffic(row['sent'])}{waiting}"
 
 
 def _traffic(counts: Mapping[str, int]) -> str:

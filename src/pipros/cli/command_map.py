@@ -16,7 +16,7 @@ COMMANDS: dict[str, dict[str, str]] = {
         "roslaunch-check": "check launch files without starting anything",
         "roslaunch-deps": "list the packages that launch files need",
         "roslaunch-logs": "print the folder with the logs of the running system",
-        "roslaunch-complete": "print the arguments that a launch file takes",
+        "roslaunch-complete": "print the arguments of a launch file",
     },
     "Inspect and control a running system": {
         "rostopic": "list, print, measure and publish topics",
@@ -24,30 +24,30 @@ COMMANDS: dict[str, dict[str, str]] = {
         "rosservice": "list, describe and call services",
         "rosparam": "list, read, set, save and load parameters",
         "rosconsole": "print log messages, and set logger levels",
-        "rosgraph": "print which nodes send to which, after each change",
+        "rosgraph": "print which nodes are connected, after each change",
     },
     "See a running system in a browser": {
         "rqt_graph": "the graph, live, or as a picture",
         "rqt_topic": "topics with rates and their newest messages",
         "rqt_plot": "numeric fields as curves",
         "rqt_console": "log messages, with filters",
-        "rqt_logger_level": "the levels of loggers",
+        "rqt_logger_level": "the logger levels of nodes",
         "rqt_top": "CPU and memory usage of nodes",
         "rqt_image_view": "images",
         "rqt_tf_tree": "coordinate frames",
         "rqt_robot_monitor": "diagnostics",
         "rqt_reconfigure": "parameters of dynamic_reconfigure",
-        "rqt_service_caller": "services, and calls by hand",
-        "rqt_publisher": "messages by hand",
-        "rqt": "all of these in one page",
+        "rqt_service_caller": "list and call services",
+        "rqt_publisher": "publish messages",
+        "rqt": "all of these on one page",
         "pipros graph": "the same as rqt_graph",
         "pipros serve": "the page, and servers for rosbridge and Foxglove, on one port",
-        "pipros clients": "the clients of these servers",
+        "pipros clients": "list the clients of these servers",
         "pipros foxglove": "serve the system to Foxglove and Lichtblick",
     },
     "Find out what is wrong": {
         "pipros doctor": "check the environment, every node, topic and service, and say what to do",
-        "roswtf": "the checks of Noetic, in its words",
+        "roswtf": "Noetic's checks, with its messages",
         "rosclean": "report the size of log files, and delete them",
     },
     "Record and play": {
@@ -66,7 +66,7 @@ COMMANDS: dict[str, dict[str, str]] = {
         "urdf_to_graphiz": "the same, by its former name",
     },
     "Make packages and workspaces": {
-        "catkin_create_pkg": "make a package",
+        "catkin_create_pkg": "create a package",
         "catkin_init_workspace": "create the CMakeLists.txt of a workspace",
         "catkin_make": "build a workspace, install it, run its tests",
         "catkin_make_isolated": "build each package of a workspace in isolation",
@@ -99,7 +99,7 @@ def installed_commands() -> set[str]:
 
 
 def command_map(subcommands: Iterable[str]) -> str:
-    """Return the map as text: commands under headings, unlisted ones under the last heading.
+    """Return the map as text: commands under headings. Unlisted commands are under the last heading.
 
     `subcommands` are the subcommands of `pipros`.
     """

@@ -14,28 +14,34 @@ if TYPE_CHECKING:
 
 
 def add_door_options(parser: OptionParser, port: int) -> None:
-    """Add the options to a parser; `port` is the default."""
+    """Add the options to a parser. `port` is the default port."""
     parser.add_option("--port", type="int", default=port, help=f"the port ({port}); 0 selects a free one")
-    parser.add_option("--bind", metavar="HOST[:PORT]", default="127.0.0.1", help="where to listen (loopback)")
-    parser.add_option("--cert", metavar="FILE", help="a certificate: serve with TLS")
-    parser.add_option("--key", metavar="FILE", help="its private key, if not in the same file")
+    parser.add_option(
+        "--bind", metavar="HOST[:PORT]", default="127.0.0.1", help="the address to listen on (loopback)"
+    )
+    parser.add_option("--cert", metavar="FILE", help="the certificate; enables TLS")
+    parser.add_option(
+        "--key", metavar="FILE", help="the certificate's private key, if it is not in the same file"
+    )
     add_flag(parser, "--control", help="let clients change the system")
     parser.add_option(
-        "--token-file", metavar="FILE", help="tokens, one per line; clients must present one of them"
+        "--token-file", metavar="FILE", help="file of tokens, one per line; clients must present one of them"
     )
     parser.add_option(
         "--origin",
         metavar="URL",
         action="append",
-        help="let pages of this origin connect, such as https://app.example.org; may be repeated",
+        help="let pages from this origin connect, such as https://app.example.org; may be repeated",
     )
     parser.add_option(
         "--client-messages",
         metavar="N",
         type="int",
-        help="messages per second that one client may send (10000); beyond that it is slowed down",
+        help="messages per second that one client may send (10000); faster clients are slowed down",
     )
-    parser.add_option("--client-bytes", metavar="N", type="int", help="likewise, bytes per second (256 MiB)")
+    parser.add_option(
+        "--client-bytes", metavar="N", type="int", help="bytes per second that one client may send (256 MiB)"
+    )
 
 
 def door_options(tool: str, options: Any) -> DoorOptions:
@@ -58,7 +64,7 @@ def door_options(tool: str, options: Any) -> DoorOptions:
 
 
 def client_limits(options: Any) -> Limits:
-    """Return the limits of the process with those of the options."""
+    """Return the process-wide limits, with those given as options replaced."""
     from pipros.basics.limits import process_limits
 
     given = {

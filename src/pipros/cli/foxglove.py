@@ -1,4 +1,4 @@
-"""`pipros foxglove`: serves the running system to Foxglove and Lichtblick; and the node `foxglove_bridge`."""
+"""`pipros foxglove` and the node `foxglove_bridge`: serve the running system to Foxglove and Lichtblick."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _main(argv: Sequence[str]) -> int:
         metavar="MS",
         type="int",
         default=MAX_UPDATE_MS,
-        help="longest interval of looks at the graph",
+        help="maximum interval between queries of the graph",
     )
     options, arguments = parser.parse_args(without_remappings(argv))
     if arguments:
@@ -58,7 +58,7 @@ def _main(argv: Sequence[str]) -> int:
 
 
 def node_main(argv: Sequence[str] | None = None) -> int:
-    """Run the node of foxglove_bridge.launch, whose private parameters are those of Noetic's."""
+    """Run the node of foxglove_bridge.launch, with the same private parameters as in Noetic."""
     return run(lambda: _node_main(sys.argv if argv is None else argv))
 
 
@@ -97,7 +97,7 @@ def _node_main(argv: Sequence[str]) -> int:
 
 
 class _PrivateParameters:
-    """The private parameters of a node that has not started."""
+    """The private parameters of a node that has not started yet."""
 
     def __init__(self, node: Node) -> None:
         from pipros.node.start_params import set_private_params

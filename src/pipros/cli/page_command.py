@@ -14,13 +14,19 @@ from pipros.cli.runner import CommandError, add_flag, option_parser
 def page_parser(name: str, usage: str) -> OptionParser:
     """Return a parser with the options shared by all page commands."""
     parser = option_parser(name, usage)
-    parser.add_option("--bind", metavar="HOST[:PORT]", default="127.0.0.1", help="where to listen (loopback)")
-    parser.add_option("--cert", metavar="FILE", help="a certificate: serve the page with TLS")
-    parser.add_option("--key", metavar="FILE", help="its private key, if not in the same file")
+    parser.add_option(
+        "--bind", metavar="HOST[:PORT]", default="127.0.0.1", help="the address to listen on (loopback)"
+    )
+    parser.add_option("--cert", metavar="FILE", help="the certificate; enables TLS")
+    parser.add_option(
+        "--key", metavar="FILE", help="the certificate's private key, if it is not in the same file"
+    )
     add_flag(parser, "--control", help="let the page change the system")
-    parser.add_option("--token-file", metavar="FILE", help="tokens, one per line, instead of a new one")
-    add_flag(parser, "--read-only", help="let the page change nothing")
-    add_flag(parser, "--no-browser", help="print the address only")
+    parser.add_option(
+        "--token-file", metavar="FILE", help="file of tokens, one per line, to use instead of a new token"
+    )
+    add_flag(parser, "--read-only", help="do not let the page change the system")
+    add_flag(parser, "--no-browser", help="only print the address")
     return parser
 
 
@@ -30,15 +36,15 @@ def without_remappings(argv: Sequence[str]) -> list[str]:
 
 
 def show(tool: str, tab: str, options: Any, usual: str = "") -> int:
-    """Serve the page, opened at a tab, until Ctrl-C.
+    """Open the page at a tab, and serve it until Ctrl-C.
 
-    `usual` is the kind of change that the command is for. On loopback, the page may make such changes even if
-    no options are given.
+    `usual` is the kind of change that the command exists to make. On loopback, the page may make such changes
+    without any option.
     """
     from pipros.web.serve_page import CHANGING, PageOptions, serve_page
 
     if options.control and options.read_only:
-        raise CommandError("--control and --read-only exclude each other")
+        raise CommandError("--control and --read-only cannot be combined")
     host, port = bind_address(options.bind)
     permitted = frozenset({usual} if usual and _is_loopback(host) else ())
     if options.control:

@@ -1,4 +1,4 @@
-"""`rosgraph`: prints which nodes send to which, and again after each change, until Ctrl-C."""
+"""`rosgraph`: prints the connections between nodes, again after each change, until Ctrl-C."""
 
 from __future__ import annotations
 

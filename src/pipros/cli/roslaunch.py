@@ -56,7 +56,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def run(make_session: Callable[[], Launching], console: Console, options: Values) -> int:
-    """Start a session, wait for its end, and always clean up."""
+    """Start a session, wait until it ends, and always clean up."""
     if options.wait:
         with suppress(KeyboardInterrupt):
             _wait_for_master(console)

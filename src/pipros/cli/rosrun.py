@@ -88,12 +88,12 @@ def _choose(found: Executables) -> Path | None:
     answer = sys.stdin.readline().strip()
     if answer.isdecimal() and 1 <= int(answer) <= len(found.runnable):
         return found.runnable[int(answer) - 1]
-    print(f"[rosrun] [{answer}] is not one of these numbers; nothing was run", file=sys.stderr)
+    print(f"[rosrun] [{answer}] is not one of these numbers; no program was run", file=sys.stderr)
     return None
 
 
 def _run(program: Path, command: list[str]) -> int:
-    # The operating system's error about a script with a bad shebang is unhelpful.
+    # The operating system's error for a script with a bad shebang is unhelpful.
     reason = why_not_startable(program) if command[0] == str(program) else None
     if reason is not None:
         print(f"[rosrun] {reason}", file=sys.stderr)

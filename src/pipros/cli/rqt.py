@@ -19,7 +19,7 @@ Main = Callable[[Sequence[str] | None], int]
 def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1, change: str = "") -> Main:
     """Return a command that opens a tab. It takes up to `most` arguments, called `argument` in its usage.
 
-    `change` is the kind of change that the command is for; see `show`.
+    `change` is the kind of change that the command exists to make; see `show`.
     """
     limit = most if argument else 0
 
@@ -87,8 +87,9 @@ _PLUGINS: Mapping[str, Main] = {
 
 @command
 def rqt(argv: Sequence[str] | None = None) -> int:
-    """Run `rqt`. With `-s NAME` (`--standalone`), run one plugin's command; otherwise, open the page at its
-    graph.
+    """Run `rqt`.
+
+    With `-s NAME` (`--standalone`), run one plugin's command; otherwise, open the page at its graph.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     return run(lambda: _run_plugin(arguments))

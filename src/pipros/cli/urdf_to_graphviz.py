@@ -22,7 +22,7 @@ USAGE = (
     "after the robot"
 )
 DOT_S = 60.0
-"""Longest run of Graphviz."""
+"""Maximum run time of Graphviz."""
 
 
 @command
@@ -72,7 +72,7 @@ def _draw(arguments: list[str]) -> int:
 
 
 def _scene_of(robot: Robot) -> Scene:
-    """Lay out links, as boxes, and the joints between them."""
+    """Lay out the links as boxes, with the joints between them."""
     links = {name: Key("topic", name) for name in robot.links}
     joints = {joint: Key("node", joint.name) for joint in robot.joints}
     arrows = [

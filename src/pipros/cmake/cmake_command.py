@@ -30,7 +30,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (PiprosError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
-    print("pipros' cmake only supports -E and -P as first option. Install CMake for others", file=sys.stderr)
+    print("pipros's cmake only supports -E and -P as first option. Install CMake for others", file=sys.stderr)
     return 1
 
 

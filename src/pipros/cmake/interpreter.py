@@ -172,7 +172,7 @@ class Interpreter:
         self._steps += 1
         limit = self.scope.limits.cmake_steps
         if self._steps > limit:
-            raise self.error(command, f"more than {limit} commands were carried out; does a loop end?")
+            raise self.error(command, f"more than {limit} commands were executed; is there an endless loop?")
 
     def _jump(self, command: Command) -> _Flow:
         words = self.words(command)

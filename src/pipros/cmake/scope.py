@@ -23,7 +23,7 @@ class _Values(ChainMap[str, str]):
         characters = self.characters + len(value) - len(self.maps[0].get(name, ""))
         if characters > self._limits.cmake_characters:
             raise ValueError(
-                f"the variables have more than {self._limits.cmake_characters} characters in all"
+                f"the variables have more than {self._limits.cmake_characters} characters in total"
             )
         self.characters = characters
         super().__setitem__(name, value)
@@ -32,7 +32,7 @@ class _Values(ChainMap[str, str]):
 def check_length(characters: int, limits: Limits) -> None:
     """Raise ValueError if a text would be too long for a value. Call it before building the text."""
     if characters > limits.cmake_value_characters:
-        raise ValueError(f"makes a text of more than {limits.cmake_value_characters} characters")
+        raise ValueError(f"produces a text of more than {limits.cmake_value_characters} characters")
 
 
 class Scope:
@@ -113,4 +113,4 @@ ValueCommand = Callable[[list[str], Scope], None]
 
 
 class Unsupported(Exception):
-    """A command needs a feature that only CMake itself has. The message names the feature."""
+    """A command requires a feature that only CMake itself provides. The message names the feature."""

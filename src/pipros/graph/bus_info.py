@@ -12,7 +12,7 @@ from pipros.basics.printable import printable
 
 
 class BusConnection(NamedTuple):
-    """A connection as one of its ends describes it.
+    """A connection, as reported by the node at one of its ends.
 
     Attributes:
         peer: the name or API URI of the node at the other end.
@@ -47,7 +47,7 @@ def rows_of(answer: Any, method: str) -> list[Any]:
         ValueError: the response has another form, or is an error.
     """
     if not isinstance(answer, list) or len(answer) != 3 or answer[0] != 1 or not isinstance(answer[2], list):
-        raise ValueError(f"{method} must answer [1, text, list], got {printable(answer, 80)}")
+        raise ValueError(f"{method} must return [1, text, list], got {printable(answer, 80)}")
     return answer[2]
 
 

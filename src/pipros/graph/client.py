@@ -22,7 +22,7 @@ class GraphClient:
     def __init__(
         self, tool: str, environment: Environment | None = None, *, timeout_s: float | None = None
     ) -> None:
-        """Store the settings; `master` connects on its first call.
+        """Store the settings. The master client connects on its first call.
 
         Args:
             tool: the tool's name, such as `rostopic`, which is the namespace for private names.

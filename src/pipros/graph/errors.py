@@ -12,7 +12,7 @@ NO_MASTER = "Unable to communicate with master!"
 
 
 class GraphError(PiprosError):
-    """The requested object does not exist in the running system. The text names the object and the place."""
+    """A request cannot be performed in the running system. The text names the object and the reason."""
 
 
 @contextlib.contextmanager

@@ -1,4 +1,4 @@
-"""The live graph of nodes, topics and actual connections.
+"""The live graph of nodes, topics and their actual connections.
 
 The master knows the nodes and their registrations; each node knows its connections (`getBusInfo`). Vertices
 are named after nodes and topics; the name of a topic gets a leading space to distinguish it from a node of
@@ -50,7 +50,7 @@ class Link(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class NoReport:
-    """The reason why a node did not report its connections.
+    """The reason that a node did not report its connections.
 
     Attributes:
         is_reachable: whether the node answered, but with a malformed answer.
@@ -87,7 +87,7 @@ class LiveGraph:
         topic_links, registered_links: connections between nodes and topics, as reported by the nodes, and as
             implied by the registrations.
         silent: the nodes that did not report their connections.
-        apis, nodes_by_api: the addresses of the nodes that have been looked up.
+        apis, nodes_by_api: the API addresses that have been looked up, by node, and the nodes by address.
         master_asked_at, asked_at: when the master and each node were last queried, on the graph's clock.
         max_age_of_state_s, max_age_of_report_s: how long answers from the master and from nodes are used.
     """

@@ -1,4 +1,4 @@
-"""`--filter`: selects messages by an expression that can only read them."""
+"""`--filter`: selects messages by an expression, which cannot change them."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from pipros.msg.base import Message
 from pipros.msg.time import Time, TVal
 
 FieldFilter = Callable[[Any], list[str]]
-"""Function that returns the names of the fields of a message to show."""
+"""Function that returns the names of the fields to show in a message."""
 
 
 def field_filter(*, no_arrays: bool, no_texts: bool) -> FieldFilter:
@@ -32,8 +32,9 @@ class MessageRows:
     """Flattens values to columns, one per array element."""
 
     def __init__(self, shown: FieldFilter | None = None) -> None:
-        """Store the filter. `shown` selects the fields of each message; values that are not messages are
-        always shown.
+        """Store the filter.
+
+        `shown` selects the fields of each message; values that are not messages are always shown.
         """
         self._shown = shown
 
@@ -42,8 +43,9 @@ class MessageRows:
         return "%time," + ",".join(name for name, _ in self._columns("field", part, 0))
 
     def row(self, part: Part, time_ns: int, offset_ns: int = 0) -> str:
-        """Return the values as a row. Times are in nanoseconds; `offset_ns` is subtracted from points in
-        time.
+        """Return the values as a row.
+
+        Times are in nanoseconds; `offset_ns` is subtracted from points in time.
         """
         columns = self._columns("field", part, offset_ns)
         return f"{time_ns - offset_ns}," + ",".join(text for _, text in columns)

@@ -1,4 +1,4 @@
-"""Clients of the APIs of nodes that keep their connections between calls."""
+"""Clients of nodes' APIs that keep their connections open between calls."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from pipros.basics.limits import process_limits
 from pipros.net.rpc_client import RpcClient
 
 MOST_KEPT = 256
-"""Maximum number of nodes with kept connections. Calls to further nodes connect anew."""
+"""Maximum number of nodes whose connections are kept. Each call to a further node opens a new connection."""
 
 
 class NodeClients:
     """One client per node. Thread-safe."""
 
     def __init__(self, timeout_s: float) -> None:
-        """Create no client yet.
+        """Store the settings. Clients are created on demand.
 
         Args:
-            timeout_s: time limit of one call.
+            timeout_s: time limit for one call.
         """
         self._timeout_s = timeout_s
         self._clients: dict[str, RpcClient] = {}
@@ -28,7 +28,7 @@ class NodeClients:
 
     @contextlib.contextmanager
     def client(self, uri: str) -> Iterator[RpcClient]:
-        """Provide the client of the node at a URI.
+        """Provide the client for the node at a URI.
 
         Raises:
             ValueError: the URI is malformed.

@@ -66,7 +66,7 @@ class NodeState:
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """The running system at one moment.
+    """Snapshot of the running system.
 
     Attributes:
         state: the registrations known to the master.
@@ -131,7 +131,7 @@ class SystemObserver:
         """Store the arguments. No calls are made before `poll`.
 
         Args:
-            clients: connections to nodes; by default its own.
+            clients: clients of the nodes' APIs; defaults to new ones.
             ask: function that returns the responses to `getBusInfo` and `getBusStats` from the node at a URI.
             now_s: the clock for rates and retries.
         """

@@ -1,6 +1,7 @@
-"""Nodes and topics that were added or removed lately, from successive observations.
+"""Recently added or removed nodes and topics, determined from successive observations.
 
-The master forgets a node at once, so that those who looked away would never learn of it.
+The master deletes a node's registrations immediately, so users would otherwise not notice that a node has
+ended.
 """
 
 from __future__ import annotations
@@ -15,19 +16,21 @@ from pipros.graph.system_state import Registrations, SystemState, TopicConnectio
 
 Kind = Literal["node", "topic"]
 Part = tuple[Kind, str]
-"""A node or topic: its kind and its name."""
+"""A node or topic, given by its kind and name."""
 
 SHOWN_S = 120.0
-"""How long removed nodes and topics stay in `with_removed`."""
+"""How long removed nodes and topics are included in `with_removed`."""
 EVENTS_S = 600.0
 """How long changes are kept."""
 DYING_S = 20.0
-"""How long before its removal a node's connections still count: the master learns of its end later."""
+"""Connections that a node had within this time before its removal are kept, because the master is notified
+late.
+"""
 MOST_EVENTS = 500
 MOST_REMOVED = 1000
-"""Maximum number of removed nodes and topics that are kept; older ones are forgotten first."""
+"""Maximum number of removed nodes and topics that are kept; the oldest are dropped first."""
 LONGEST_GAP_S = 10.0
-"""After a longer time without observations, the next one only becomes the new basis."""
+"""After a longer time without observations, the next observation is not compared with the previous one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +44,7 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class _Removal:
-    """Parts that vanished at once, with all registrations and connections that mention one of them."""
+    """Nodes and topics that were removed together, with all their registrations and connections."""
 
     when_s: float
     parts: frozenset[Part]
@@ -54,7 +57,7 @@ class RecentChanges:
     """Compares observations. For use in one thread."""
 
     def __init__(self) -> None:
-        """Create it without changes; the first observation is the basis."""
+        """Start without changes. The first observation is only the basis for comparison."""
         self._last: Observation | None = None
         self._last_s = 0.0
         self._parts: frozenset[Part] = frozenset()
@@ -63,7 +66,7 @@ class RecentChanges:
         self._removals: list[_Removal] = []
 
     def add(self, observation: Observation, now_s: float) -> None:
-        """Compare an observation, made at the wall time `now_s`, with the one before."""
+        """Compare an observation, made at the wall time `now_s`, with the previous one."""
         if observation.error:
             return
         parts = _parts_of(observation.state)
@@ -92,12 +95,12 @@ class RecentChanges:
         return [event for event in reversed(self._events) if now_s - event.when_s < EVENTS_S]
 
     def removed(self) -> Mapping[Part, float]:
-        """Return the parts that are gone, with the wall times of their removal."""
+        """Return the removed nodes and topics, with the wall times of their removal."""
         gone = {part: removal.when_s for removal in self._removals for part in removal.parts}
         return {part: when_s for part, when_s in gone.items() if part not in self._parts}
 
     def with_removed(self, observation: Observation) -> Observation:
-        """Return an observation with the removed nodes and topics, as they were connected at their end."""
+        """Return an observation that includes the removed nodes and topics with their last connections."""
         gone = self.removed()
         if not gone:
             return observation

@@ -52,14 +52,15 @@ class RateWindow:
     """The rate of events, computed from the times at which they occurred."""
 
     def __init__(self, window: int = DEFAULT_WINDOW) -> None:
-        """Create an empty window of `window` events, between which there is one interval fewer."""
+        """Create an empty window for `window` events, which have one interval fewer between them."""
         self._intervals = Samples(window - 1)
         self._last: float | None = None
         self.has_new = False
 
     def add(self, moment_s: float) -> bool:
-        """Add an event. If time moved backwards, as it can in simulations, clear the window and return
-        False.
+        """Add an event.
+
+        If time moved backwards, as it can in simulations, clear the window and return False.
         """
         last, self._last = self._last, moment_s
         if last is None:

@@ -55,7 +55,7 @@ class ServiceCaller:
         return bool(self._class._request_class.__slots__)
 
     def request(self, values: Sequence[Any]) -> Any:
-        """Create the request from one value per field, or from one dictionary.
+        """Create the request from one value per field, or from a single dictionary.
 
         Raises:
             GraphError: the values do not fit the fields.

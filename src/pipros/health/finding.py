@@ -9,7 +9,7 @@ from typing import Any
 
 
 class FindingSeverity(Enum):
-    """An error prevents something from working. A warning may be about something that is intended."""
+    """Severity of a finding. An error prevents something from working; a warning may be intended."""
 
     ERROR = "error"
     WARNING = "warning"

@@ -35,7 +35,7 @@ _SOURCED = re.compile(r"(?m)^\s*(?:source|\.)\s+(/opt/ros/[\w./-]+)")
 
 
 def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: float = 3.0) -> MachineReport:
-    """Return the setup that a program started now would have.
+    """Return the setup that programs started from this shell have.
 
     `variables` is the environment; defaults to `os.environ`. Blocks while host names are resolved, and up to
     `timeout_s` for the master.
@@ -112,7 +112,7 @@ def own_addresses(hostname: str) -> tuple[str, ...]:
 
 
 def _error_of_master(uri: str, timeout_s: float) -> str:
-    """Return why no master answers at a URI; an empty string if one answers."""
+    """Return the reason no master answers at a URI; an empty string if one answers."""
     client = MasterClient(uri, CALLER_ID, timeout_s=timeout_s)
     try:
         client.get_pid()
@@ -160,8 +160,9 @@ def _is_own(program: str) -> bool:
 
 
 def _python_packages(variables: Mapping[str, str]) -> dict[str, Path]:
-    """Return the folders from which Python imports the ROS packages. Folders in PYTHONPATH take
-    precedence.
+    """Return the folders from which Python imports the ROS packages.
+
+    Folders in PYTHONPATH take precedence.
     """
     places: dict[str, Path] = {}
     for name in PACKAGES:

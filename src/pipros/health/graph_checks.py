@@ -1,4 +1,4 @@
-"""Checks for a running system, which take a `SystemReport` and return findings. No I/O."""
+"""Checks for a running system. They turn a `SystemReport` into findings, without I/O."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ Findings = Iterator[Finding]
 
 CLOCK_TOLERANCE_S = 2.0
 STAMP_TOLERANCE_S = 10.0
-"""Sensors and planners stamp data with the time for which it is valid, so a difference of some seconds is
-normal."""
+"""Maximum difference between timestamp and clock. Some seconds are normal, because sensors and planners stamp
+data with the time for which it is valid."""
 _DAY_S = 86_400.0
 
 _CLOSE_NAMES = 0.75  # minimum similarity at which a name counts as a misspelling of another name
@@ -52,7 +52,7 @@ def _why_node(api: str, failure: Failure) -> tuple[str, str]:
         )
     if failure.is_refused:
         return "ghost-node", (
-            "The node has ended without unregistering. Remove it with `rosnode cleanup`, and start it "
+            "The node has exited without unregistering. Remove it with `rosnode cleanup`, and start it "
             "again if it is needed."
             + (
                 " If it runs on another machine, set ROS_IP there, because the address that it registered is "
@@ -328,7 +328,7 @@ def clocks(system: SystemReport) -> Findings:
         yield error(
             "two-clocks",
             f"Several nodes publish /clock, so time jumps: {', '.join(map(listed, publishers))}",
-            "End all but one.",
+            "Stop all but one.",
             "/clock",
             *publishers,
         )

@@ -27,7 +27,7 @@ class MachineReport:
         addresses: the machine's known IP addresses, loopback first.
         resolved: maps this machine's name and the hosts in `ROS_MASTER_URI` and `ROS_HOSTNAME` to their
             addresses, which are empty if the host cannot be resolved.
-        own_hosts: those of these hosts and addresses that refer to this machine.
+        own_hosts: the hosts and addresses in `resolved` that refer to this machine.
         address_towards_master: the address from which this machine reaches the master; empty if unknown.
         paths: maps the entries in path variables and the log folders to the kind of path.
         foreign_programs: maps ROS commands to the program in `PATH` that runs, if it is not pipros's program.

@@ -1,4 +1,4 @@
-"""Checks for the setup of a machine and a shell, which take a `MachineReport` and return findings. No I/O."""
+"""Checks for the setup of a machine and a shell. They turn a `MachineReport` into findings, without I/O."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def mixed_programs(machine: MachineReport) -> Findings:
         listing += f" and {len(foreign) - 3} more"
     yield warning(
         "mixed-programs",
-        f"PATH finds another ROS's programs before those of pipros in {machine.own_programs}: {listing}",
+        f"PATH finds another ROS installation's programs before those in {machine.own_programs}: {listing}",
         f"Put pipros first: export PATH={machine.own_programs}:$PATH, or activate its environment again; "
         "open a new terminal in which only one of the two is set up.",
         *sorted(foreign),
@@ -113,8 +113,9 @@ def missing_paths(machine: MachineReport) -> Findings:
 
 
 def missing_setup_files(machine: MachineReport) -> Findings:
-    """Find shell start files that source a ROS setup file that does not exist. Many courses tell students to
-    add such lines.
+    """Find shell start files that source a ROS setup file that does not exist.
+
+    Many courses tell students to add such lines.
     """
     for start_file, setup_file in machine.missing_setup_files.items():
         yield warning(

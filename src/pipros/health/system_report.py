@@ -13,7 +13,7 @@ from pipros.graph.system_state import SystemState
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """Why a peer could not be reached.
+    """The reason a peer could not be reached.
 
     Attributes:
         reason: the error from the operating system or the peer.

@@ -1,4 +1,4 @@
-"""Manages processes that other code starts, and that a launch watches, restarts and ends."""
+"""Manages processes that are started by other code, and watched, restarted and stopped by a launch."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Adopted(Protocol):
     def start(self) -> object: ...
 
     def stop(self, errors: list[str]) -> None:
-        """End the process. Problems are appended to `errors`."""
+        """Stop the process. Problems are appended to `errors`."""
         ...
 
 
@@ -53,8 +53,9 @@ _Process = TypeVar("_Process", bound=Adopted)
 
 
 class AdoptedProcesses(Generic[_Process]):
-    """A launch's adopted processes. One thread calls `check` and `end`; any thread may call the other
-    methods.
+    """A launch's adopted processes.
+
+    One thread calls `check` and `end`; any thread may call the other methods.
     """
 
     def __init__(
@@ -62,8 +63,8 @@ class AdoptedProcesses(Generic[_Process]):
     ) -> None:
         """
         Args:
-            on_end: called with the name and exit code of each process after its end was reported.
-            on_error: called in the exception handler if ending a process raised an exception.
+            on_end: called with the name and exit code of each process after its exit was reported.
+            on_error: called in the exception handler if stopping a process raised an exception.
         """
         self._printer = printer
         self._on_end = on_end
@@ -77,7 +78,7 @@ class AdoptedProcesses(Generic[_Process]):
             return iter(list(self._processes))
 
     def add(self, process: _Process, *, ends_last: bool = False) -> None:
-        """Watch a process. Processes with `ends_last` are ended after all others."""
+        """Watch a process. Processes with `ends_last` are stopped after all others."""
         with self._lock:
             self._processes.append(process)
             if ends_last:
@@ -116,7 +117,7 @@ class AdoptedProcesses(Generic[_Process]):
         return gone
 
     def end(self) -> None:
-        """End all processes, in the reverse order of `add`."""
+        """Stop all processes, in the reverse order of `add`."""
         errors: list[str] = []
         last = list(self._last)
         first = [process for process in self if process not in last]
@@ -124,7 +125,7 @@ class AdoptedProcesses(Generic[_Process]):
             self._printer.say(f"[{process.name}] killing on exit")
             try:
                 process.stop(errors)
-            except Exception:  # the process is code from a script, which can raise anything
+            except Exception:  # the process object is a script's, whose methods can raise any exception
                 self._on_error()
         with self._lock:
             self._processes.clear()

@@ -1,5 +1,6 @@
-"""Limits what a launch reads and generates, because a file of 3 kB can double a text, or include a file
-twice, 40 times in a row.
+"""Limits the size of what a launch reads and generates.
+
+Without limits, a file of 3 kB could double a text 40 times, or include a file twice at each of 40 levels.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 This is Noetic's protocol. The parent logs in by ssh and starts `roslaunch -c NAME -u URI --run_id ID`. The
 child opens an XML-RPC server and calls the parent's `register(NAME, its URI)`. Once the master is running,
 the parent calls `launch(XML)`; the response names the started nodes. From then on the child calls `log(NAME,
-level, text)` and `process_died(process, exit code)`, until the parent calls `shutdown()` or ends, or all
-nodes have ended.
+level, text)` and `process_died(process, exit code)`, until the parent calls `shutdown()` or exits, or all
+nodes have exited.
 """
 
 from __future__ import annotations
@@ -58,8 +58,9 @@ class Child:
         environment: Environment | None = None,
         index: PackageIndex | None = None,
     ) -> None:
-        """Validate the parent's URI. No connection is opened and no process is started until `start()` is
-        called.
+        """Validate the parent's URI.
+
+        No connection is opened and no process is started until `start()` is called.
 
         Args:
             name: the parent's name for this child.
@@ -104,7 +105,7 @@ class Child:
         self._console.relay_to(self._link.log)
 
     def wait(self) -> None:
-        """Start the nodes that the parent requests. Return when all have ended or a stop is requested."""
+        """Start the nodes that the parent requests. Return when all have exited or a stop is requested."""
         if self._log is None:
             raise RuntimeError("the child is not running; call start() first")
         while self._run is None and not self._is_stop_requested:
@@ -121,7 +122,7 @@ class Child:
             self._run.request_stop()
 
     def stop(self) -> None:
-        """End the nodes and report this to the parent. May be called even if nothing was started."""
+        """Stop the nodes and report it to the parent. May be called even if nothing was started."""
         if self._run is not None:
             self._run.stop()
         if self._server is not None:
@@ -174,8 +175,9 @@ class Child:
         return [1, "success", 1]
 
     def _admits(self, caller: Caller) -> bool:
-        """Return whether a caller may connect. Few callers may, because `launch` runs programs as this
-        process's user.
+        """Return whether a caller may connect.
+
+        Few callers may, because `launch` runs programs as this process's user.
 
         On this machine, only the parent's user, this process's user and root may connect. If the system does
         not report a connection's user, every user on this machine may connect if the parent runs here

@@ -1,4 +1,4 @@
-"""Finds the launch files that a command line names: `package file.launch`, or paths."""
+"""Finds the launch files named on a command line: `package file.launch`, or paths."""
 
 from __future__ import annotations
 
@@ -45,8 +45,9 @@ def resolve_files(words: Sequence[str], index: PackageIndex) -> list[str]:
 
 
 def find_in_package(package_name: str, name: str, index: PackageIndex) -> str:
-    """Return the only file with the given name in a package. A path such as `launch/x.launch` is relative to
-    the package's folder.
+    """Return the only file with the given name in a package.
+
+    A path such as `launch/x.launch` is relative to the package's folder.
     """
     nothing = (
         f"[{name}] is neither a launch file in package [{package_name}] nor is [{package_name}] "
@@ -84,7 +85,7 @@ def _matches(package: Package, name: str) -> list[str]:
 
 
 def _launch_files(package: Package) -> set[str]:
-    """The names of the launch files and tests in a package."""
+    """Return the names of the launch files and tests in a package."""
     return {file for _, files in _walk(package) for file in files if file.endswith((".launch", ".test"))}
 
 

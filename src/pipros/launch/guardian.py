@@ -1,12 +1,12 @@
-"""Ends all of a launcher's processes when the launcher ends, even if it is killed.
+"""Kills all of a launcher's processes when the launcher exits, even if it is killed.
 
 The launcher starts one small interpreter and writes the ids of running process groups to its standard input.
-When that pipe closes, the launcher has ended for some reason. The guardian then sends SIGTERM to everything
+When that pipe closes, the launcher has exited for some reason. The guardian then sends SIGTERM to everything
 still running, and SIGKILL a second later. On Linux it also looks for processes with a tag in their
 environment, which finds those started just as the launcher was killed, and those that left their group.
 
 Linux's parent-death signal is not used for several reasons: it reaches only the direct child, not the
-programs behind a launch prefix or a shell script; it is sent when the *thread* that started the child ends;
+programs behind a launch prefix or a shell script; it is sent when the *thread* that started the child exits;
 setting it requires code between fork and exec, which is unsafe in a process with threads; and macOS lacks it.
 
 This file is also that small program, which is run as a script with `python -I -S`, so it imports little.
@@ -31,7 +31,7 @@ _CHECK_EVERY_S = 0.02
 
 
 class Guardian:
-    """The launcher's side. Do nothing on Windows, which has no such process groups.
+    """The launcher's side of the guardian. Does nothing on Windows, which lacks process groups of this kind.
 
     `started` and `ended` may be called from any thread. If the guardian itself is killed, the launcher
     continues without its protection.
@@ -68,7 +68,7 @@ class Guardian:
         self._send(f"-{group}\n")
 
     def stop(self) -> None:
-        """End the guardian process, which first ends the remaining groups."""
+        """Stop the guardian process, which first kills the remaining groups."""
         process, self._process = self._process, None
         if process is not None:
             with contextlib.suppress(OSError):

@@ -1,4 +1,4 @@
-"""Everything that the launch file loader needs from the computer, as one value.
+"""Access to the computer for the launch file loader, as one value.
 
 `LoadContext.of_process()` is the real context; tests pass their own.
 """

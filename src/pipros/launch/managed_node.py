@@ -17,7 +17,7 @@ class ProcessInfo:
 
     Attributes:
         name: the process's name in messages, such as `talker-2`.
-        exit_code: negative for the signal that ended it; None while running.
+        exit_code: the exit code, negative if a signal killed the process; None while it is running.
         spawn_count: number of times the node was started.
         environment: the variables that the launch file and the launcher set.
     """
@@ -62,9 +62,9 @@ class ManagedNode:
 
     Attributes:
         process: the current process; None after one has ended and before the next has started.
-        left_behind: an ended process whose own child processes are still running.
+        left_behind: a process that has exited, while its child processes are still running.
         restart_at: time at which to restart the node, on the monotonic clock; None if no restart is due.
-        latest: the latest process, running or ended.
+        latest: the latest process, whether or not it is still running.
     """
 
     name: str

@@ -19,8 +19,8 @@ def master_environment(
 ) -> Environment:
     """Return the environment with the URI of the session's master.
 
-    As in Noetic, `roscore` ignores the port in `ROS_MASTER_URI` and advertises the name of this computer. A
-    `ROS_MASTER_URI` with that name opens it to the network.
+    As in Noetic, `roscore` ignores the port in `ROS_MASTER_URI` and advertises the name of this computer. If
+    the host in `ROS_MASTER_URI` is that name, the master also accepts connections from other machines.
 
     Args:
         is_core: whether this is a `roscore` session.

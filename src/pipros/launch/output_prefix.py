@@ -79,7 +79,7 @@ class PrefixedOutput:
         self._copier.start()
 
     def finish(self, timeout_s: float = 0.5) -> None:
-        """Wait up to `timeout_s` until all output of the ended process has been shown."""
+        """Wait up to `timeout_s` until all output of the process, which has exited, has been shown."""
         self._copier.join(timeout_s)
 
     def _copy(self) -> None:

@@ -30,8 +30,8 @@ _CALL_TIMEOUT_S = 5.0
 _CHECK_EVERY_S = 1.0
 _LAST_CALLS_S = 1.0
 
-# The parent is considered to have ended after this many refused connections in a row. A computer that does
-# not answer at all may just be out of reach for a while, as robots often are.
+# After this many consecutive refused connections, the parent is considered to have exited. A computer that
+# does not answer at all may only be out of reach for a while, as robots often are.
 _REFUSALS = 3
 
 
@@ -46,7 +46,7 @@ class ParentLink:
 
         Args:
             name: the parent's name for this child.
-            on_lost: called once, from another thread, when the parent has ended.
+            on_lost: called once, from another thread, after the parent has exited.
 
         Raises:
             LaunchError: the URI is invalid.
@@ -77,7 +77,8 @@ class ParentLink:
         """The user id of a parent on this machine; this process's user id if the parent runs elsewhere or is
         unknown.
 
-        It is looked up only once, because another user may take the parent's port after the parent has ended.
+        It is looked up only once, because another user may take the parent's port after the parent has
+        exited.
         """
         if self._user_id is None:
             for host in filter(has_address, self.addresses):
@@ -144,7 +145,7 @@ class ParentLink:
             self._refusals = 0
 
     def _watch_input(self) -> None:
-        """If standard input is a connection, wait for its end, which means that ssh has ended."""
+        """If standard input is a connection, wait until it closes, which means that ssh has exited."""
         with suppress(OSError, ValueError, AttributeError):
             number = sys.stdin.fileno()
             mode = os.fstat(number).st_mode

@@ -1,4 +1,4 @@
-"""One process in a launch, which is started in its own process group, watched, and ended step by step."""
+"""One process in a launch, which is started in its own process group, watched, and stopped step by step."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class NodeProcess:
 
     @property
     def exit_code(self) -> int | None:
-        """The exit code, negative for the signal that ended the process; None while it is running."""
+        """The exit code, negative if a signal killed the process; None while it is running."""
         return self._popen.returncode if self._exited.is_set() else None
 
     @property
@@ -87,7 +87,7 @@ class NodeProcess:
         return _is_group_alive(self.pid)
 
     def send_signal(self, number: signal.Signals) -> None:
-        """Send a signal to the process and its group; do nothing if they have ended."""
+        """Send a signal to the process and its group; do nothing if they have exited."""
         if not self._has_group:
             return
         with suppress(OSError):
@@ -102,7 +102,7 @@ class NodeProcess:
         return self._exited.wait(timeout_s)
 
     def release(self) -> None:
-        """Kill any processes that the ended process left running in its group, and drop the group."""
+        """Kill all processes that are left in the group after the process has exited, and drop the group."""
         if self._has_group and self._exited.is_set():
             self.send_signal(SIGKILL)
             self._forget_group()
@@ -171,8 +171,9 @@ def _check_first_line(command: NodeCommand) -> None:
 
 
 def _is_group_alive(group: int) -> bool:
-    """Return whether a process in the group is running. Zombies are members of the group, but are not
-    running.
+    """Return whether a process in the group is running.
+
+    Zombies are members of the group, but are not running.
 
     Zombies remain if the init process does not reap orphans, as in many containers.
     """

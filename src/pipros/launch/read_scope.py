@@ -1,4 +1,4 @@
-"""Reads the elements that change the scope of later ones: `<remap>`, `<env>` and `<arg>`."""
+"""Reads the elements that change the scope of later elements: `<remap>`, `<env>` and `<arg>`."""
 
 from __future__ import annotations
 

@@ -123,14 +123,14 @@ class Core:
         self._rosout = rosout
 
     def stop_rosout(self) -> None:
-        """End the `/rosout` node. May be called repeatedly."""
+        """Stop the `/rosout` node. May be called repeatedly."""
         rosout, self._rosout = self._rosout, None
         if rosout is not None:
             with suppress(OSError):
                 rosout.stop()
 
     def stop(self) -> None:
-        """End `/rosout` and the master. May be called repeatedly."""
+        """Stop `/rosout` and the master. May be called repeatedly."""
         self.stop_rosout()
         master, self._master = self._master, None
         if master is not None:

@@ -1,9 +1,9 @@
-"""Executes a `Launch`: sets the parameters, starts the nodes, watches them, and ends them.
+"""Executes a `Launch`: sets the parameters, starts the nodes, watches them, and stops them.
 
 Theory of operation: the threads that wait for processes, signal handlers and other threads put events
-    (process ended, stop requested) into one queue. The thread that calls `wait` or `watch_once` takes these
-    events and makes all decisions, such as restarting a node, giving it up, or ending everything. Other
-    threads may start and end nodes in the meantime.
+(process exited, stop requested) into one queue. The thread that calls `wait` or `watch_once` takes these
+events and makes all decisions, such as restarting a node, giving it up, or stopping everything. Other threads
+may start and stop nodes in the meantime.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class LaunchRun:
         Args:
             placement: the mapping of nodes to machines, if it has already been looked up.
             numbers: numbers for process names; by default, they are counted from 1.
-            on_end: called with the name and exit code of each process after its end was reported.
+            on_end: called with the name and exit code of each process after its exit was reported.
         """
         self._launch = launch
         self._maker = maker
@@ -195,7 +195,7 @@ class LaunchRun:
             self._handle(self._next_event(None))
 
     def watch(self, process: NodeProcess, timeout_s: float | None = None) -> bool:
-        """Like `wait`, but return once this process has ended and its end has been reported.
+        """Like `wait`, but return once this process has exited and its exit has been reported.
 
         Return False on timeout, or if it is time to stop.
         """
@@ -217,9 +217,10 @@ class LaunchRun:
         return self._is_running
 
     def end_one(self, process: NodeProcess) -> None:
-        """End one process step by step; return when it has ended.
+        """Stop one process step by step. Return when it has exited.
 
-        The watching thread handles it like any other end: as in Noetic, a node with `respawn` is restarted.
+        The watching thread handles this like any other exit: as in Noetic, a node with `respawn` is
+        restarted.
         """
         end(
             [process],
@@ -236,8 +237,9 @@ class LaunchRun:
         return not all(managed.is_done for managed in self._managed)
 
     def request_stop(self) -> None:
-        """Make `wait` return. While `stop` is running, each further request immediately escalates to the next
-        signal.
+        """Make `wait` return.
+
+        While `stop` is running, each further request immediately escalates to the next signal.
 
         May be called from a signal handler.
         """
@@ -245,8 +247,9 @@ class LaunchRun:
         self._events.put(_StopRequest())
 
     def stop(self) -> None:
-        """End all nodes with SIGINT, then SIGTERM, then SIGKILL, with a timeout before each step. Return when
-        all have ended.
+        """Stop all nodes with SIGINT, then SIGTERM, then SIGKILL, with a timeout between the steps.
+
+        Return when all have exited.
         """
         self._handled_requests = self._stop_requests
         processes = []
@@ -274,8 +277,9 @@ class LaunchRun:
         return [managed.info() for managed in list(self._managed)]
 
     def managed(self) -> list[ManagedNode]:
-        """Return all nodes in the order in which they were started. They must not be modified. May be called
-        from any thread.
+        """Return all nodes in the order in which they were started.
+
+        They must not be modified. May be called from any thread.
         """
         return list(self._managed)
 
@@ -305,7 +309,7 @@ class LaunchRun:
         now = time.monotonic()
         due = [SLICE_S if timeout_s is None else timeout_s]
         due += [managed.restart_at - now for managed in self._managed if managed.restart_at is not None]
-        # A process that is not a child of this process must be polled to detect its end.
+        # A process that is not a child of this process must be polled to detect its exit.
         due += [_CHECK_EVERY_S for managed in self._managed if managed.left_behind is not None]
         return get_within_slice(self._events, min(due))
 
@@ -345,9 +349,9 @@ class LaunchRun:
                 self._console.error(f"ERROR: {error}")
 
     def _await(self, processes: Sequence[NodeProcess], timeout_s: float) -> list[NodeProcess]:
-        """Wait for processes to end; return those still running.
+        """Wait for processes to exit. Return those still running.
 
-        Return when all have ended, on timeout, or when another stop is requested.
+        Return when all have exited, on timeout, or when another stop is requested.
         """
         deadline = time.monotonic() + timeout_s
         left = [process for process in processes if process.exit_code is None]
@@ -359,7 +363,7 @@ class LaunchRun:
 
 
 def _await_ends(processes: Sequence[NodeProcess], timeout_s: float) -> list[NodeProcess]:
-    """Wait for processes to end without consuming their events; return those still running."""
+    """Wait for processes to exit without consuming their events. Return those still running."""
     deadline = time.monotonic() + timeout_s
     return [
         process

@@ -186,7 +186,7 @@ class LaunchSession:
             raise KeyboardInterrupt
 
     def stop(self) -> None:
-        """End the nodes, then `/rosout`, then the master. May be called even if nothing was started."""
+        """Stop the nodes, then `/rosout`, then the master. May be called even if nothing was started."""
         say = self._console.say
         if self._run is not None:
             self._run.stop()
@@ -203,7 +203,7 @@ class LaunchSession:
         self._console.close()
 
     def _end_if_requested(self) -> None:
-        """Abort `start` between two steps, when nothing is half done."""
+        """Abort `start` between two steps, so that no step is left incomplete."""
         if self._is_stop_requested:
             raise KeyboardInterrupt
 
@@ -310,6 +310,6 @@ class LaunchSession:
         try:
             client.delete_param(server.parameter)
         except PiprosError:
-            pass  # the master may have ended, or the parameter was deleted
+            pass  # the master may have exited, or the parameter was deleted
         finally:
             client.close()

@@ -97,7 +97,7 @@ class SessionMaster:
         Raises:
             LaunchError: a master is already running but a core was requested; the master would be on another
                 computer; or the port is in use.
-            Unreachable: the master found earlier has ended.
+            Unreachable: the master found earlier has exited.
         """
         if self._is_running:
             if self._is_core:

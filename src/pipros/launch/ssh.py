@@ -37,7 +37,7 @@ def remote_command(
 
 
 def ssh_command(machine: Machine, words: Sequence[str]) -> list[str]:
-    """Return the ssh command line that runs `words` on a machine, in a terminal of their own."""
+    """Return the ssh command line that runs `words` on a machine, in a separate terminal."""
     destination = f"{machine.user}@{machine.address}" if machine.user else machine.address
     return [
         "ssh",

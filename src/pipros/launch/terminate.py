@@ -1,4 +1,4 @@
-"""Ends processes step by step, and reports how processes ended."""
+"""Stops processes step by step, and reports how processes exited."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LEFT_BEHIND_TIMEOUT_S = 1.0
 _CHECK_EVERY_S = 0.01
 
 AwaitEnds = Callable[[Sequence[NodeProcess], float], list[NodeProcess]]
-"""Waits a number of seconds for processes to end, and returns those that are still running."""
+"""Waits a number of seconds for processes to exit, and returns those that are still running."""
 
 
 def end(
@@ -29,9 +29,9 @@ def end(
     sigterm_timeout_s: float = SIGTERM_TIMEOUT_S,
     is_announced: bool = True,
 ) -> None:
-    """End processes and their child processes, all in parallel, with SIGINT, SIGTERM and SIGKILL.
+    """Stop processes and their child processes, all in parallel, with SIGINT, SIGTERM and SIGKILL.
 
-    Return when all have ended, or if even SIGKILL had no effect.
+    Return when all have exited, or if even SIGKILL had no effect.
     """
     for process in processes:
         if is_announced:
@@ -53,7 +53,7 @@ def end(
 
 
 def _end_left_behind(processes: Sequence[NodeProcess]) -> None:
-    """End processes that were left running by processes that have ended.
+    """Stop child processes that were left running by processes that have exited.
 
     Shells make their background jobs ignore SIGINT.
     """
@@ -68,7 +68,7 @@ def _end_left_behind(processes: Sequence[NodeProcess]) -> None:
 
 
 def report_end(process: NodeProcess, log_stem: str, console: Console, *, is_required: bool) -> None:
-    """Report how a process ended, with Noetic's text. If it failed, also print its last output."""
+    """Report how a process exited, with Noetic's text. If it failed, also print its last output."""
     log = f"log file: {log_stem}*.log"
     if process.exit_code == 0:
         text = f"process has finished cleanly\n{log}"

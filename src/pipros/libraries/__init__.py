@@ -1,1 +1,1 @@
-"""The logic of the ROS libraries above rospy. It uses neither nodes nor sockets."""
+"""The logic of the ROS libraries that build on rospy."""

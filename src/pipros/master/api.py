@@ -1,8 +1,8 @@
 """The Master API and the Parameter Server API, whose methods return `[code, text, value]`.
 
 http://wiki.ros.org/ROS/Master_API and http://wiki.ros.org/ROS/Parameter%20Server%20API describe the methods.
-    Texts, checks and corner cases match genuine rosmaster, as found by calling it (a differential test in
-    tests/interop repeats the comparison). Nothing here blocks or uses a socket.
+Texts, checks and corner cases match genuine rosmaster, as found by calling it (a differential test in
+tests/interop repeats the comparison). Nothing here blocks or uses a socket.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class MasterApi:
     """Answers calls from nodes and tools using the registry and the parameter tree.
 
     `methods` is the table for an `RpcServer`. The notices that a call causes are passed to `notify`, in
-    order, before the call is answered; they need not be consumed at once.
+    order, before the call is answered; `notify` need not deliver them at once.
     """
 
     def __init__(
@@ -48,8 +48,8 @@ class MasterApi:
         """
         Args:
             notify: delivers notices.
-            shutdown: function that ends the master, given the reason; returns False if the caller is not
-                allowed to.
+            shutdown: function that stops the master, given the reason; returns False if the caller is not
+                allowed to stop it.
             limits: defaults to the process-wide limits.
         """
         self.uri = ""
@@ -97,7 +97,7 @@ class MasterApi:
 
     def _shut_down(self, _caller: str, reason: Any) -> Answer:
         if not self._shutdown(str(reason)):
-            return [CALLER_ERROR, "shutdown is accepted from this machine only", 0]
+            return [CALLER_ERROR, "shutdown is only accepted from this machine", 0]
         return [SUCCESS, "shutdown", 0]
 
     # ---- registrations

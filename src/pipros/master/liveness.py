@@ -99,7 +99,7 @@ class Liveness:
         self._spawn(self._probe_in_rounds())
 
     def stop(self) -> None:
-        """End all probes permanently."""
+        """Stop all probes permanently."""
         self._is_stopped = True
         for task in self._tasks:
             task.cancel()
@@ -128,7 +128,7 @@ class Liveness:
         try:
             name = await self._ask(api, "getName", self._probing.answer_s)
         except Fault:
-            name = None  # roscpp nodes do not have this method
+            name = None  # roscpp nodes lack this method
         except PiprosError:
             return False
         if isinstance(name, str) and name:

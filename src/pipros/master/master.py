@@ -100,7 +100,7 @@ class Master:
             return f"{listens}, for this computer only"
         if self._allowed:
             return f"{listens}, open to {self._allowed}"
-        return f"{listens}, open to everybody who can reach this computer"
+        return f"{listens}, open to all programs that can reach this computer"
 
     def start(self) -> None:
         """Open the port. The master answers calls when this method returns.

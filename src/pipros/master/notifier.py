@@ -1,8 +1,9 @@
 """Delivers the master's notices, in order for each node, without making any node wait for another.
 
-Theory of operation: each API with a pending notice has a queue. A new notice supersedes a queued one about
-the same topic or parameter, because each contains the whole new state. So a queue cannot have more entries
-than its node has subscriptions, and a node that was unresponsive receives the current state afterwards.
+Theory of operation: each API with a pending notice has a queue. A new notice supersedes a queued notice about
+the same topic or parameter, because each notice contains the complete new state. So a queue cannot have more
+entries than its node has subscriptions, and a node that was unresponsive receives the current state
+afterwards.
 
 The queues take turns, with one notice per turn and `TURNS_AT_A_TIME` turns at once, so that thousands of
 notices do not keep the loop from answering calls. A node that does not answer within `SLOW_S` no longer
@@ -45,8 +46,9 @@ class Recipients(Protocol):
         ...
 
     async def may_shut_down(self, notice: Notice) -> bool:
-        """Return whether the process at the notice's API is still that node. Called before a `shutdown` is
-        delivered.
+        """Return whether the process at the notice's API is still that node.
+
+        Called before a `shutdown` is delivered.
         """
         ...
 

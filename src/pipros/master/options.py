@@ -1,4 +1,4 @@
-"""A master's settings as one value, which the launcher, core and master pass on unchanged."""
+"""A master's settings as one value, which the launcher and the core pass on to the master unchanged."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class MasterOptions:
         log_level: one of `pipros.master.log.LEVELS`, for the log file that `Core` writes.
         on_shutdown: called, in the master's thread, when a peer on this machine calls `shutdown`; the owner
             then calls `stop()`.
-        probing: when nodes are probed.
+        probing: the times at which nodes are probed.
     """
 
     host: str | None = None

@@ -11,7 +11,7 @@ from pipros.master.registry import MASTER_ID, Notice, Registry, Role
 
 
 def param_notices(registry: Registry, key: str, value: Any, *, except_node: str) -> Iterator[Notice]:
-    """Return the `paramUpdate` notices after `key` changed to `value` (`{}` if it was deleted).
+    """Return the `paramUpdate` notices for a change of `key` to `value` (`{}` if it was deleted).
 
     A subscriber at or above the key receives the key and its value. A subscriber below the key receives its
     own part of the value, or `{}` if there is none. `except_node`, which made the change, receives nothing.

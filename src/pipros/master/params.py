@@ -1,6 +1,6 @@
 """The parameter tree. This module does no I/O.
 
-A parameter is any value that XML-RPC can represent. Dictionaries are namespaces: a key is a path through
+A parameter is any value that XML-RPC can represent. Dictionaries are namespaces, and a key is a path through
 them. Keys must be resolved (`/a/b`); doubled and trailing slashes do not matter.
 """
 
@@ -51,8 +51,8 @@ class ParamTree:
     """One master's parameters. Not thread-safe.
 
     Values are never changed, only replaced: `set` and `delete` copy the dictionaries on the path to the key.
-    So a value that `get` returned never changes, and other threads may read it. In return, callers must not
-    change a value that they passed in or received.
+    So a value that `get` returned never changes, and other threads may read it. Callers must not change a
+    value that they passed in or received either.
 
     Attributes:
         held_bytes: the weight of all parameters together, keys included (see `param_weight`).
@@ -173,8 +173,9 @@ class ParamTree:
             self.journal.param_deleted(key)
 
     def names(self) -> list[str]:
-        """Return the full names of all values, in the order in which they were set. Empty namespaces are
-        omitted.
+        """Return the full names of all values, in the order in which they were set.
+
+        Empty namespaces are omitted.
         """
         found: list[str] = []
         stack = [("/", iter(self._root.items()))]

@@ -31,7 +31,7 @@ class Notice:
 
     Attributes:
         node: the name of the node.
-        api: the URI to call. The notice is dropped if the node has another API by then.
+        api: the URI to call. The notice is dropped if the node has another API when the notice is due.
         method: `publisherUpdate`, `paramUpdate` or `shutdown`.
         params: the arguments of the call, the master's own caller_id first.
     """
@@ -92,10 +92,10 @@ class Registry:
 
     The caller must resolve and check the names of topics, services and nodes.
 
-    A node that registers under another process's name takes the name over. The other process is `replaced`
-    until its `shutdown` notice is done. Its registrations are ignored in the meantime, because a roscpp node
-    subscribes to a parameter when it logs the shutdown request, and would thus take its name back and end its
-    successor.
+    A node that registers with the name of another process takes over the name. The other process is
+    `replaced` until its `shutdown` notice is done. Its registrations are ignored in the meantime, because a
+    roscpp node subscribes to a parameter when it logs the shutdown request, and would thus take its name back
+    and shut down its successor.
 
     The type of a topic is kept after its last publisher and subscriber have unregistered, as in genuine
     masters, but only for as many such topics as the limits allow. The topic that has been unused longest is
@@ -198,8 +198,9 @@ class Registry:
         return self._enter(Role.PARAM_SUBSCRIBER, node, key, api)
 
     def unregister(self, role: Role, node: str, key: str, api: str) -> tuple[bool, list[Notice]]:
-        """Remove a registration if `api` is the node's API. Return whether a registration was removed, and
-        the notices.
+        """Remove a registration if `api` is the node's API.
+
+        Return whether a registration was removed, and the notices.
         """
         if self.api_of(node) != api or node not in self._tables[role].get(key, ()):
             return False, []

@@ -43,7 +43,7 @@ def collect(
     liveness: Liveness,
     rate: CallRate,
 ) -> dict[str, Any]:
-    """Return the figures as a dictionary for XML-RPC. Counts that may exceed 32 bits are floats."""
+    """Return the statistics as a dictionary for XML-RPC. Counts that may exceed 32 bits are floats."""
     return {
         "uptime_s": uptime_s,
         "nodes": len(registry.nodes),
@@ -70,7 +70,7 @@ def collect(
 
 
 def describe(uri: str, figures: dict[str, Any]) -> str:
-    """Return the figures as text, in the layout of `rosnode info`."""
+    """Return the statistics as text, in the layout of `rosnode info`."""
     lines = [
         "-" * 80,
         f"Master [{uri}], up for {figures['uptime_s']:.0f} s",

@@ -5,7 +5,7 @@ last `PAUSE_S`, and leaves no partial change. Parameters are stored as the calls
 call deletes the calls that it supersedes, so the file does not grow over time.
 
 A thread writes the file, at once under low load, otherwise every `PAUSE_S`. Callers never wait for the
-thread, and the thread does not wait for the disk. Written changes survive the end of the process. After a
+thread, and the thread does not wait for the disk. Written changes survive a crash of the process. After a
 power failure, the file is intact, but the last changes may be missing.
 """
 
@@ -78,8 +78,8 @@ class StoredState:
 class Absence(Enum):
     """Marks a key without a value."""
 
-    DELETED = "deleted, below a namespace that was set as a whole"
-    NAMESPACE = "a namespace, in which there may be nothing"
+    DELETED = "deleted from a namespace that was set as a whole"
+    NAMESPACE = "a namespace, which may be empty"
 
 
 class StoreUntrusted(PiprosError):
@@ -236,7 +236,7 @@ def _make_private(file: Path) -> None:
 def _check_not_planted(path: Path) -> None:
     link = os.lstat(path)
     if S_ISLNK(link.st_mode) and link.st_uid != user_id():
-        raise Untrusted(f"{path} is a link of another user")
+        raise Untrusted(f"{path} is a link that belongs to another user")
     check_owner(os.stat(path), str(path))
 
 

@@ -44,7 +44,7 @@ class GenerationError(PiprosError):
 
 
 class Special:
-    """A type that is not generated: how to create a value, and how to finish reading one.
+    """A type that is not generated, with the code to create a value and to finish reading a value.
 
     Attributes:
         constructor: an expression that creates a value.

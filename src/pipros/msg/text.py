@@ -29,7 +29,7 @@ def strify_message(
         indent: the prefix of every line. If it is given, a multi-line value starts on a new line.
         time_offset: times are written as the duration since this time.
         field_filter: function that returns the names of the message fields to write.
-        fixed_numeric_width: the width to which numbers are padded and cut.
+        fixed_numeric_width: the width to which numbers are padded or truncated.
     """
     return _Text(time_offset, field_filter, fixed_numeric_width).of(val, indent)
 

@@ -6,10 +6,11 @@ often arrive sooner. So a `PollingReceiver` polls the socket briefly before it s
 processor between polls. This helps most if the sender runs on the same core, whose cache then still holds the
 message.
 
-It learns whether polling pays (see `AdaptiveBackoff`): a topic at 100 Hz is polled once in a thousand
-messages. A topic link polls for the full time only after the node has published (`PublishCount`), because the
-next message may be a response. A node that only listens polls a few times. This is enough if other processes
-run between polls, because their messages have then arrived, and it does not keep an idle processor busy.
+The receiver learns whether polling pays (see `AdaptiveBackoff`). A topic at 100 Hz, for example, is polled
+only once in a thousand messages. A topic link polls for the full time only after the node has published
+(`PublishCount`), because the next message may be a response. A node that only listens polls a few times. This
+is enough if other processes run between polls, because their messages have then arrived, and it does not keep
+an idle processor busy.
 """
 
 from __future__ import annotations

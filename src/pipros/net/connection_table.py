@@ -13,7 +13,7 @@ from pipros.net.refusals import Refusals
 
 
 class TableEntry(Protocol):
-    """The part of a connection that the table uses."""
+    """Interface of a connection that the table requires."""
 
     @property
     def peer(self) -> str:
@@ -29,7 +29,7 @@ class TableEntry(Protocol):
 
 @dataclass(slots=True, eq=False)
 class LinkEntry:
-    """A connection that another object owns, for example a topic link."""
+    """A connection that is owned by another object, such as a topic link."""
 
     peer: str
     close: Callable[[], object]
@@ -170,8 +170,9 @@ class ConnectionTable:
             self._deadlines.pop(connection, None)
 
     def close_overdue(self, now: float, idle_s: float) -> None:
-        """Close connections that missed a deadline or were idle too long. The other connections are not
-        visited.
+        """Close connections that missed a deadline or were idle too long.
+
+        The other connections are not visited.
         """
         late: list[TableEntry] = []
         idle: list[TableEntry] = []

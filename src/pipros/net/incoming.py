@@ -33,8 +33,8 @@ message would cost more than delivering the messages.)
 
 COALESCE_SLEEP_S = 1e-6
 COALESCE_MESSAGES = 8
-"""A sleep, whose actual duration depends on the system's timers (some 60 microseconds on Linux), pays if at
-least this many messages arrived during it.
+"""Minimum number of messages that must arrive during a sleep to make it worthwhile. The actual duration of a
+sleep depends on the system's timers (about 60 microseconds on Linux).
 """
 
 DRAIN_LIMIT_S = 0.1
@@ -42,7 +42,7 @@ DRAIN_LIMIT_S = 0.1
 
 FULL_WINDOW_BYTES = 64 * 1024
 QUIET_S = 0.002
-"""If a socket held this much, its TCP window was closed, so the peer has more data and sends it at once.
+"""If a socket held this many bytes, its TCP window was closed, so the peer has more data to send.
 Reading continues until nothing has arrived for QUIET_S.
 """
 
@@ -77,8 +77,8 @@ class DeliveryLock:
     wakes up.
 
     Attributes:
-        is_wanted: function that returns whether another link waits for the lock. An attribute, as `release`
-            is, because it is called for every message.
+        is_wanted: function that returns whether another link waits for the lock. For speed, this and
+            `release` are attributes instead of methods, because they are called for every message.
         release: releases the lock.
     """
 
@@ -107,10 +107,10 @@ class DeliveryLock:
 class IncomingLink:
     """Receives messages from one publisher and delivers them in order, in its own thread.
 
-    `delivery_lock` is held during each delivery: links that share one never deliver at the same time. The
-    message passed to `deliver` is valid only during the call. `on_closed` is called once, from the link's
-    thread, with the reason if the link ended by an error. The link polls longer for the next message if
-    `published` has changed; see `pipros.net.busy_poll`.
+    `delivery_lock` is held during each delivery, so links that share a lock never deliver at the same time.
+    The message passed to `deliver` is valid only during the call. `on_closed` is called once, from the link's
+    thread, with the reason if the link ended because of an error. The link polls longer for the next message
+    if `published` has changed; see `pipros.net.busy_poll`.
     """
 
     def __init__(
@@ -126,8 +126,9 @@ class IncomingLink:
         limit_bytes: int | None = None,
         received: bytes = b"",
     ) -> None:
-        """Store the settings; `start` begins reading. `received` contains the bytes that followed the
-        handshake.
+        """Store the settings; `start` begins reading.
+
+        `received` contains the bytes that followed the handshake.
         """
         sock.setblocking(True)
         self.peer = sockets.peer_name(sock)
@@ -182,8 +183,9 @@ class IncomingLink:
             self._on_closed(self, error)
 
     def _receive(self) -> int:
-        """Wait for the next bytes. Polling within a message is learned separately, because the rest arrives
-        soon.
+        """Wait for the next bytes.
+
+        Polling within a message is learned separately, because the rest arrives soon.
         """
         buffer = self._buffer
         space = buffer.space()
@@ -208,7 +210,7 @@ class IncomingLink:
         return count
 
     def _take(self, count: int) -> int:
-        """Deliver the messages completed by `count` received bytes; return their number."""
+        """Deliver the messages that `count` received bytes complete. Return their number."""
         if self.queue_size:
             accepted = self._accept(count, self._buffer.received(count))
             self._deliver_waiting()
@@ -230,8 +232,9 @@ class IncomingLink:
         return statistics.frames - before
 
     def _accept(self, count: int, messages: Iterable[memoryview]) -> int:
-        """Queue the messages completed by `count` received bytes, as views of the buffer. Return their
-        number.
+        """Queue the messages completed by `count` received bytes, as views of the buffer.
+
+        Return their number.
         """
         self.statistics.bytes += count
         waiting = self._waiting
@@ -273,7 +276,7 @@ class IncomingLink:
                     continue
                 return
             if not count:
-                return  # the stream has ended; the next blocking read reports that again
+                return  # the stream has ended; the next blocking read will report it
             self._accept(count, self._buffer.received(count))
 
     def _keep_waiting(self) -> None:

@@ -88,12 +88,10 @@ class Lookups:
         resolve: Resolve | None = None,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        """
-        Args:
-            limit: maximum number of simultaneous look-ups; further look-ups are queued. `find` and `ask` have
-                separate limits of this size, and do not wait for each other.
-            resolve: function that resolves a name; defaults to `socket.getaddrinfo`.
-            now: the clock that the cache uses.
+        """Args: limit: maximum number of simultaneous look-ups; further look-ups are queued.
+
+        `find` and `ask` have separate limits of this size, and do not wait for each other. resolve: function
+        that resolves a name; defaults to `socket.getaddrinfo`. now: the clock that the cache uses.
         """
         self._limit = limit
         self._resolve: Resolve = resolve or socket.getaddrinfo
@@ -101,7 +99,7 @@ class Lookups:
         self._begin()
 
     def ask(self, host: str, *, urgent: bool = False, **wanted: int) -> Answer:
-        """Start the look-up of a name and return at once; `wanted` as for `socket.getaddrinfo`."""
+        """Start the look-up of a name and return at once. `wanted` is as for `socket.getaddrinfo`."""
         if self._process != os.getpid():  # a forked child does not inherit the threads
             self._begin()
         answer = Answer()

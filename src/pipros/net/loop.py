@@ -81,12 +81,12 @@ class BackgroundLoop:
         return asyncio.run_coroutine_threadsafe(coroutine, self.asyncio)
 
     def call(self, function: Callable[..., object], *args: object) -> None:
-        """Call a function in the loop soon; do nothing if the loop has ended."""
+        """Schedule a call in the loop. Do nothing if the loop has stopped."""
         with contextlib.suppress(RuntimeError):
             self.asyncio.call_soon_threadsafe(function, *args)
 
     def stop(self, timeout_s: float | None = None) -> None:
-        """Cancel running tasks, end the loop and wait for its thread. May be called repeatedly."""
+        """Cancel running tasks, stop the loop and wait for its thread. May be called repeatedly."""
         thread, self._thread = self._thread, None
         if thread is None:
             return
@@ -141,8 +141,9 @@ class _Loop(asyncio.SelectorEventLoop):
         return _outcome(self, self._workers.run, function, *args)
 
     def call_exception_handler(self, context: dict[str, Any]) -> None:
-        """Report an error as asyncio does, but in one line if a server is out of descriptors, because it
-        retries.
+        """Report an error as asyncio does, but log one line if a server is out of descriptors.
+
+        A server retries in that case, so a traceback would be repeated.
         """
         error = context.get("exception")
         if isinstance(error, OSError) and error.errno in OUT_OF_DESCRIPTORS and "socket" in context:
@@ -158,7 +159,7 @@ class _Loop(asyncio.SelectorEventLoop):
 def in_daemon_thread(function: Callable[..., T], *args: Any) -> asyncio.Future[T]:
     """Call a function in a new thread, for the running event loop.
 
-    When the loop or the interpreter ends, it does not wait for the thread. Cancelling the future ends the
+    Neither the loop nor the interpreter waits for the thread when it ends. Cancelling the future ends the
     wait, but not the function.
     """
 
@@ -191,7 +192,7 @@ def _outcome(
 
 
 def _settle(loop: asyncio.AbstractEventLoop, future: asyncio.Future[Any], settle: Callable[[], None]) -> None:
-    """Settle a future in its loop, unless the future was cancelled or the loop has ended."""
+    """Resolve a future in its loop, unless the future was cancelled or the loop has stopped."""
 
     def unless_cancelled() -> None:
         if not future.done():

@@ -125,7 +125,7 @@ class MasterClient:
     # ---- the graph
 
     def lookup_node(self, node: str) -> str:
-        """Return a node's API URI. Raises `Refused` if it is unknown."""
+        """Return a node's API URI. Raises `Refused` if the node is unknown."""
         return str(self.call("lookupNode", node))
 
     def lookup_service(self, service: str) -> str:
@@ -157,7 +157,7 @@ class MasterClient:
     # ---- parameters
 
     def get_param(self, key: str) -> Any:
-        """Return a value, or a namespace as a dictionary. Raises `Refused` if it is not set."""
+        """Return a value, or a namespace as a dictionary. Raises `Refused` if the parameter is not set."""
         return self.call("getParam", key)
 
     def set_param(self, key: str, value: Any) -> None:
@@ -165,15 +165,16 @@ class MasterClient:
         self.call("setParam", key, value)
 
     def delete_param(self, key: str) -> None:
-        """Delete a value or namespace. Raises `Refused` if it is not set."""
+        """Delete a parameter or a namespace. Raises `Refused` if it is not set."""
         self.call("deleteParam", key)
 
     def has_param(self, key: str) -> bool:
         return bool(self.call("hasParam", key))
 
     def search_param(self, key: str) -> str:
-        """Search for a parameter upwards from the caller's namespace and return its full name. Raises
-        `Refused` if it is not found.
+        """Search for a parameter upwards from the caller's namespace and return its full name.
+
+        Raises `Refused` if it is not found.
         """
         return str(self.call("searchParam", key))
 
@@ -181,7 +182,10 @@ class MasterClient:
         return self._call_for_names("getParamNames")
 
     def subscribe_param(self, api: str, key: str) -> Any:
-        """Subscribe to changes (`paramUpdate`); return the current value, `{}` if it is not set."""
+        """Subscribe to changes (`paramUpdate`).
+
+        Return the current value, or `{}` if the parameter is not set.
+        """
         return self.call("subscribeParam", api, key)
 
     def unsubscribe_param(self, api: str, key: str) -> int:

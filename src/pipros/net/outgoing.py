@@ -9,11 +9,9 @@ loop. `pipros.net.outgoing_state` defines the states of a link.
 
 The meaning of `queue_size`, as in rospy:
     None  the publisher waits until the socket has accepted the message, at most `Limits.stall_s` (genuine
-          rospy waits without limit). A subscriber that takes longer has stalled: until it has caught up it
-          is treated as with queue_size=1.
-    0     any number of messages wait.
-    n     at most n messages wait.
-In each case at most `Limits.queue_bytes` wait, but the newest message always does.
+          rospy waits without limit). A subscriber that takes longer has stalled: until it has caught up, it
+    is treated as with queue_size=1. 0     any number of messages wait. n     at most n messages wait. In each
+    case, at most `Limits.queue_bytes` are queued, but the newest message is always kept.
 """
 
 from __future__ import annotations
@@ -149,7 +147,7 @@ class OutgoingLink:
 
     @property
     def is_waited_for(self) -> bool:
-        """Whether the publisher has to wait until the backlog is empty."""
+        """Whether the publisher must wait until the backlog is empty."""
         return self.queue_size is None and self.state not in NOT_WAITED_FOR
 
     @property
@@ -194,8 +192,9 @@ class OutgoingLink:
         self.statistics = SendStatistics()
 
     def close(self) -> None:
-        """Close the link. Queued messages are dropped and counted. May be called repeatedly, from any
-        thread.
+        """Close the link.
+
+        Queued messages are dropped and counted. May be called repeatedly, from any thread.
         """
         with self._lock:
             self._give_up()

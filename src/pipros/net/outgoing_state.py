@@ -7,7 +7,7 @@
     RECOVERING  a stalled link with no queued messages, whose subscriber has yet to read the written data
     CLOSED      the end
 
-An event that the table does not list for a state does nothing.
+An event that is not in the table for a state has no effect.
 """
 
 from __future__ import annotations

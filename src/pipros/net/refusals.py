@@ -25,7 +25,7 @@ class Refusals:
         self._reported_at = 0.0
 
     def count(self, peer: str, text: str) -> None:
-        """Count a refusal of `peer`; log `text` if it is that peer's first."""
+        """Count a refusal of `peer`. Log `text` if it is the peer's first refusal."""
         self.total += 1
         known = self._by_peer.get(peer, 0)
         if known or len(self._by_peer) < _PEERS_REMEMBERED:

@@ -32,7 +32,7 @@ class AsyncRpcClient:
     """Calls methods on one XML-RPC server over a connection that is kept open.
 
     Only one call may run at a time: several tasks must queue their calls. If the server has closed the open
-        connection, it is silently replaced.
+    connection, it is silently replaced.
     """
 
     def __init__(self, uri: str, *, answer_limit_bytes: int | None = None) -> None:
@@ -40,8 +40,8 @@ class AsyncRpcClient:
 
         Args:
             uri: `http://HOST:PORT/`.
-            answer_limit_bytes: the maximum size of a response; defaults to the limit `body_bytes`, because a
-                peer named the server.
+            answer_limit_bytes: the maximum size of a response. Defaults to `Limits.body_bytes`, because the
+                server's address comes from a peer, so the server is not trusted.
 
         Raises:
             ValueError: `uri` does not have the form `http://HOST:PORT/`.
@@ -140,8 +140,9 @@ class _AsyncConnection(asyncio.Protocol):
                 timer.cancel()
 
     async def _send_slices(self, head: bytes, document: bytes, answer: asyncio.Future[Response]) -> bool:
-        """Send as fast as the peer reads. Return False if the peer closes or responds before everything is
-        sent.
+        """Send as fast as the peer reads.
+
+        Return False if the peer closes or responds before everything is sent.
         """
         slices = (document[start : start + _SLICE_BYTES] for start in range(0, len(document), _SLICE_BYTES))
         for piece in itertools.chain([head], slices):

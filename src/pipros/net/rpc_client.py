@@ -60,8 +60,8 @@ class RpcClient:
         Args:
             uri: `http://HOST:PORT/`.
             timeout_s: total time limit for one call; None for no limit. A call can override it.
-            answer_limit_bytes: the maximum size of a response; defaults to the limit `answer_bytes`, because
-                the user or the user's program chose the server.
+            answer_limit_bytes: the maximum size of a response. Defaults to `Limits.answer_bytes`, which is
+                generous because the server was chosen by the user and is trusted.
 
         Raises:
             ValueError: `uri` is malformed.
@@ -201,7 +201,7 @@ def reason_of(error: OSError) -> str:
 
 
 class _ClosedBeforeAnswer(ConnectionError):
-    """The server closed, or had closed, the connection before the first byte of a response."""
+    """The server closed the connection before it sent the first byte of a response."""
 
 
 class _ClientConnection:

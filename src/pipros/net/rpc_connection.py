@@ -42,8 +42,8 @@ _SLICE_BYTES: Final = 256 * 1024
 
 _DRAIN_LIMIT_S: Final = 5.0
 _DRAIN_LIMIT_BYTES: Final = 64 * 1024 * 1024
-"""Time for which, and number of bytes that, a peer may continue to send after a refusal. If the connection
-were closed in the middle of a request, the system would discard the response that states the reason.
+"""Time and number of bytes for which a peer may continue to send after a refusal. If the connection were
+closed in the middle of a request, the system would discard the response that states the reason.
 """
 
 T = TypeVar("T")
@@ -54,7 +54,7 @@ class UnknownMethod(LookupError):
 
 
 class Answerer(Protocol):
-    """The part of a server that a connection uses."""
+    """Interface of the server that a connection requires."""
 
     limits: Limits
     connections: ConnectionTable
@@ -190,8 +190,9 @@ class RpcConnection(asyncio.Protocol):
         self._update_deadline()
 
     def _update_deadline(self) -> None:
-        """Set a deadline while a request is incomplete or a response is unread. Further bytes do not extend
-        the deadline.
+        """Set a deadline while a request is incomplete or a response is unread.
+
+        Further bytes do not extend the deadline.
         """
         if self._state in FINAL:
             return
@@ -322,7 +323,7 @@ class RpcConnection(asyncio.Protocol):
                 self._pending = self._loop.call_later(_DRAIN_LIMIT_S, self.abort)
 
     def _close_gracefully(self) -> None:
-        """Close after written data is sent; a deadline bounds how long that may take."""
+        """Close after all written data has been sent, or after a deadline."""
         self._note(Event.CLOSED_GRACEFULLY)
         if self._transport:
             self._expect_progress()

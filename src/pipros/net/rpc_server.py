@@ -219,7 +219,8 @@ class RpcServer:
         calls = calls if type(calls) is list else list(calls)
         calls.reverse()
         while calls:
-            call = calls.pop()  # remove the only other reference, so that many objects are freed one by one
+            # drop the list's reference, so that a large number of objects is freed gradually
+            call = calls.pop()
             try:
                 answer = self.call(call["methodName"], tuple(call["params"]), caller=caller)
                 encoded = await self._encode([await answer if inspect.isawaitable(answer) else answer])

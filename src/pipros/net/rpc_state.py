@@ -14,7 +14,7 @@ become STALLED. Three states are final, in this order:
     CLOSING    everything is written; the transport closes once it is sent
     CLOSED     aborted or lost
 
-An event that the table does not list for a state does nothing.
+An event that is not in the table for a state has no effect.
 """
 
 from __future__ import annotations

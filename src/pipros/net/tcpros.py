@@ -76,10 +76,10 @@ class TcprosServer:
 
     Connections that begin with an HTTP request are passed to `on_http`, if set.
 
-    Connections of peers that are silent, send garbage or announce too much are closed without an answer, as
-    genuine nodes do. If too many are in their handshake, the oldest of them is closed for a new one, so that
-    silent peers do not lock others out. It uses callbacks of the event loop, not coroutines, because every
-    service call that is not persistent opens a connection.
+    Connections of peers that are silent, send malformed data or announce too large a header are closed
+    without an answer, as in genuine nodes. If too many connections are in their handshake, the oldest of them
+    is closed for a new one, so that silent peers do not lock others out. The server uses callbacks of the
+    event loop, not coroutines, because every service call that is not persistent opens a connection.
 
     Attributes:
         refusals: the connections that were refused, by peer.
@@ -321,8 +321,9 @@ async def _connect_first(loop: asyncio.AbstractEventLoop, host: str, port: int) 
 async def _addresses(
     loop: asyncio.AbstractEventLoop, host: str, port: int
 ) -> Sequence[tuple[int, int, int, str, Any]]:
-    """Return a host's addresses. Names are looked up in threads, whose number is limited; addresses need no
-    look-up.
+    """Return a host's addresses.
+
+    Names are looked up in threads, whose number is limited; addresses need no look-up.
     """
     with contextlib.suppress(socket.gaierror):
         return socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_NUMERICHOST)

@@ -22,7 +22,9 @@ from pipros.net.lookup import Lookups, process_lookups
 
 _DOCUMENTATION_ADDRESSES: Final = {socket.AF_INET: "192.0.2.1", socket.AF_INET6: "2001:db8::1"}
 _DISCARD_PORT: Final = 9
-"""Addresses for documentation (RFC 5737, RFC 3849). If even these can be bound, binding proves nothing."""
+"""Addresses for documentation (RFC 5737, RFC 3849). If the system lets a socket bind to even these, a
+successful bind proves nothing.
+"""
 
 _SOCKET_TABLES: Final = (Path("/proc/net/tcp"), Path("/proc/net/tcp6"))
 _ESTABLISHED: Final = "01"

@@ -18,7 +18,7 @@ Job = tuple[Callable[..., object], tuple[Any, ...]]
 
 
 def interpreter_ends(error: RuntimeError) -> bool:
-    """Return whether a thread could not start because the interpreter is ending (Python 3.12 and later)."""
+    """Return whether an error means that a thread cannot start because the interpreter is shutting down."""
     return _AT_SHUTDOWN in str(error)
 
 

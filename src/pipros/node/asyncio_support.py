@@ -16,10 +16,10 @@ AnyMessage = TypeVar("AnyMessage")
 
 
 class MessageStream(Generic[AnyMessage]):
-    """The messages of a subscription as an asynchronous iterator, which ends when the node does.
+    """The messages of a subscription as an asynchronous iterator, which ends when the node shuts down.
 
     If `queue_size` is n, it keeps the n newest messages that have not been consumed yet, and counts the
-    others in `dropped`; if it is not set, it keeps all.
+    others in `dropped`. If `queue_size` is None, it keeps all messages.
     """
 
     def __init__(self, queue_size: int | None) -> None:
@@ -35,7 +35,7 @@ class MessageStream(Generic[AnyMessage]):
         self._call(self._put, message)
 
     def close(self) -> None:
-        """End the iteration once the queued messages are consumed. May be called from any thread."""
+        """End the iteration after the queued messages have been consumed. May be called from any thread."""
         self._call(self._end)
 
     def __aiter__(self) -> AsyncIterator[AnyMessage]:
@@ -66,7 +66,7 @@ class MessageStream(Generic[AnyMessage]):
 
 
 async def call(client: ServiceClient, request: Any, timeout_s: float | None) -> Any:
-    """Call a service without blocking the event loop. Cancellation ends the client's calls."""
+    """Call a service without blocking the event loop. Cancellation interrupts the client's calls."""
     task = in_daemon_thread(client.call, request, timeout_s)
     try:
         return await asyncio.shield(task)

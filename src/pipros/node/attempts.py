@@ -10,8 +10,8 @@ from typing import Final, TypeVar
 T = TypeVar("T")
 
 SLOW_S: Final = 1.0
-"""An attempt that takes longer makes room for others, because most hosts that take this long never
-respond.
+"""An attempt that takes longer than this no longer counts towards the limit, because most hosts that take
+this long never respond.
 """
 
 SLOW_FACTOR: Final = 10
@@ -37,7 +37,7 @@ class Attempts:
         return self._quick + self._slow
 
     async def make(self, attempt: Callable[[], Awaitable[T]], *, is_first: bool) -> T:
-        """Run `attempt` when its turn comes; return its result, or raise its exception."""
+        """Run `attempt` when it is its turn. Return its result, or raise its exception."""
         loop = asyncio.get_running_loop()
         if self._quick < self._limit:
             self._quick += 1

@@ -15,7 +15,7 @@ from pipros.basics.interruptible_wait import OnceEvent, wait_in_slices
 from pipros.msg.time import NS_PER_S
 
 SILENCE_S = 5.0
-"""Seconds after which a wait for simulated time that has not started is reported (ros_comm#2111)."""
+"""Seconds of waiting for simulated time to start, after which a warning is logged (ros_comm#2111)."""
 
 
 class TimeMovedBackwards(PiprosError):
@@ -31,7 +31,7 @@ class TimeMovedBackwards(PiprosError):
 
 
 class Clock(Protocol):
-    """A source of time that can be waited on."""
+    """A source of time, which also supports sleeping."""
 
     @property
     def is_simulated(self) -> bool: ...
@@ -41,7 +41,7 @@ class Clock(Protocol):
         ...
 
     def sleep(self, duration_s: float) -> bool:
-        """Wait for `duration_s`; return False if the node shut down in the meantime.
+        """Sleep for `duration_s`. Return False if the node was shut down in the meantime.
 
         Raises:
             TimeMovedBackwards: simulated time jumped back.
@@ -84,7 +84,7 @@ class SimulatedClock:
     is_simulated = True
 
     def __init__(self, on_silence: Callable[[], object] = lambda: None) -> None:
-        """Call `on_silence` if a thread is waiting and no time is published for SILENCE_S."""
+        """`on_silence` is called if a thread is waiting and no time is published for SILENCE_S."""
         self._on_silence = on_silence
         self.changed = threading.Condition()
         self._now_ns = 0

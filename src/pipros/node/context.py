@@ -1,4 +1,4 @@
-"""The objects that the parts of a node share."""
+"""Objects that are shared by the parts of a node."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pipros.node.attempts import Attempts
 
 @dataclass(frozen=True, slots=True)
 class NodeContext:
-    """The part of a node that its topics and services use.
+    """Interface of a node for its topics and services.
 
     Attributes:
         node_name: the node's full name, the `callerid` of connection headers.

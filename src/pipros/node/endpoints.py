@@ -166,7 +166,7 @@ class Endpoints:
         return Publisher(publication, self._release_publication)
 
     def restrict_publishing_to(self, thread: int) -> None:
-        """From now on, publish only messages from `thread`; silently drop those from other threads."""
+        """From now on, only publish messages from `thread`, and silently drop those from other threads."""
         for publication in self.publications:
             publication.only_thread = thread
 
@@ -231,7 +231,7 @@ class Endpoints:
                 subscription.observe = observer
 
     def ask_for_publishers(self, topic: str) -> None:
-        """Register a subscription again, because the master's response lists the publishers. Blocks."""
+        """Register a subscription again, to get the list of publishers from the master. Blocks."""
         if found := self._subscriptions.get(topic):
             self._registrations.renew(found[1])
 
@@ -293,7 +293,7 @@ class Endpoints:
 
     def attach(self, connection: TcprosConnection) -> None:
         """Pass a connection to the topic or service that its header requests."""
-        if not connection.fields:  # no reply is possible
+        if not connection.fields:  # the connection failed, so no reply is possible
             connection.sock.close()
             return
         topic, service = connection.fields.get("topic"), connection.fields.get("service")

@@ -89,9 +89,7 @@ _LOGGING = logging.Logger.findCaller.__code__.co_filename
 
 
 def ros_logger(name: str) -> logging.Logger:
-    """Return the logger with the given name: a `RosLogger`, unless the program has set another logger
-    class.
-    """
+    """Return the logger with the given name: a `RosLogger`, unless the program has set another class."""
     logger = logging.getLogger(name)
     if type(logger) is logging.Logger:
         logger.__class__ = RosLogger
@@ -196,7 +194,7 @@ class RosoutHandler(logging.Handler):
         self.node_name = node_name
         self.clock = clock
         self._topics = topics
-        self._busy = threading.local()  # lines logged while publishing a line are not published
+        self._busy = threading.local()  # records logged while a record is being published are not published
 
     def emit(self, record: logging.LogRecord) -> None:
         if getattr(self._busy, "is_set", False):

@@ -82,8 +82,9 @@ def _log_to_file(path: Path) -> list[logging.Handler]:
 
 
 def open_rosout(node: Node, logger: logging.Logger) -> RosoutHandler:
-    """Publish the records of `logger` on `/rosout`. They list the node's topics unless a parameter turns that
-    off.
+    """Publish the records of `logger` on `/rosout`.
+
+    The messages list the node's topics, unless a parameter disables this.
 
     Returns:
         The handler that was added to the logger.

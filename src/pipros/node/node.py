@@ -1,5 +1,6 @@
-"""A ROS node as an explicit object. `rospy` is a facade that wraps a Node; a process can have several
-nodes.
+"""A ROS node as an explicit object.
+
+`rospy` is a facade that wraps a Node; a process can have several nodes.
 """
 
 from __future__ import annotations
@@ -250,14 +251,15 @@ class Node:
 
     @property
     def is_shutdown(self) -> bool:
-        """Whether the shutdown has begun. Still False in the shutdown hooks, because they can still
-        publish.
+        """Whether the node is shut down.
+
+        False while the shutdown hooks run, because they can still publish.
         """
         return self._ended.is_set() or (self._ending_thread or get_ident()) != get_ident()
 
     @property
     def is_ending(self) -> bool:
-        """Whether the shutdown has begun. Already True in the shutdown hooks."""
+        """Whether the shutdown has begun. True while the shutdown hooks run."""
         return self._ending_thread is not None
 
     def wait_for_shutdown(self, timeout_s: float | None = None) -> bool:
@@ -265,8 +267,9 @@ class Node:
         return self._ended.wait(timeout_s)
 
     def on_shutdown(self, hook: Callable[[], object]) -> None:
-        """Call `hook` when the node shuts down, while it can still publish. Hooks are called in the order in
-        which they were added.
+        """Call `hook` when the node shuts down, while it can still publish.
+
+        Hooks are called in the order in which they were added.
         """
         self._shutdown_hooks.append(hook)
 
@@ -276,7 +279,9 @@ class Node:
         threading.Thread(target=end, args=(reason,), name=f"end {self.name}", daemon=True).start()
 
     def shutdown(self, reason: str = "") -> None:
-        """End the node: run the hooks, unregister from the master, then close all links. Blocks until done.
+        """Shut the node down: run the hooks, unregister from the master, then close all links.
+
+        Blocks until done.
 
         From the start of the shutdown, only the hooks can publish, so no message from another thread follows
         their last message (a robot's "stop"). An exception in a hook is logged. May be called repeatedly; a
@@ -305,7 +310,7 @@ class Node:
                 self._calls.interrupt()
                 try:
                     running.leave()
-                finally:  # a loop that continues would watch descriptors that have been closed elsewhere
+                finally:  # a loop that kept running would watch descriptors that have been closed elsewhere
                     self._loop.stop()
                     self.master.close()
         finally:
@@ -398,7 +403,10 @@ class Node:
         persistent: bool = False,
         headers: Mapping[str, str] | None = None,
     ) -> ServiceClient:
-        """Return a client for a service; see `ServiceClient`. Its calls end when the node does."""
+        """Return a client for a service; see `ServiceClient`.
+
+        Its calls are interrupted when the node shuts down.
+        """
         return ServiceClient(
             self.resolve(service),
             service_class,

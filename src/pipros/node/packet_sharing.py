@@ -1,4 +1,4 @@
-"""Detects when messages follow each other so closely that they should share packets.
+"""Detects bursts of messages, in which several messages should share a packet.
 
 A packet costs both sides several times as much as a small message, so sending each message in its own packet
 limits the rate of a burst. Outside a burst, a message must not wait for others.
@@ -17,14 +17,13 @@ SHARED_BYTES: Final = 8 * 1024
 """Messages up to this size share packets when they follow each other closely."""
 
 CLOSE_S: Final = 200e-6
-"""Messages that follow each other at shorter intervals than this, at more than 5,000 per second, are
-close.
+"""Messages at shorter intervals than this, that is, at more than 5,000 per second, follow each other closely.
 """
 
 RUN_LENGTH: Final = 32
 LATE: Final = 8
-"""This many close messages form a burst. A late message, whose publisher had to wait for a processor, cancels
-LATE of them, so a few late messages in a row end the burst.
+"""Number of messages that must follow each other closely to form a burst. A late message, whose publisher had
+to wait for a processor, cancels LATE of them, so a few late messages in a row end the burst.
 """
 
 SILENCE_S: Final = 1e-3
@@ -96,7 +95,7 @@ class PacketSharing:
     def __init__(
         self, loop: BackgroundLoop, lock: threading.Lock, links: Callable[[], Iterable[SharingLink]]
     ) -> None:
-        """Control the topic's current links, which `links` returns."""
+        """`links` returns the topic's current links."""
         self._detector = BurstDetector()
         self.note = self._detector.note
         self._loop = loop
@@ -130,7 +129,7 @@ class PacketSharing:
                     self.apply()
                 self._is_watched = self._detector.in_burst and not self._is_closed
                 if not self._is_watched:
-                    return  # a later burst has its own watch
+                    return  # a later burst is watched separately
             finally:
                 self._lock.release()
         self._loop.asyncio.call_later(CHECK_S, self._watch)

@@ -95,14 +95,14 @@ class CachedParameter:
         elif key == self.key:
             self.changes += 1
             self.value = value
-        elif value == {}:  # deleted, or an empty namespace: these two look the same
+        elif value == {}:  # the parameter was deleted, or is an empty namespace; the notices are the same
             self.invalidate()
         else:
             self.changes += 1
             self._put(key[len(self.key.rstrip("/")) + 1 :].split("/"), value)
 
     def _put(self, path: list[str], value: Any) -> None:
-        if not isinstance(self.value, dict):  # a value that became a namespace
+        if not isinstance(self.value, dict):  # the value has become a namespace
             self.value = {}
         tree = self.value
         *above, last = path
@@ -128,7 +128,7 @@ class Parameters:
         resolve: Callable[[str], str],
         registrations: Callable[[], Registrations | None],
     ) -> None:
-        """Cache values once `registrations` returns an object. It returns None until the node has started."""
+        """Values are cached once `registrations` returns an object; before the start, it returns None."""
         self._master = master
         self._resolve = resolve
         self._registrations = registrations

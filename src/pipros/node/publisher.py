@@ -40,7 +40,7 @@ _pack_length = struct.Struct("<I").pack
 
 
 class PeerListener(Protocol):
-    """Is notified when subscribers connect or disconnect; see `rospy.SubscribeListener`."""
+    """Listener for subscribers that connect or disconnect; see `rospy.SubscribeListener`."""
 
     def peer_subscribe(
         self, topic_name: str, topic_publish: Callable[..., None], peer_publish: Callable[..., None]
@@ -86,7 +86,7 @@ class Publication:
         self._join_thread = Workers(f"new subscribers of {topic}", limit=1, kept_idle=0)
         self.only_thread: int | None = None  # during shutdown, the only thread that may publish
         self.links_ended = 0
-        self._sent = SendStatistics()  # totals of links that have ended
+        self._sent = SendStatistics()  # totals of closed links
         self._context = context
         self._published = context.published
         self._encode = encoder(message_class)
@@ -99,8 +99,9 @@ class Publication:
         self._is_closed = False
 
     def publish(self, message: Message) -> None:
-        """Send a message to every subscriber. It is serialized once, or not at all if there are no
-        subscribers.
+        """Send a message to every subscriber.
+
+        It is serialized once, or not at all if there are no subscribers.
 
         Blocks for at most `Limits.stall_s`, for all subscribers together, regardless of `queue_size` (see
         `pipros.net.outgoing`). A subscriber that does not catch up in that time has stalled: until it has
@@ -283,7 +284,7 @@ class Publication:
             )
 
     def _notify_listeners(self, notify: Callable[[PeerListener], None]) -> None:
-        """Call the users' listeners in a thread, because they may block.
+        """Call the users' listeners in a separate thread, because they may block.
 
         The calls are sequential, in the order in which subscribers connected and disconnected.
         """

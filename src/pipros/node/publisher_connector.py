@@ -17,22 +17,22 @@ RETRY_LONGEST_S = 5.0
 
 RETRY_REFUSED_FIRST_S = 5.0
 RETRY_REFUSED_LONGEST_S = 60.0
-"""Delays after a refusal. Its cause rarely disappears by itself, but a publisher at its connection limit may
-have room later.
+"""Delays after a refusal. A refusal rarely resolves itself, but a publisher at its connection limit may have
+room later.
 """
 
 LinkEnd = asyncio.Future[str]
-"""Completes when a link has ended, with the error that broke it or an empty string."""
+"""Future that is resolved when a link ends: with the error that broke it, or with an empty string."""
 
 Connect = Callable[[str], Awaitable[LinkEnd]]
-"""Links to the publisher at a URI; returns the future of the link's end."""
+"""Connects to the publisher at a URI. Returns a `LinkEnd`."""
 
 
 class PublisherConnector:
     """Connects to each publisher of a topic, and reconnects whenever a link ends. For the event loop only.
 
-    A link to a publisher that is no longer listed stays until the publisher closes it, because a master that
-    has just restarted does not know every node yet.
+    A link to a publisher that is no longer listed is kept until the publisher closes it, because a master
+    that has just restarted does not know every node yet.
 
     Attributes:
         attempts: number of attempts to reach a publisher.

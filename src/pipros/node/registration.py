@@ -1,4 +1,4 @@
-"""A node's registrations with the master: added, removed, and repeated if the master has lost them.
+"""A node's registrations with the master, which are repeated if the master has lost them.
 
 The node checks once a second whether the master knows it. A restarted master does not, so the node repeats
 all its registrations. Links between nodes do not depend on the master and continue.
@@ -56,8 +56,9 @@ class PublicationEntry:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SubscriptionEntry:
-    """A subscription. `ask` is called before the master is queried, and returns the function that takes the
-    master's answer.
+    """A subscription.
+
+    `ask` is called before the master is queried, and returns the function that takes the master's answer.
     """
 
     topic: str
@@ -119,8 +120,9 @@ class Registrations:
         self._is_closed = False
 
     def add(self, entry: Entry) -> None:
-        """Register an entry. A refusal is logged. If the master cannot be reached, the entry is registered
-        later.
+        """Register an entry.
+
+        A refusal is logged. If the master cannot be reached, the entry is registered later.
         """
         with self._lock:
             if not self._is_closed:
@@ -143,11 +145,11 @@ class Registrations:
         return isinstance(api, str) and api != self._api
 
     def remove(self, entry: Entry) -> None:
-        """Unregister an entry. Do nothing after `close`, which unregistered all of them."""
+        """Unregister an entry. Do nothing after `close`, which has unregistered all entries."""
         with self._lock:
             if entry in self._entries:
                 if self._unregister(entry, self._master) or not self._is_closed:
-                    # if `close` interrupted the call, the entry stays, and `close` unregisters it
+                    # if `close` interrupted the call, keep the entry, because `close` unregisters it
                     self._entries.remove(entry)
                 self._notify_observers(entry, is_added=False)
 

@@ -22,7 +22,7 @@ from pipros.node.start_params import is_on, set_private_params
 def roscpp_program(
     name: str, package: str, argv: Sequence[str] | None = None, *, anonymous: bool = False
 ) -> Iterator[tuple[Node, logging.Logger]]:
-    """Run a node until the block ends. Ctrl-C and SIGTERM shut the node down; the block must check for this.
+    """Run a node within the context. Ctrl-C and SIGTERM shut the node down; the caller must check for this.
 
     Waits for the master. Everything that the process logs is printed on the console in roscpp's format, and
     published on `/rosout`.

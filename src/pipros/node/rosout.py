@@ -56,7 +56,7 @@ class RosoutAggregator:
         serve_loggers(self.node)
 
     def stop(self) -> None:
-        """End the node and close the file. May be called repeatedly."""
+        """Stop the node and close the file. May be called repeatedly."""
         self.node.shutdown("the end of rosout")
         if self._handler is not None:
             self._handler.close()

@@ -1,4 +1,4 @@
-"""The parts of a node that exist from start to shutdown: its ports, and its registrations with the master."""
+"""The parts of a node that exist only while it runs: its ports, and its registrations with the master."""
 
 from __future__ import annotations
 

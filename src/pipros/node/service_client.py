@@ -93,7 +93,7 @@ class OpenCalls:
             self._open.discard(call)
 
     def interrupt(self) -> None:
-        """End all running and future calls."""
+        """Interrupt all running and future calls."""
         with self._lock:
             self._is_interrupted = True
             calls = list(self._open)
@@ -101,7 +101,7 @@ class OpenCalls:
             call.interrupt()
 
     def interrupt_present(self) -> None:
-        """End all running calls. Later calls are not affected."""
+        """Interrupt all running calls. Later calls are not affected."""
         with self._lock:
             calls = list(self._open)
         for call in calls:
@@ -144,7 +144,7 @@ class ServiceClient:
         self._persistent = persistent
         self._headers = headers
         self._numbers = itertools.count(1)
-        # Outlives the connections, because it learns whether servers respond at once.
+        # Shared by all connections, because it learns whether servers respond at once.
         self._poller = PollingReceiver(REPLY_POLL_S)
         self._kept: ServiceLink | None = None
         self._kept_lock = threading.Lock()  # held while the kept link is used
@@ -165,7 +165,7 @@ class ServiceClient:
             finally:
                 link.close()
         with self._kept_lock:
-            if self._kept is None or self._kept.is_closed:  # broken by an earlier call: start over
+            if self._kept is None or self._kept.is_closed:  # an earlier call broke the link, so connect again
                 self._kept = self._connect(deadline)
             link = self._kept
             body = link.call(self.service, request, deadline)
@@ -259,8 +259,9 @@ class ServiceClient:
 
 
 class ServiceLink:
-    """A client's connection to a service server. It carries one call at a time, and must not be shared
-    between threads.
+    """A client's connection to a service server.
+
+    It carries one call at a time, and must not be shared between threads.
     """
 
     def __init__(
@@ -391,13 +392,13 @@ class ServiceLink:
         return reply
 
     def interrupt(self) -> None:
-        """End a call that is running in another thread, in any phase."""
+        """Interrupt a call that is running in another thread, in any phase."""
         self._connector.interrupt()
         if self._is_connected:
             sockets.abort(self.sock)
 
     def interrupt_present(self) -> None:
-        """End a running call. An idle link, which is kept for the next call, stays open."""
+        """Interrupt a running call. An idle link, which is kept for the next call, stays open."""
         if self._is_busy:
             self.interrupt()
 
@@ -430,8 +431,9 @@ def _cannot_connect(service: str, error: Exception, deadline: float | None) -> S
 
 
 def _remaining(deadline: float | None, longest_s: float | None = None) -> float | None:
-    """Return the number of seconds until the deadline, as a socket timeout. Raises TimeoutError if it has
-    passed.
+    """Return the number of seconds until the deadline, as a socket timeout.
+
+    Raises TimeoutError if it has passed.
     """
     if deadline is None:
         return longest_s

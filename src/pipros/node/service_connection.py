@@ -39,7 +39,7 @@ WAITING_THREADS = 8
 """Maximum number of a node's connections that have a thread waiting for a request."""
 
 PROGRESS_BYTES = 1024 * 1024
-"""A peer that sends or reads this much gets another `Limits.request_s` for the rest."""
+"""A peer that sends or reads this many bytes gets another `Limits.request_s` for the rest."""
 
 _TURN_BYTES = 256 * 1024
 """Maximum number of bytes that the event loop reads from one connection in one turn."""
@@ -75,7 +75,7 @@ class Slots:
 
 
 class Server(Protocol):
-    """The part of a service that its connections use.
+    """Interface of a service for its connections.
 
     Attributes:
         loop: the event loop in which its connections wait.
@@ -95,8 +95,9 @@ class Server(Protocol):
     is_closed: bool
 
     def run(self, serve: Callable[[], None]) -> bool:
-        """Call `serve` in a worker thread as soon as one is free. Return False if no thread is or will be
-        free.
+        """Call `serve` in a worker thread as soon as one is free.
+
+        Return False if no thread is or will be free.
         """
 
     def answer(self, data: memoryview, fields: Mapping[str, str]) -> Reply | None:

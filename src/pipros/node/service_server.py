@@ -131,7 +131,7 @@ class ServiceServer:
         try:
             self._workers.run(serve)
         except RuntimeError as error:
-            # the client gets no reply, rather than waiting for one that never arrives
+            # close the link, so that the client does not wait for a reply that never arrives
             if not interpreter_ends(error):
                 self._context.log.error("service [%s]: cannot serve a call: %s", self.name, error)
             return False
@@ -167,8 +167,9 @@ class ServiceServer:
 
 
 def _text_of(what: str, error: BaseException) -> bytes:
-    """Return an exception's text for the client. File names in the text may contain bytes that are not valid
-    UTF-8.
+    """Return an exception's text for the client.
+
+    File names in the text may contain bytes that are not valid UTF-8.
     """
     try:
         return f"{what}: {error}".encode("utf-8", "backslashreplace")

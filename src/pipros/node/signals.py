@@ -57,10 +57,10 @@ class Signals:
     """
 
     def __init__(self, end: Callable[[str], object], *, insist: bool = False) -> None:
-        """Call `end` with the reason, in a separate thread, at the first signal.
+        """`end` is called with the reason, in a separate thread, at the first signal.
 
-        If `insist` is true, interrupt the main thread if it does not call `uninstall` soon afterwards. This
-        also applies to a shutdown that another thread began, as for `rosnode kill`.
+        If `insist` is true, the main thread is interrupted if it does not call `uninstall` soon afterwards.
+        This also applies to a shutdown that another thread began, as for `rosnode kill`.
         """
         self._end = end
         self._insist = insist
@@ -88,7 +88,7 @@ class Signals:
             NotInMainThread: called from another thread.
         """
         if threading.current_thread() is not threading.main_thread():
-            raise NotInMainThread("signals can be handled in the main thread only")
+            raise NotInMainThread("signals can only be handled in the main thread")
         reader, writer = socket.socketpair()
         reader.setblocking(False)
         writer.setblocking(False)
@@ -99,8 +99,9 @@ class Signals:
         call_in_children(self._uninstall_in_child)
 
     def listen(self, node: Node) -> None:
-        """Make signals end the node, including those received since `install`. They are read in the node's
-        event loop.
+        """Make signals end the node, including those received since `install`.
+
+        They are read in the node's event loop.
         """
         node.add_reader(self._sockets[0], self._read)
         if self._insist:
@@ -163,7 +164,9 @@ class Signals:
             self._end_by(number)
 
     def _end_by(self, number: int) -> None:
-        """End the node in a separate thread; a second signal, unless it follows at once, ends the process.
+        """Shut the node down in a separate thread.
+
+        A second signal, unless it follows at once, ends the process.
 
         The main thread may be in the middle of a publish, for example, and hold a lock that the shutdown
         needs, so the shutdown does not run in the main thread.
@@ -174,8 +177,9 @@ class Signals:
             os._exit(128 + number)
 
     def _insist_on_end(self) -> None:
-        """Interrupt the main thread after a shutdown that was begun neither by it nor by a signal. Called as
-        a shutdown hook.
+        """Interrupt the main thread after a shutdown that was begun neither by it nor by a signal.
+
+        Called as a shutdown hook.
         """
         if self._ending is None and threading.current_thread() is not threading.main_thread():
             self._start_end("the node ends")
@@ -208,7 +212,7 @@ class Signals:
 def ended_by_signals(
     node: Node, life: contextlib.AbstractContextManager[object], *, insist: bool = True
 ) -> Iterator[None]:
-    """Run the block within `life`, which starts the node; SIGINT and SIGTERM shut the node down.
+    """Enter the context `life`, which starts the node. SIGINT and SIGTERM shut the node down.
 
     A signal raises nothing in the block unless the block continues after the shutdown, which ends all waits
     for the node. If a signal ended the block, any exception that the block raises becomes KeyboardInterrupt.

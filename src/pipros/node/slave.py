@@ -24,9 +24,9 @@ from pipros.node.verify_callers import CallerVerification
 
 Answer = list[Any]
 
-ASKED_INSTEAD: Final = "the master is asked itself"
+ASKED_INSTEAD: Final = "the master is queried instead"
 SHUTDOWN_REFUSED: Final = (
-    "shutdown is accepted from the master and from the machine of this node only, not from {}"
+    "shutdown is only accepted from the master and from this node's machine, not from {}"
 )
 
 _DOUBTED_LIMIT: Final = 100
@@ -34,7 +34,7 @@ _DOUBTED_LIMIT: Final = 100
 
 
 class SlaveNode(Protocol):
-    """The part of a node that the slave API uses."""
+    """Interface of a node for the slave API."""
 
     name: str
     log: logging.Logger
@@ -244,7 +244,7 @@ class SlaveApi:
         return [1, "shutdown", 0]
 
     def _end_if_replaced(self, reason: str) -> None:
-        """End the node if another node has taken its name, which is why a master calls `shutdown`."""
+        """Shut the node down if another node has taken its name, which is when a master calls `shutdown`."""
         if self._node.registrations.is_replaced():
             self._node.shutdown_async(reason)
 
@@ -262,7 +262,7 @@ class SlaveApi:
             self._doubted.add((request, caller.host))
             self._node.log.warning(
                 "%s of [%s] came from %s, which is neither the address of the master nor this machine: "
-                "asking the master instead. Further calls from there are not logged",
+                "querying the master instead. Further calls from there are not logged",
                 request,
                 printable(caller_id),
                 caller.host or "a closed connection",
@@ -271,6 +271,6 @@ class SlaveApi:
 
 
 def _is_url(text: str) -> bool:
-    """Return True for text with a scheme and a part after `//`."""
+    """Return True if the text has a scheme and a part after `//`."""
     scheme, sign, rest = text.partition("://")
     return bool(scheme and sign and rest.partition("/")[0])

@@ -23,7 +23,7 @@ def set_private_params(node: Node) -> None:
 
     Raises:
         YamlError: a value is not valid YAML.
-        Unreachable, Refused: as for `Parameters.set`.
+        Unreachable, Refused: the same as for `Parameters.set`.
     """
     given = node.identity.arguments.params
     if not given:

@@ -16,7 +16,8 @@ UNMEASURED = ("/statistics", "/clock")
 """Topics that are not measured, because measuring them would cause more messages on them."""
 
 _INT32_MAX = 2**31 - 1
-"""Maximum value of a field. Stamps and sequence numbers are sent by peers; larger values are reduced to this.
+"""Maximum value of a field. Larger values are reduced to this, because peers choose timestamps and sequence
+numbers.
 """
 
 

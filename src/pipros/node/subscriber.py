@@ -77,7 +77,7 @@ class Subscription:
         self.links: tuple[SubscriberLink, ...] = ()
         self.listeners: tuple[SubscriberCallback, ...] = ()
         self.links_ended = 0
-        self._taken = ReceiveStatistics()  # totals of links that have ended
+        self._taken = ReceiveStatistics()  # totals of closed links
         self.handles = 0
         self.observe: MessageObserver | None = None
         self._missing: set[str] = set()  # texts of MissingExtra that were logged
@@ -142,8 +142,9 @@ class Subscription:
         self._connector.update(uris)
 
     def ask_for_publishers(self) -> Callable[[Iterable[str]], object]:
-        """Prepare a registration with the master. Return a function to call with the master's response, in
-        any thread.
+        """Prepare a registration with the master.
+
+        Return a function to call with the master's response, in any thread.
 
         A list that the master announces in the meantime is newer than the response, which may lack a
         publisher that has just registered, so the response does not replace that list.
@@ -215,7 +216,8 @@ class Subscription:
             self.links = (*self.links, peer)
         try:
             link.start()
-        except RuntimeError as error:  # no thread is available; some may have ended before the next attempt
+        # no thread is available; threads may have become free by the next attempt
+        except RuntimeError as error:
             connection.sock.close()
             self._remove_link(link)
             if interpreter_ends(error):

@@ -1,7 +1,7 @@
 """Topic statistics: a subscriber's measurements of each publisher, published on `/statistics`.
 
 Source: http://wiki.ros.org/Topics#Topic_statistics. Off unless the parameter `/enable_statistics` is true.
-    This module does no I/O: it takes arrivals and returns figures.
+This module performs no I/O: it receives the times of arrival and returns statistics.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class WindowLimits:
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """The figures for one window; times in nanoseconds, spans in seconds."""
+    """The statistics of one window. Times are in nanoseconds, durations in seconds."""
 
     start_ns: int
     stop_ns: int
@@ -58,7 +58,7 @@ class TrafficMeter:
     _last_sequence: int | None = None
 
     def add(self, now_ns: int, size: int, sequence: int | None, stamp_ns: int | None) -> Window | None:
-        """Count a received message; return the figures of the window once it is full.
+        """Count a received message. Return the statistics of the window once it is full.
 
         `sequence` and `stamp_ns` are from the message's header; None if it has no header.
         """

@@ -1,6 +1,6 @@
 """Find the folders of ROS packages, on `ROS_PACKAGE_PATH` and among those shipped with pipros.
 
-Every failed import in the environment runs this module, so it imports almost nothing.
+This module runs at every failed import in the environment, so it imports almost nothing.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Name replacements for modules that Noetic scripts import but that are not installed."""
+"""Name replacements for modules that Noetic's scripts import but that are not installed."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class _Loader(Loader):
         raise ModuleNotFoundError(reason, name=spec.name)
 
     def exec_module(self, module: ModuleType) -> None:
-        """Do nothing, because this method is never called."""
+        """Required by `Loader`, but never called, because `create_module` always raises."""
 
 
 def absent_spec(name: str) -> ModuleSpec | None:

@@ -57,7 +57,7 @@ def why_missing(package: str) -> str | None:
 def why_not_here(
     package: str, program: str, arguments: Sequence[str] = (), programs: Iterable[str] = ()
 ) -> str | None:
-    """Return why pipros lacks the program and how to install it, or None if the package is unknown.
+    """Return the reason pipros lacks a program, and how to install it; None if the package is unknown.
 
     Args:
         arguments: the program's arguments, which name the plugin of a nodelet.
@@ -78,19 +78,19 @@ def why_not_here(
     if package not in COMPILED or is_here:
         return None
     wanted = [package]
-    what = f"The programs of {package} are C++, and do not come with pipros, which is Python alone."
+    what = f"The programs of {package} are written in C++, and are not part of pipros, which is pure Python."
     if package == "nodelet":
-        what = "nodelet loads C++ plugins, which pipros, Python alone, cannot."
+        what = "nodelet loads C++ plugins, which pipros, being pure Python, cannot do."
         plugin = _plugin(program, arguments)
         if plugin is not None:
             wanted.append(plugin[1])
-            what = f"The nodelet {plugin[0]} is a C++ plugin, which pipros, Python alone, cannot load."
+            what = f"The nodelet {plugin[0]} is a C++ plugin, which pipros, being pure Python, cannot load."
     names = " ".join(f"ros-noetic-{name.replace('_', '-')}" for name in wanted)
     if package in _OF_DEBIAN:
         names += f", on Debian {_OF_DEBIAN[package]}"
     return (
         f"{what} Run it where ROS 1 is installed (apt-get install {names}): "
-        "with this machine's ROS_MASTER_URI it joins the same graph."
+        "with this machine's ROS_MASTER_URI, it joins the same graph."
     )
 
 

@@ -120,7 +120,7 @@ def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
         finally:
             _end_daemons(f"{OUTPUT_VARIABLE}={output}")
         if code is None:
-            raise BadConfigFile(f"{path} did not end within {time_limit_s:g} s")
+            raise BadConfigFile(f"{path} did not finish within {time_limit_s:g} s")
         if not output.exists():
             errors = errors or "it did not call generate()"
             raise BadConfigFile(f"{path} declared no parameters (exit code {code}):\n{errors}")
@@ -140,7 +140,7 @@ def _run(arguments: list[str], environment: dict[str, str], limit_s: float) -> t
 
     Return its exit code (None if it exceeded the time limit) and the end of its stderr.
 
-    Also ends the processes that it started.
+    Also kills the processes that it started.
     """
     process = subprocess.Popen(  # noqa: S603
         arguments,

@@ -148,7 +148,7 @@ class ParameterGenerator:
         output = os.environ.get(OUTPUT_VARIABLE)
         if output is None:
             print(
-                "There is no need to run a .cfg file: `from my_pkg.cfg import FooConfig` does it.",
+                "There is no need to run a .cfg file; `from my_pkg.cfg import FooConfig` runs it.",
                 file=sys.stderr,
             )
             return 1

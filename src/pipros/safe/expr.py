@@ -1,9 +1,9 @@
 """Evaluates expressions from files and command lines without running Python code.
 
-The text is parsed by Python's own parser, then evaluated node by node; a node that is not on the list
-below is refused with its position. Methods come from a fixed table (`methods.py`) and other attributes do
-not exist, so an expression cannot reach the internals of the interpreter (CVE-2024-39835, CVE-2024-39289);
-a caller may allow *fields*, which it looks up itself. Text, depth, steps and the size of every result are
+The text is parsed by Python's own parser, then evaluated node by node; a node that is not in the list below
+is rejected with its position. Methods come from a fixed table (`methods.py`) and other attributes do not
+exist, so an expression cannot reach the internals of the interpreter (CVE-2024-39835, CVE-2024-39289); a
+caller may allow *fields*, which it looks up itself. Text, depth, steps and the size of every result are
 limited, so an expression cannot exhaust memory or processor time.
 
 Two languages use it: `evaluate`, for `$(eval …)` and message filters, and `arithmetic`, for the
@@ -30,7 +30,7 @@ DEPTH_LIMIT = 50
 """Maximum nesting, well below the depth that would exhaust the interpreter's stack."""
 
 _STEP = 2
-"""Units of `expression_work` that one loop iteration uses, equivalent to about a microsecond."""
+"""Units of `expression_work` charged for one loop iteration, which takes about a microsecond."""
 
 _TAKE_A_FUNCTION = ("map", "filter")
 _HAVE_A_KEY = ("sorted", "min", "max")
@@ -135,7 +135,7 @@ def arithmetic(text: str) -> float:
     """Return the value of a sum of numbers and `pi`, such as `pi/2` or `-2*(pi+1)`.
 
     Raises:
-        ExpressionError: the text is anything else.
+        ExpressionError: the text is not such a sum.
 
     >>> round(arithmetic("pi/2"), 4)
     1.5708
@@ -306,7 +306,7 @@ class _Walk:
         if isinstance(node, ast.Name):
             function = self._functions.get(node.id)
             if function is None:
-                raise self._error(node, f"there is no function '{node.id}'")
+                raise self._error(node, f"function '{node.id}' is not defined")
             return function
         if not isinstance(node, ast.Attribute):
             raise self._error(node, "only functions and methods that have a plain name can be called")

@@ -11,7 +11,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
 
 BITS_LIMIT = 4096
-"""Maximum number of bits in an integer. An integer parameter has 32."""
+"""Maximum number of bits in an integer, far more than the 32 bits of an integer parameter."""
 
 _COUNT_LIMIT = 1000
 _WIDTH = re.compile(r"\d+")
@@ -48,7 +48,7 @@ class Budget:
         return value
 
     def foresee(self, size: int) -> None:
-        """Check the size of a result before it is built.
+        """Check the size of a result before computing it.
 
         Raises:
             ResultTooLarge: the size exceeds `expression_size`.

@@ -29,7 +29,7 @@ def find_method(value: Any, name: str) -> Method | None:
 
 
 def _plain(kind: type, *names: str) -> dict[str, Method]:
-    """Return methods with results about as large as their arguments."""
+    """Return the methods whose results are about as large as their arguments."""
 
     def call(method: Method) -> Method:
         return lambda _, *arguments, **keywords: method(*arguments, **keywords)

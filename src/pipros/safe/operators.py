@@ -47,7 +47,7 @@ CONVERSIONS: Mapping[int, Callable[[Any], str]] = {ord("s"): str, ord("r"): repr
 
 
 def refusal(node: ast.AST) -> str:
-    """Return why a kind of node is not allowed."""
+    """Return the error text for a kind of AST node that is not allowed."""
     words = {
         "Lambda": "lambda is not allowed",
         "Starred": "* is not allowed",

@@ -2,7 +2,7 @@
 
 Nested lists of aliases double in size with every line, and so do mappings that merge others (`<<: [*a, *a]`);
 deep nesting exhausts the stack of the C library that builds values. The library's parser, which produces the
-events, has neither problem.
+events, does not have these problems.
 """
 
 from __future__ import annotations

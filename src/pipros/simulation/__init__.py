@@ -1,1 +1,1 @@
-"""Simulated robots for courses and exercises: turtlesim."""
+"""Simulators for courses and exercises: turtlesim, and robots with laser scanners."""

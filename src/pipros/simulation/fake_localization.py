@@ -1,7 +1,7 @@
-"""The program `fake_localization`: the true pose of a simulated robot, published like the estimate of amcl.
+"""The `fake_localization` program: publishes the true pose of a simulated robot like an estimate of amcl.
 
-From `base_pose_ground_truth` and the transform of the odometry it publishes `amcl_pose`, `particlecloud` and
-the transform from the map to the odometry's frame. A pose on `initialpose` shifts the estimate.
+From `base_pose_ground_truth` and the odometry transform, it publishes `amcl_pose`, `particlecloud` and the
+transform from the map to the odometry's frame. A pose on `initialpose` shifts the estimate.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class FakeLocalization:
         pose = message.pose.pose
         with self._lock:
             stamp = in_ns(message.header.stamp)
-            if self._truth is not None and stamp < self._truth[0]:  # simulated time began again
+            if self._truth is not None and stamp < self._truth[0]:  # simulated time has restarted
                 self._buffer.clear()
             self._truth = stamp, pose_of(pose.position, pose.orientation)
             self._is_published = False
@@ -73,7 +73,7 @@ class FakeLocalization:
     def _insert(self, message: Any, *, is_static: bool) -> None:
         with self._lock:
             for each in message.transforms:
-                if each.child_frame_id.lstrip("/") != self._odom:  # that one is its own
+                if each.child_frame_id.lstrip("/") != self._odom:  # the node itself publishes this transform
                     stamp, pose = in_ns(each.header.stamp), pose_of_transform(each.transform)
                     self._buffer.insert(
                         each.header.frame_id, each.child_frame_id, stamp, pose, "", is_static=is_static
@@ -93,7 +93,7 @@ class FakeLocalization:
                 self._publish()
 
     def _publish(self) -> None:
-        """Publish the estimate for the newest true pose, once the odometry at its time is known."""
+        """Publish the estimate for the newest true pose, if the odometry at its timestamp is known."""
         if self._truth is None or self._is_published:
             return
         stamp_ns, truth = self._truth
@@ -125,7 +125,7 @@ def _fill(position: Any, orientation: Any, pose: Pose) -> None:
 
 @exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the node until it ends. Return 1 if a parameter is invalid."""
+    """Run the node until it is shut down. Return 1 if a parameter is invalid."""
     with roscpp_program("fake_localization", "fake_localization", argv) as (node, log):
         try:
             FakeLocalization(node)

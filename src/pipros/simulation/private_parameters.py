@@ -22,14 +22,14 @@ def private_value(node: Node, name: str, default: Any) -> Any:
 
 
 def private_text(node: Node, name: str, default: str) -> str:
-    """Return a frame without a slash in front; `default` if it is not set.
+    """Return a frame without its leading slash; `default` if it is not set.
 
     Raises:
-        InvalidParameter: it is not a text.
+        InvalidParameter: the value is not a string.
     """
     value = private_value(node, name, default)
     if not isinstance(value, str):
-        raise InvalidParameter(f"~{name} must be a text, got {value!r}")
+        raise InvalidParameter(f"~{name} must be a string, got {value!r}")
     return value.lstrip("/")
 
 
@@ -37,7 +37,7 @@ def private_number(node: Node, name: str, default: float) -> float:
     """Return a finite number; `default` if it is not set.
 
     Raises:
-        InvalidParameter: it is something else.
+        InvalidParameter: the value is not a finite number.
     """
     value = private_value(node, name, default)
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):

@@ -125,14 +125,14 @@ class LaunchFixture:
         if run.watch(process, test.time_limit_s):
             return True
         if time.monotonic() < deadline:
-            raise RequiredNodeEnded(f"a required node ended before the test [{test.test_name}]")
+            raise RequiredNodeEnded(f"a required node exited before the test [{test.test_name}]")
         raise TestProgramTimedOut(
             f"max time [{test.time_limit_s}s] allotted for test [{test.test_name}] "
             f"of type [{node.package}/{node.type}]"
         )
 
     def tear_down(self) -> None:
-        """End the test program, the nodes, and the master if this fixture started it."""
+        """Stop the test program, the nodes, and the master if this fixture started it."""
         self._console.say("shutting down processing monitor...")
         run, self._run = self._run, None
         core, self._core = self._core, None

@@ -55,7 +55,7 @@ class SystemFixture(Protocol):
         """
 
     def tear_down(self) -> None:
-        """End everything that was started, if anything. Idempotent."""
+        """Stop everything that was started, if anything. Idempotent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +182,7 @@ class Rostest:
         return run
 
     def _find_problem(self, test: Test) -> str:
-        """Return why the test program cannot run; an empty string if it can."""
+        """Return the reason the test program cannot run; an empty string if it can."""
         node = test.node
         try:
             found = find_executables(self._index.find(node.package), node.type)

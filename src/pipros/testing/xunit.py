@@ -1,6 +1,6 @@
 """Result files in xUnit format: a writer compatible with rosunit, and a reader for files from any program.
 
-A genuine file has an escaped CDATA marker around the program's output. Dashboards and genuine
+In genuine files, an escaped CDATA marker surrounds the program's output. Dashboards and genuine
 `catkin_test_results` expect the marker, so this module writes it as well.
 """
 

@@ -1,1 +1,1 @@
-"""Web page behind `rqt_graph` and the other rqt commands, and its server."""
+"""The web page behind `rqt_graph` and the other rqt commands, and its server."""

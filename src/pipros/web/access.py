@@ -23,8 +23,9 @@ class Access:
         port: port of the server.
         hosts: names allowed in the `Host` header.
         is_secure: whether the server uses TLS.
-        takes_addresses: whether `Host` may be any IP address; DNS rebinding needs a name.
-        secret: secret that a client must know.
+        takes_addresses: whether `Host` may be any IP address. This is safe, because DNS rebinding requires a
+            name.
+        secret: the secret that clients must know.
     """
 
     port: int
@@ -44,7 +45,7 @@ class Access:
     def check_host(self, host: str | None) -> None:
         """Raise `Denied` unless the `Host` of a request is a name of the server, with its port.
 
-        Browsers leave out the default port of a scheme.
+        Browsers omit the default port of a scheme.
         """
         found = _HOST.fullmatch(host or "")
         name = found["name"].lower() if found else ""
@@ -60,7 +61,7 @@ class Access:
         except ValueError:
             raise Denied("The origin of this connection is malformed.") from None
         if parts.scheme != ("https" if self.is_secure else "http"):
-            raise Denied(f"Pages of {origin or 'unknown origin'} may not connect here.")
+            raise Denied(f"Pages from {origin or 'an unknown origin'} may not connect here.")
         self.check_host(parts.netloc)
 
     def _url(self, host: str, proof: str, tab: str) -> str:

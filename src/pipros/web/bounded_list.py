@@ -1,4 +1,4 @@
-"""Bound lists sent to browsers, whose length other nodes control."""
+"""Limit the length of lists that are sent to browsers, because other nodes control their content."""
 
 from __future__ import annotations
 

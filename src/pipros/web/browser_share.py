@@ -12,10 +12,10 @@ _CALLS: ContextVar[Slots] = ContextVar("calls of this browser")
 
 
 def begin_browser() -> None:
-    """Give the current context, whose tasks are the requests of one browser, its own limit of calls."""
+    """Set a separate limit of service calls for the current context, which serves one browser."""
     _CALLS.set(Slots(CALLS_OF_A_BROWSER))
 
 
 def share_of_calls() -> Slots:
-    """Return the slots for calls of the current context's browser."""
+    """Return the service-call slots of the browser to which the current context belongs."""
     return _CALLS.get()

@@ -1,7 +1,7 @@
 """Threads for blocking calls and long computations, which must not run in the page's event loop.
 
-`asyncio.to_thread` is not used: all views would share its threads (six on a machine with two cores), and
-the end of the event loop waits for each of them.
+`asyncio.to_thread` is not used: all views would share its threads (six on a machine with two cores), and the
+shutdown of the event loop waits for each of them.
 """
 
 from __future__ import annotations
@@ -21,13 +21,17 @@ class DaemonPool:
     """Runs functions for coroutines, in threads that do not keep the process alive."""
 
     def __init__(self, name: str, limit: int) -> None:
-        """Create a pool that runs `limit` functions at a time. Further ones wait in order."""
+        """Create a pool that runs up to `limit` functions at a time.
+
+        Further functions are queued in order.
+        """
         self._workers = Workers(name, limit)
 
     async def run(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Run a function in a thread, and return its result or raise its exception.
 
-        If the caller is cancelled, a waiting function is not run, and the result of a running one is dropped.
+        If the caller is cancelled, a queued function is not run, and the result of a running one is
+        discarded.
         """
         return await asyncio.wrap_future(self.start(function, *args, **kwargs))
 

@@ -1,4 +1,4 @@
-"""Opens a page in the browser of the desktop, if there is one."""
+"""Opens a page in the desktop's browser, if there is a desktop."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Accept connections of browsers: a limited number until their clients have proven to know the secret.
+"""Accept connections from browsers, and limit those that have not authenticated yet.
 
 Theory of operation. The listening socket counts each connection when it is accepted, before a TLS handshake,
-in a table like the ones that a node's servers use. Until `Visitor.admit`, a connection may be closed in
-favour of a new one, the longest silent first, and is closed after `login_s` without a request. Admitted ones
-stay.
+in a table like the ones that a node's servers use. Until `Visitor.admit` is called, a connection may be
+closed in favour of a new one, starting with the connection that has been silent for longest, and is closed
+after `login_s` without a request. Admitted connections are not closed.
 """
 
 from __future__ import annotations
@@ -50,17 +50,17 @@ class Visitor(socket.socket):
         return True
 
     def set_transport(self, transport: asyncio.BaseTransport) -> None:
-        """Set the transport that serves this connection now."""
+        """Set the transport that currently serves this connection."""
         self._transport = transport
 
     def note_request(self) -> None:
-        """Cancel the deadline, because the request has arrived. The protocol has its own deadlines."""
+        """Cancel the deadline for the request, which has arrived. The protocol sets its own deadlines."""
         self._cancel_deadline()
         if self._entrance is not None:
             self._entrance.table.mark_used(self)
 
     def admit(self) -> None:
-        """Protect the connection from being closed in favour of others: its client knows the secret."""
+        """Protect the connection from being closed in favour of others: its client has authenticated."""
         if self._entrance is not None:
             self._entrance.table.mark_busy(self)
 
@@ -68,7 +68,7 @@ class Visitor(socket.socket):
         """Close immediately, discarding unsent data."""
         if isinstance(self._transport, asyncio.WriteTransport):
             self._transport.abort()
-        else:  # in the TLS handshake
+        else:  # during the TLS handshake
             sockets.abort(self)
 
     def close(self) -> None:
@@ -116,7 +116,7 @@ class Entrance:
         return [_Listener(self, opened) for opened in sockets.listen_all(hosts, port)]
 
     def start(self, listeners: Sequence[socket.socket]) -> None:
-        """Enlarge the backlog for bursts of connections. Call it after asyncio has set its own."""
+        """Enlarge the backlog for bursts of connections. Call this after asyncio has set its own value."""
         for listener in listeners:
             listener.listen(_BACKLOG)
 

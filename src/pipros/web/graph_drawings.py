@@ -1,4 +1,4 @@
-"""Drawings of the graph, laid out once for all browsers that show it with the same options."""
+"""Drawings of the graph. Each is laid out once for all browsers that show it with the same options."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pipros.graph.drawing.scene import Scene
 from pipros.graph.observer import Observation
 
 MOST_OPTIONS = 32
-"""Maximum number of combinations of options whose drawings are kept."""
+"""Maximum number of cached drawings, each for a different combination of options."""
 
 Draw = Callable[[NodeGraph], Awaitable[Scene]]
 
@@ -25,7 +25,7 @@ class _Drawing:
 
 
 class GraphDrawings:
-    """For use in one event loop."""
+    """Cache of drawings. For use in one event loop."""
 
     def __init__(self, draw: Draw) -> None:
         """`draw` lays out a graph; it is called once for each graph."""
@@ -42,7 +42,7 @@ class GraphDrawings:
         """Return the graph of an observation: the same object until the graph changes.
 
         Args:
-            removed: kinds and names of the nodes and topics in the observation that are gone.
+            removed: kinds and names of the nodes and topics in the observation that no longer exist.
         """
         grouping = grouping or Grouping()
         drawing = self._drawings.pop((options, grouping), None) or _Drawing()
@@ -58,10 +58,10 @@ class GraphDrawings:
         return drawing.graph
 
     async def scene(self, graph: NodeGraph, options: GraphOptions, grouping: Grouping | None = None) -> Scene:
-        """Return the drawing of a graph that `graph` returned for these options."""
+        """Return the drawing of a graph returned by `graph` for these options."""
         drawing = self._drawings.get((options, grouping or Grouping()))
         if drawing is None or drawing.graph is not graph:
-            return await self._draw(graph)  # it has changed meanwhile
+            return await self._draw(graph)  # the cached graph has been replaced or evicted
         if drawing.scene is None or (drawing.scene.done() and drawing.scene.exception()):
             drawing.scene = asyncio.ensure_future(self._draw(graph))
         return await asyncio.shield(drawing.scene)

@@ -17,7 +17,7 @@ _ENCODER: Final = json.JSONEncoder(separators=(",", ":"), allow_nan=False, defau
 async def json_text(value: Any) -> str:
     """Return a value as JSON. NaN and infinity become `null`.
 
-    A large value is encoded in a thread and in pieces, because the C encoder would hold the GIL.
+    A large value is encoded in a thread and in pieces, because the C encoder holds the GIL until it is done.
 
     Raises:
         TypeError: the key of a mapping is neither a string nor a number.

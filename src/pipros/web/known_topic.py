@@ -1,7 +1,7 @@
 """Decode well-known topics such as `/tf`.
 
-Views read the fields of their messages, so publishers must have the installed definition: a type of the same
-name may have other fields.
+Views access the fields of these messages, so publishers must use the installed definition. A type of the same
+name with another definition may have other fields.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pipros.web.topic_watch import TopicWatch
 SHOWN_S = 5.0
 """How long a problem is shown after the last affected message."""
 LONGEST_NAME = 300
-"""Maximum length of names in messages, in characters; longer names are cut."""
+"""Maximum length of names in messages, in characters; longer names are truncated."""
 
 Take = Callable[[Any, AnyMsg, float], object]
 """Called in the link's thread with the decoded and the serialized message, and the wall time (s)."""
@@ -36,13 +36,13 @@ class KnownTopic:
 
     @contextlib.contextmanager
     def listening(self) -> Iterator[None]:
-        """Pass on messages within the context, beginning with the newest one, if another view has it."""
+        """Pass on messages within the context, beginning with the newest if another view has received it."""
         with self._watch.listening(self._add, from_newest=True):
             yield
 
     @property
     def problem(self) -> str:
-        """Why messages of the last seconds were skipped; empty if none was."""
+        """Reason for skipping messages in the last seconds; empty if no message was skipped."""
         text, last_s = self._problem
         return text if time.time() - last_s < SHOWN_S else ""
 

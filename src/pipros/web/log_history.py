@@ -1,4 +1,4 @@
-"""Log entries of the run from before the page subscribed: the end of the run's `rosout.log`."""
+"""Read the log entries from before the page subscribed, at the end of the run's `rosout.log`."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def log_history(log_folder: Path, run_id: object, longest_text: int, longest_nam
 
     Args:
         run_id: the value of the parameter `/run_id`, which any node may set.
-        longest_text: texts are cut at this number of characters.
-        longest_name: names of nodes, files and functions are cut at this number of characters.
+        longest_text: texts are truncated to this number of characters.
+        longest_name: names of nodes, files and functions are truncated to this number of characters.
     """
     if not is_run_id(run_id):
         return []

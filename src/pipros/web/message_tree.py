@@ -1,4 +1,4 @@
-"""Convert messages into JSON values: fields by name, large arrays and strings shortened, within a budget."""
+"""Convert messages to JSON values within a budget: fields by name, large arrays and strings shortened."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SHOWN_BYTES = 32
 SHOWN_NAME = 300
 """Maximum length of a field's name or a key, in characters."""
 LEAVES = 4000
-"""Maximum number of values shown of one message. A long string or name counts as several."""
+"""Maximum number of values shown per message. A long string or name counts as several values."""
 CHARACTERS_PER_LEAF = 50
 
 MORE = "…"

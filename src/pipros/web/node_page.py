@@ -1,4 +1,4 @@
-"""A page of its own for a node, on loopback only, as long as the node runs."""
+"""Serve a node's own page, on loopback only, as long as the node runs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _CLOSING_S: Final = 0.3
 
 @contextlib.contextmanager
 def served_page(services: Services, node: str, log: logging.Logger) -> Iterator[None]:
-    """Serve the page during the block, print its address on stderr, and open it where there is a desktop.
+    """Serve the page within the context, print its address on stderr, and open it if there is a desktop.
 
     `node` is the name of the node.
     """

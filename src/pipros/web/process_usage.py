@@ -1,6 +1,6 @@
-"""Resource usage of processes of this machine, from Linux's `/proc`.
+"""Resource usage of processes on this machine, read from `/proc` on Linux.
 
-psutil, which does this on other systems too, is a compiled package that few users of the page have.
+psutil, which supports other systems too, is a compiled package that few users of the page have installed.
 """
 
 from __future__ import annotations
@@ -12,20 +12,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 PROC = Path("/proc")
-# Positions in /proc/PID/stat after the name, which ends with the last parenthesis; see proc(5).
+# Positions in /proc/PID/stat after the name, which ends at the last parenthesis; see proc(5).
 _USER_TICKS, _SYSTEM_TICKS, _THREADS, _START_TICKS, _PAGES = 11, 12, 17, 19, 21
 
 
 @dataclass(frozen=True, slots=True)
 class ProcessUsage:
-    """Usage of a process at one moment.
+    """Resource usage of a process at one point in time.
 
     Attributes:
         processor_s: processor time since its start.
         memory_bytes: resident memory.
         threads: number of threads.
         files: number of open descriptors; None for a process of another user.
-        start: time of its start, in ticks since the system's. A later process with the same id has another.
+        start: start time, in clock ticks after the system's start. It distinguishes processes with the same
+            id.
     """
 
     processor_s: float
@@ -36,12 +37,12 @@ class ProcessUsage:
 
 
 def has_proc() -> bool:
-    """Return True if this system has `/proc` of Linux."""
+    """Return True if this system has Linux's `/proc`."""
     return (PROC / "self" / "stat").exists()
 
 
 def usage_of(pid: int) -> ProcessUsage | None:
-    """Return the usage of a process; None if it does not exist, or ended and was not reaped."""
+    """Return the usage of a process; None if it does not exist or is a zombie."""
     if sys.platform == "win32":
         return None
     try:

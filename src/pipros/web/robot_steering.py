@@ -1,4 +1,4 @@
-"""`rqt_robot_steering`: sliders for the speed and the turn of a robot that listens to `/cmd_vel`."""
+"""`rqt_robot_steering`: sliders for the linear and angular velocity of a robot, published on `/cmd_vel`."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from pipros.web.sliders.slider_page import Slider, SliderPage
 PERIOD_S: Final = 0.1
 LINEAR, ANGULAR = "linear", "angular"
 FASTEST: Final = 3.0
-"""The usual end of both sliders, in m/s and rad/s."""
+"""Default maximum of both sliders, in m/s and rad/s."""
 
 
 class Steering:
-    """The speeds of the sliders, published ten times a second while one is not 0, and once when both are.
+    """Publishes the velocities ten times a second while one of them is not 0, and once when both become 0.
 
     The robot stops when a browser leaves the page, and when the node ends.
     """
@@ -31,7 +31,7 @@ class Steering:
         """Read the parameters `~default_topic`, `~default_vx_max`, `~default_vw_min` and so on.
 
         Raises:
-            InvalidName: the topic has no legal name.
+            InvalidName: the topic's name is not legal.
         """
         self._lock = threading.Lock()
         self._speeds = {LINEAR: 0.0, ANGULAR: 0.0}
@@ -62,17 +62,17 @@ class Steering:
         return [Slider(kind, *self._ranges[kind], self._speeds[kind], units[kind]) for kind in units]
 
     def move(self, slider: str, value: float) -> None:
-        """Set a speed."""
+        """Set a velocity."""
         with self._lock:
             self._speeds[slider] = value
 
     def stop(self) -> None:
-        """Set both speeds to 0."""
+        """Set both velocities to 0."""
         with self._lock:
             self._speeds.update({LINEAR: 0.0, ANGULAR: 0.0})
 
     def publish(self) -> None:
-        """Publish the speeds, unless the robot stands already."""
+        """Publish the velocities, unless they are 0 and have been published."""
         with self._lock:
             linear, angular = self._speeds[LINEAR], self._speeds[ANGULAR]
             is_moving = bool(linear or angular)

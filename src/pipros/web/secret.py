@@ -2,7 +2,7 @@
 
 Browsers send cookies to every server on the same host name, regardless of its port. So clients present the
 secret explicitly: in the first message of a WebSocket, or in the header `Authorization: Bearer` of a request.
-They take it from the fragment of the printed address, which browsers do not send. If the client can send only
+They read it from the fragment of the printed address, which browsers do not send. If the client can send only
 a URL (for a download, or on a browser's command line, which other users can read), the URL contains a
 one-time code instead.
 """
@@ -19,7 +19,7 @@ from typing import Final
 CODE_S: Final = 60.0
 """How long a one-time code is valid."""
 CODES: Final = 100
-"""Maximum number of valid codes. A further one replaces the oldest."""
+"""Maximum number of valid codes. A new code beyond that replaces the oldest."""
 
 
 class Denied(Exception):
@@ -36,7 +36,7 @@ class Secret:
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic, tokens: Sequence[str] = ()) -> None:
-        """Create a secret with a random token, or with these tokens, of which the first one is printed."""
+        """Create a secret with a random token, or with these tokens, the first of which is printed."""
         self._tokens = tuple(tokens) or (secrets.token_urlsafe(24),)
         self.token: Final = self._tokens[0]
         self._clock = clock
@@ -66,7 +66,7 @@ class Secret:
         scheme, _, value = (header or "").partition(" ")
         if scheme.lower() != "bearer" or not self.is_token(value.strip()):
             raise Denied(
-                "This request needs the header Authorization: Bearer, with the token of this server."
+                "This request requires the header Authorization: Bearer with the token of this server."
             )
 
     def new_code(self) -> str:

@@ -1,4 +1,4 @@
-"""Program behind `rqt_graph` and the other rqt commands: runs a node and a server, and opens the page."""
+"""The program behind `rqt_graph` and the other rqt commands: runs a node and a server, and opens the page."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ CHANGING = frozenset(_KINDS)
 
 CLOSING_S = 0.4
 ENDING_S = 0.1
-"""How long connections, and then the remaining tasks, can delay the end of the process."""
+"""Maximum time that connections, and then the remaining tasks, can delay the end of the process."""
 
 EVERYWHERE = ("0.0.0.0", "::")  # noqa: S104 - only if --bind requests it
 
@@ -63,16 +63,16 @@ class ServerFailed(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class PageOptions:
-    """Options of the page's server.
+    """Options for the page's server.
 
     Attributes:
-        tool: command name, after which the node is named.
+        tool: command name, from which the node's name is derived.
         tab: tab to open, with its argument: `plot/battery_topic/level`.
         host: address to listen on.
         port: port to listen on; 0 selects a free one.
         certificate, key: PEM files for TLS.
-        token_file: file of tokens, of which browsers must present one; None makes a new token.
-        permitted: those of `CHANGING` that the page may do.
+        token_file: file of tokens, one of which browsers must present; None creates a new token.
+        permitted: the views and actions in `CHANGING` that the page may use.
         opens_browser: whether to open the page in a browser if there is a display.
     """
 
@@ -163,7 +163,7 @@ def set_by_signals(over: OnceEvent) -> Iterator[None]:
 
 def _restriction(permitted: frozenset[str]) -> str:
     if not permitted:
-        return "The page is read-only. With --control it can also change the system."
+        return "The page is read-only. With --control, it can also change the system."
     what = " and ".join(sorted(_KINDS[name] for name in permitted))
     return f"The page can {what}. With --control it can make other changes, with --read-only none."
 
@@ -245,7 +245,7 @@ def _warn_about_network(options: PageOptions, access: Access) -> None:
 
 
 def fingerprint_of(certificate: str) -> str:
-    """Return the SHA-256 of the first certificate in a PEM file, as browsers show it; empty if none."""
+    """Return the SHA-256 of the first certificate in a PEM file, as browsers show it, or an empty string."""
     text = Path(certificate).read_text(encoding="ascii", errors="replace")
     begin, end = text.find(ssl.PEM_HEADER), text.find(ssl.PEM_FOOTER)
     if not 0 <= begin < end:

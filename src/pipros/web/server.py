@@ -5,10 +5,10 @@ The files contain nothing secret. The first message of a WebSocket authenticates
 Then it requests views and actions: `{"id": 3, "view": "graph", "args": {…}}`, `{"id": 3, "stop": true}`,
 `{"id": 4, "action": "set_param", "args": {…}}`. Answers carry the id: `{"id": 3, "data": …}`,
 `{"id": 3, "error": "…"}`, or in binary the id as four bytes, most significant first, and the data.
-A read-only view continues after an error, unless its arguments were invalid.
+A read-only view is retried after an error, unless its arguments were invalid.
 
 Each view of a browser is a task that sends only after the browser has received the previous values. So a slow
-browser gets fewer but current values, and does not delay anything else.
+browser receives fewer but current values, and does not delay other browsers.
 """
 
 from __future__ import annotations
@@ -50,18 +50,18 @@ VIEWS_OF_A_BROWSER = 200
 REQUEST_BYTES = 1_000_000
 BROWSERS = 100
 BROWSERS_SHARE: Final = 3 / 4
-"""Share of the connections that browsers may keep open. The rest serves files and new browsers."""
+"""Share of the connections that browsers may keep open. The rest is reserved for files and new browsers."""
 RESUME_S: Final = 1.0
 """Delay before a failed view is retried."""
 LONGEST_ERROR: Final = 2000
 
 _EXPECTED = (PiprosError, OSError, ValueError, TypeError, KeyError)
-"""Errors that arguments and the system may cause. Others are defects, which are logged."""
+"""Errors that arguments or the system may cause. Other exceptions are defects, which are logged."""
 
 View = Callable[[Mapping[str, Any]], AsyncIterator[Any]]
-"""Takes the arguments of a request, and yields values for the browser: JSON values or bytes."""
+"""Called with the arguments of a request. Yields values for the browser: JSON values or bytes."""
 Action = Callable[[Mapping[str, Any]], Awaitable[Any]]
-"""Takes the arguments of a request, and returns the answer."""
+"""Called with the arguments of a request. Returns the answer."""
 
 SECURITY_HEADERS = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
@@ -85,8 +85,8 @@ class Services:
     Attributes:
         views, actions: functions by name.
         changing: names of the views and actions that change the system.
-        permitted: those of them that are allowed.
-        pages: packages whose folder `page` has the files, the first one first.
+        permitted: the names in `changing` that are allowed.
+        pages: packages whose folders `page` contain the files, in the order in which they are searched.
     """
 
     views: Mapping[str, View] = field(default_factory=dict)
@@ -168,7 +168,7 @@ class PageServer:
             return
         most = min(BROWSERS, int(self._port.limit * BROWSERS_SHARE))
         if self._browsers >= most:
-            await connection.close(CloseCode.TRY_AGAIN_LATER, f"{most} browsers are connected; close one.")
+            await connection.close(CloseCode.TRY_AGAIN_LATER, f"{most} browsers are already connected.")
             return
         connection.admit()
         self._browsers += 1
@@ -190,14 +190,20 @@ class _Browser:
     def __init__(
         self, connection: ServerConnection, services: Services, logged: set[tuple[str, type[BaseException]]]
     ) -> None:
-        """Keep the arguments. `logged` has the logged errors of all browsers, by view or action and type."""
+        """`logged`: the errors that were logged for any browser, by view or action and type.
+
+        Updated in place.
+        """
         self._connection = connection
         self._services = services
         self._logged = logged
         self._tasks: dict[int, asyncio.Task[None]] = {}
 
     async def welcome(self, token: str) -> None:
-        """Answer the first message with the token, which is new to browsers that sent a one-time code."""
+        """Send the token in reply to the first message.
+
+        A browser that sent a one-time code does not have it yet.
+        """
         await self._send({"id": 0, "data": {"token": token}})
 
     async def handle(self, text: str | bytes) -> None:
@@ -206,7 +212,7 @@ class _Browser:
             request = json.loads(text)
             number = request["id"]
             if not isinstance(number, int) or not 0 <= number < 1 << 31:
-                raise ValueError(f"id must be a number of 31 bits, got {number!r}")
+                raise ValueError(f"id must be an integer from 0 to 2^31 - 1, got {number!r}")
         except (ValueError, KeyError, TypeError, RecursionError) as error:
             await self._send({"id": -1, "error": f"malformed request: {error}"})
             return
@@ -217,7 +223,7 @@ class _Browser:
             return
         if len(self._tasks) >= VIEWS_OF_A_BROWSER:
             await self._send(
-                {"id": number, "error": f"{VIEWS_OF_A_BROWSER} views are open already; close some"}
+                {"id": number, "error": f"{VIEWS_OF_A_BROWSER} views are already open; close some of them"}
             )
             return
         task = asyncio.create_task(self._serve(number, request))
@@ -273,7 +279,7 @@ class _Browser:
                     yield await json_text({"id": number, "data": value})
 
     def _text_of(self, error: Exception, name: str) -> str:
-        """Return the text of an error for the browser. Defects of the page are logged, once per kind."""
+        """Return the text of an error for the browser. Log defects of the page, once per kind."""
         if isinstance(error, _EXPECTED):
             return (str(error) or type(error).__name__)[:LONGEST_ERROR]
         if (name, type(error)) not in self._logged:
@@ -304,7 +310,10 @@ def only_header(headers: Headers, name: str) -> str | None:
 
 
 def _file_response(path: str, packages: Sequence[str]) -> Response:
-    """Return a file of the page. Only names of files in its folders are found, so paths cannot leave them."""
+    """Return a file of the page.
+
+    Only file names in its folders are looked up, so no other file can be read.
+    """
     name = "index.html" if path == "/" else path[1:]
     files = (_find(resources.files(package) / "page", name) for package in packages)
     file = next((file for file in files if file is not None), None)
@@ -330,7 +339,7 @@ def _find(folder: Traversable, name: str) -> Traversable | None:
 
 
 def plain_response(status: HTTPStatus, text: str, kind: str = "text/plain") -> Response:
-    """Return a response with a text."""
+    """Return a plain-text response."""
     return _response(status, text.encode(), f"{kind}; charset=utf-8")
 
 

@@ -18,9 +18,10 @@ from pipros.basics.limits import Limits
 from pipros.web.entrance import ACCEPTED_AT_A_TIME, Entrance, Visitor
 
 CLOSING_S: Final = 0.2
-"""Time for clients to acknowledge the closing of the server, and again for its tasks to end."""
+"""Time for clients to acknowledge the closing of their connections, and again for the server's tasks to end.
+"""
 
-# At the level DEBUG, websockets logs messages and paths, including tokens.
+# At level DEBUG, websockets logs messages and paths, including tokens.
 _SILENT: Final = logging.Logger("websockets of pipros", logging.CRITICAL)
 
 
@@ -50,7 +51,7 @@ class PortConnection(ServerConnection):
         self._visitor.note_request()
 
     def admit(self) -> None:
-        """Lift the limits of strangers: the client knows the secret, or needs none."""
+        """Lift the limits for unauthenticated clients, after the client has authenticated."""
         self._visitor.admit()
         self._bytes_left = math.inf
 
@@ -88,7 +89,7 @@ class ServerPort:
             attend: serves a WebSocket until it ends.
             answer: returns the response to a request, or None to begin a WebSocket.
             max_bytes: maximum size of a message from an admitted client.
-            options: further options of `websockets.asyncio.server.serve`.
+            options: further keyword arguments of `websockets.asyncio.server.serve`.
 
         Raises:
             OSError: the port is in use, or the address does not belong to this machine.

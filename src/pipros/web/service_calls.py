@@ -1,4 +1,4 @@
-"""Service calls of browsers: limited in number and time, and cancelled with the request or the browser."""
+"""Service calls from browsers, limited in number and time, and cancelled when the request or browser ends."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from pipros.web.server import RequestRefused
 T = TypeVar("T")
 
 CALLS_AT_ONCE = 64
-"""Maximum concurrent calls of all browsers. Further ones wait."""
+"""Maximum number of concurrent calls of all browsers. Further calls wait."""
 
 TOOL_CALL_S = 30.0
-"""Timeout of the calls that tabs make: loggers, parameters of dynamic_reconfigure."""
+"""Timeout of the calls that tabs make themselves: to loggers and dynamic_reconfigure servers."""
 
 CALL_BY_HAND_S = 600.0
 
@@ -34,11 +34,13 @@ class ServiceCalls:
         """Run `call` in a thread, and return its result. Cancelling the coroutine interrupts its open calls.
 
         Raises:
-            RequestRefused: the browser has `CALLS_OF_A_BROWSER` calls open.
+            RequestRefused: the browser already has `CALLS_OF_A_BROWSER` pending calls.
         """
         share = share_of_calls()
         if not share.try_acquire():
-            raise RequestRefused(f"{CALLS_OF_A_BROWSER} calls of this browser are open; wait until one ends")
+            raise RequestRefused(
+                f"{CALLS_OF_A_BROWSER} calls of this browser are pending; wait until one ends"
+            )
         calls = OpenCalls()
         try:
             done = self._pool.start(call, self._master(), calls)

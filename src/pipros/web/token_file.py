@@ -1,4 +1,4 @@
-"""Files with the tokens that clients of a server present: one per line, after `#` a comment."""
+"""Read the token file of a server: one client token per line; `#` starts a comment."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ _TOKEN = re.compile(r"[A-Za-z0-9._~-]+")
 
 
 class BadTokenFile(PiprosError):
-    """A file of tokens cannot be read, or has none, or is readable for others."""
+    """A token file cannot be read, contains no token, or can be read by other users."""
 
 
 def read_tokens(path: str) -> list[str]:
     """Return the tokens in a file, at least one.
 
     Raises:
-        BadTokenFile: the file cannot be read, other users can read or replace it, it has no token, or one is
-            too short or contains characters that a URL would have to quote.
+        BadTokenFile: the file cannot be read, other users can read or replace it, it contains no token, or a
+            token is too short or contains characters that would have to be quoted in a URL.
     """
     try:
         text = read_text(path, _LIMIT_BYTES)
@@ -34,7 +34,7 @@ def read_tokens(path: str) -> list[str]:
     except (OSError, UnicodeDecodeError) as error:
         raise BadTokenFile(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from None
     if HAS_OWNERS and (found.st_uid not in (0, user_id()) or found.st_mode & (stat.S_IRWXG | stat.S_IRWXO)):
-        raise BadTokenFile(f"{path} must belong to you and be readable for you only: chmod 600 {path}")
+        raise BadTokenFile(f"{path} must belong to you and be readable only by you: chmod 600 {path}")
     tokens = []
     for number, line in enumerate(text.splitlines(), 1):
         token = line.partition("#")[0].strip()
@@ -47,5 +47,5 @@ def read_tokens(path: str) -> list[str]:
             )
         tokens.append(token)
     if not tokens:
-        raise BadTokenFile(f"{path} has no token")
+        raise BadTokenFile(f"{path} contains no token")
     return tokens

@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 WINDOW = 200
 """Number of messages over which rates and bandwidths are computed."""
 QUIET_S = 3.0
-"""A topic without messages for this long, and for three of its intervals, has no rate."""
+"""A topic has no rate if no message has arrived for this long, and for three of its intervals."""
 
 SHORTEST_S = 0.1
-"""Fewer than `WINDOW` messages must span at least this time to yield a rate."""
+"""If fewer than `WINDOW` messages have arrived, they must span at least this time to yield a rate."""
 
 Listener = Callable[[AnyMsg, float], object]
 """Called in the link's thread with each message and the wall time of its arrival (s)."""
@@ -38,7 +38,7 @@ class Newest:
     """The newest message of a topic.
 
     Attributes:
-        number: count of messages up to and including this one.
+        number: number of messages received up to and including this one.
         message: the serialized message.
         wall_s: time of arrival, in seconds since 1970.
     """
@@ -86,7 +86,7 @@ class TopicWatch:
         with self._lock:
             rate, bandwidth = self._rate.figures(), self._bandwidth.figures(now_s)
             is_quiet = now_s - self._last_s > max(QUIET_S, 3 * rate.mean if rate else 0.0)
-            # Delayed messages arrive in a burst, which says nothing about the rate.
+            # Delayed messages arrive in a burst, from which no rate can be computed.
             is_quiet |= rate is not None and rate.count < WINDOW - 1 and rate.mean * rate.count < SHORTEST_S
             return {
                 "rate": 1.0 / rate.mean if rate and rate.mean > 0 and not is_quiet else None,
@@ -121,7 +121,7 @@ class TopicWatch:
         """Decode a message as an instance of `message_class`.
 
         Raises:
-            WrongDefinition: the publisher has another definition.
+            WrongDefinition: the publisher uses another definition.
             PiprosError: the message cannot be decoded.
         """
         self._check_size(message)
@@ -136,7 +136,7 @@ class TopicWatch:
 class TopicWatches:
     """All watched topics.
 
-    A thread subscribes and unsubscribes, because the master may be slow or not answer at all.
+    A thread subscribes and unsubscribes, because the master may be slow or unavailable.
     """
 
     def __init__(self, node: Node, limits: Limits | None = None) -> None:
@@ -150,7 +150,10 @@ class TopicWatches:
         self._is_closed = False
 
     def close(self) -> None:
-        """Stop changing subscriptions. The node's shutdown ends them, with a single wait for the master."""
+        """Stop changing subscriptions.
+
+        The node's shutdown ends them, so the master is waited for only once.
+        """
         with self._lock:
             self._is_closed = True
 
@@ -159,7 +162,7 @@ class TopicWatches:
         """Subscribe to a topic within the context. Contexts of the same topic share a subscription.
 
         Args:
-            queue_size: maximum number of queued messages. The first context of a topic determines it.
+            queue_size: maximum number of queued messages. Only the first context of a topic sets it.
 
         Raises:
             LimitExceeded: `Limits.page_topics` topics are already watched.
@@ -211,7 +214,7 @@ class TopicWatches:
         return True
 
     def _next_change(self) -> tuple[str, TopicWatch | None] | None:
-        """Return a topic whose subscription does not match its watch, and that watch, if any."""
+        """Return a topic whose subscription does not match its watch, and the watch if there is one."""
         if self._is_closed:
             return None
         for topic, (watch, _) in self._subscribers.items():

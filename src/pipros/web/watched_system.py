@@ -22,13 +22,13 @@ from pipros.web.topic_watch import TopicWatches
 logger = logging.getLogger("pipros.web")
 
 LOOK_INTERVAL_S = 1.0
-"""Interval of observations while at least one browser shows them."""
+"""Interval of observations while at least one browser displays them."""
 MASTER_DEADLINE_S = 30.0
 """Timeout of calls to the master."""
 QUESTIONS_AT_ONCE = 8
-"""Maximum concurrent calls of views to the master and to nodes."""
+"""Maximum number of concurrent calls from views to the master and to nodes."""
 COMPUTATIONS_AT_ONCE = 4
-"""Maximum concurrent decodings and drawings. More threads would not speed them up."""
+"""Maximum number of concurrent decodings and drawings. More threads would not be faster."""
 
 
 class WatchedSystem:
@@ -43,7 +43,7 @@ class WatchedSystem:
         computations: threads that decode and draw.
         node_clients: connections to the APIs of nodes.
         observation: the latest observation.
-        changes: nodes and topics added and removed lately.
+        changes: nodes and topics that were recently added or removed.
     """
 
     def __init__(self, graph: GraphClient, node: Node) -> None:
@@ -62,7 +62,7 @@ class WatchedSystem:
         self._is_over = threading.Event()
 
     def start(self) -> None:
-        """Prepare observations, which begin on demand. Must be called in the server's event loop."""
+        """Prepare observations, which start on demand. Must be called in the server's event loop."""
         loop = asyncio.get_running_loop()
         threading.Thread(target=self._observe, args=(loop,), name="observer", daemon=True).start()
 
@@ -93,13 +93,13 @@ class WatchedSystem:
                 return
             try:
                 observation = self._observer.poll()
-            except Exception as error:  # a defect; one line per kind is enough
+            except Exception as error:  # a defect; log one line per kind
                 text = f"cannot observe the system: {type(error).__name__}: {error}"
                 if type(error) not in logged:
                     logged.add(type(error))
                     logger.error("%s", text, exc_info=error)
                 observation = replace(self.observation, error=text)
-            with contextlib.suppress(RuntimeError):  # the loop has ended in the meantime
+            with contextlib.suppress(RuntimeError):  # the loop has stopped in the meantime
                 loop.call_soon_threadsafe(self._publish, observation)
             self._is_over.wait(LOOK_INTERVAL_S)
 

@@ -93,7 +93,7 @@ def refuse(reason: str) -> dict[str, str]:
 
 
 def topic_refusal(fields: Mapping[str, str], interface: WireType) -> str | None:
-    """Return why a publisher refuses the subscriber that sent `fields`; None if it accepts.
+    """Return the reason a publisher refuses the subscriber that sent `fields`; None if it accepts.
 
     Only the md5sum is compared, so a type with another name but the same md5sum is accepted.
     """
@@ -112,7 +112,7 @@ def topic_refusal(fields: Mapping[str, str], interface: WireType) -> str | None:
 
 
 def service_refusal(fields: Mapping[str, str], interface: WireType) -> str | None:
-    """Return why a service server refuses the client that sent `fields`; None if it accepts."""
+    """Return the reason a service server refuses the client that sent `fields`; None if it accepts."""
     missing = _missing(fields, ("service", "md5sum", "callerid"))
     if missing:
         return missing
@@ -128,7 +128,7 @@ def check_topic_reply(fields: Mapping[str, str], interface: WireType, peer: str)
 
     Raises:
         Refused: the publisher refused the link. The text is the publisher's.
-        ProtocolError: the reply lacks a field, or its type is not the requested one.
+        ProtocolError: the reply lacks a field, or its type differs from the requested one.
     """
     _raise_refusal(fields, peer)
     missing = _missing(fields, ("md5sum", "type"))

@@ -11,8 +11,8 @@ from pipros.basics.limits import limit_text
 _SIZE_LINE = rb"([0-9A-Fa-f]{1,8})[ \t]*(?:;[^\r\n]*)?\r"
 _LINE_LIMIT: Final = 256
 CHUNKS_LIMIT: Final = 2_000
-"""Maximum number of chunks in one body, including the lines of its trailer. Each takes time, even a chunk of
-a single byte. Clients usually send chunks of thousands of bytes.
+"""Maximum number of chunks in one body, including the lines of its trailer. Each chunk takes time, even if it
+is a single byte. Clients usually send chunks of thousands of bytes.
 """
 
 
@@ -59,8 +59,9 @@ class ChunkedBody:
         return len(self._body)
 
     def feed(self, buffer: bytearray) -> bytearray | None:
-        """Remove complete chunks from the front of `buffer`. Return the body once it is complete; None until
-        then.
+        """Remove complete chunks from the front of `buffer`.
+
+        Return the body once it is complete; None until then.
 
         Raises:
             HttpError: the bytes are not a chunk, or the body exceeds the limit.

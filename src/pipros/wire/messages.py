@@ -17,8 +17,8 @@ from pipros.basics.limits import limit_text, process_limits
 
 _INITIAL_BYTES = 4 * 1024
 _COMFORTABLE_BYTES = 128 * 1024
-"""Initial buffer size, and size under traffic. Buffers start small, for nodes with hundreds of quiet
-topics.
+"""Initial buffer size, and the size once messages arrive. Buffers start small, for nodes with hundreds of
+quiet topics.
 """
 
 _ROUNDS = 100

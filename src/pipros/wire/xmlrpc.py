@@ -23,7 +23,8 @@ from pipros.basics.limits import limit_text, process_limits
 NESTING_LIMIT: Final = 100
 """Maximum nesting of lists and dictionaries in a call; far below Python's recursion limit."""
 ANSWER_NESTING_LIMIT: Final = 200
-"""The same for responses. A parameter tree is as deep as its keys and its values together."""
+"""Maximum nesting in a response. The depth of a parameter tree is that of its keys plus that of its values.
+"""
 BRIEF_BYTES: Final = 16 * 1024
 """For responses up to this size, importing the fast reader is not worthwhile."""
 INT_MIN: Final = -(2**31)
@@ -167,7 +168,7 @@ def _encode(value: Any, parts: list[str], depth_left: int, budget: _Budget) -> N
         )
     elif kind is list or kind is tuple:
         if not depth_left:
-            raise TypeError("cannot marshal lists nested as deep, or recursive sequences")
+            raise TypeError("cannot marshal lists nested this deeply, or recursive sequences")
         budget.spend(len(value))
         parts.append("<value><array><data>")
         for item in value:
@@ -175,7 +176,7 @@ def _encode(value: Any, parts: list[str], depth_left: int, budget: _Budget) -> N
         parts.append("</data></array></value>")
     elif kind is dict:
         if not depth_left:
-            raise TypeError("cannot marshal dictionaries nested as deep, or recursive ones")
+            raise TypeError("cannot marshal dictionaries nested this deeply, or recursive dictionaries")
         budget.spend(len(value))
         parts.append("<value><struct>")
         for key, item in value.items():
@@ -205,8 +206,9 @@ def _slices(text: str, budget: _Budget) -> list[str]:
 
 
 def _encode_rare(value: Any, budget: _Budget) -> str:
-    """Encode binary data and dates. `xmlrpc.client` and `datetime` are used only if they have already been
-    imported.
+    """Encode binary data and dates.
+
+    `xmlrpc.client` and `datetime` are used only if they have already been imported.
     """
     if value is None:
         raise TypeError("cannot marshal None unless allow_none is enabled")

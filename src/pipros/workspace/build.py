@@ -61,7 +61,7 @@ class BuildResult:
         errors: one text per problem, starting with the package or file.
         skipped: packages that were not built, each mapped to the failed package that it depends on.
         projects: the parsed `CMakeLists.txt` of each package, by package name.
-        needs_genuine: packages that were not built because only genuine catkin can build them; used with
+        needs_genuine: packages that were not built because only genuine catkin can build them; only set with
             `is_alone`.
     """
 

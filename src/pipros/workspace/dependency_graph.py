@@ -66,8 +66,8 @@ class DependencyGraph:
 
     def _collect(self, name: str, ordered: dict[str, None], path: tuple[str, ...]) -> None:
         if name in path:
-            circle = " -> ".join([*path[path.index(name) :], name])
-            raise CircularDependency(f"package '{path[0]}' depends on itself: {circle}")
+            cycle = " -> ".join([*path[path.index(name) :], name])
+            raise CircularDependency(f"package '{path[0]}' depends on itself: {cycle}")
         for needed in self.direct(name):
             if needed not in ordered:
                 self._collect(needed, ordered, (*path, name))

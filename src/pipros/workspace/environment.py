@@ -76,7 +76,7 @@ def workspace_environment(
 
 
 def underlays_of_build(variables: Mapping[str, str], prefix: Path) -> list[Path]:
-    """Return the workspaces that are set up during the build of `prefix`. They become its underlays."""
+    """Return the workspaces that are set up while `prefix` is built, which become its underlays."""
     return [workspace.prefix for workspace in built_workspaces(variables) if workspace.prefix != prefix]
 
 

@@ -35,8 +35,9 @@ class NativeBuildFailed(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class NativeTools:
-    """The location of CMake and genuine catkin. `prefix` is catkin's prefix, such as `/opt/ros/noetic` or
-    `/usr`.
+    """The location of CMake and genuine catkin.
+
+    `prefix` is catkin's prefix, such as `/opt/ros/noetic` or `/usr`.
     """
 
     cmake: str
@@ -204,8 +205,8 @@ def _carry_out(
 def use_python_of_environment(prefix: Path) -> None:
     """Make the Python programs that genuine catkin wrote run the first `python3` in `PATH`.
 
-    catkin writes genuine rospy's Python into their shebangs, even if `rosrun` and `roslaunch` are those of
-    pipros.
+    catkin writes the Python of genuine rospy into their shebangs, even if pipros provides `rosrun` and
+    `roslaunch`.
 
     Raises:
         OSError: a program cannot be written.
@@ -244,7 +245,7 @@ def _run(command: Sequence[str], folder: Path, variables: Mapping[str, str], fai
 
 
 def has_package(tools: NativeTools, name: str, variables: Mapping[str, str]) -> bool:
-    """Return whether genuine ROS on this machine or a sourced workspace contains a package."""
+    """Return whether a package is in genuine ROS on this machine or in a sourced workspace."""
     prefixes = native_environment(tools, variables)["CMAKE_PREFIX_PATH"].split(os.pathsep)
     return any(is_below(name, Path(prefix)) for prefix in prefixes)
 

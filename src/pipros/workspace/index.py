@@ -34,7 +34,7 @@ class Package:
 class PackageIndex:
     """Packages by name. If a name occurs twice, the package in the earlier folder wins. Thread-safe.
 
-    `PackageFolders` documents when the disk is read and which data is cached.
+    See `PackageFolders` for when the disk is read, and which data is cached.
     """
 
     def __init__(

@@ -42,8 +42,8 @@ class IsolatedResult:
     """The outcome of an isolated build.
 
     Attributes:
-        errors: the errors of the package that failed; the build ends there.
-        needs_genuine: a package that genuine catkin has to build; the build ends there as well.
+        errors: the errors of the package that failed, at which the build stops.
+        needs_genuine: a package that genuine catkin has to build, at which the build stops as well.
     """
 
     errors: list[str] = field(default_factory=list)

@@ -91,7 +91,7 @@ class SourceSpace:
 
 
 def read_source_space(source: Path, variables: Mapping[str, str]) -> SourceSpace:
-    """Return all packages below a source folder. Invalid manifests are reported and their packages skipped.
+    """Return all packages below a source folder. Packages with invalid manifests are reported and skipped.
 
     Raises:
         WorkspaceError: two packages have the same name, or packages depend on each other in a cycle.

@@ -6,7 +6,7 @@ Noetic's values. Manifests are not validated.
 The build uses catkin_pkg because it validates manifests. It is not used here because it is slower: it takes
 50 ms to import and 0.4 ms per manifest, while this module takes 22 ms (mostly modules that the command
 imports anyway) and 0.1 ms. In a workspace of 200 packages, this would add about 0.1 s to every `rospack`
-call, including each Tab completion. Besides, catkin_pkg rejects manifests that genuine rospack accepts, such
+call, including each Tab completion. Moreover, catkin_pkg rejects manifests that genuine rospack accepts, such
 as one without a maintainer. (Measured with the 84 manifests below /usr/share that Debian's ROS packages
 install.)
 """
@@ -109,8 +109,9 @@ def _text(root: Element, tag: str) -> str:
 
 
 def _holds(condition: str) -> bool:
-    """Return whether a format 3 condition holds. It consists of comparisons with `==` or `!=`, joined by
-    `and`.
+    """Return whether a format 3 condition holds.
+
+    It consists of comparisons with `==` or `!=`, joined by `and`.
     """
     for part in re.split(r"\band\b", condition):
         compared = _COMPARISON.fullmatch(part)

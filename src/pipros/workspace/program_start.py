@@ -52,8 +52,9 @@ def command_of(program: Path, arguments: Sequence[str] = (), prefix: str = "") -
 
 
 def why_not_startable(program: Path) -> str | None:
-    """Describe the problem with a script's first line; None if there is none. The kernel's own error is
-    unhelpful.
+    """Describe the problem with a script's first line, because the kernel's error is unhelpful.
+
+    Return None if there is no problem.
     """
     try:
         start = _start_of(program)
@@ -63,7 +64,7 @@ def why_not_startable(program: Path) -> str | None:
     if start.startswith(b"#!"):
         if first_line.endswith(b"\r"):
             return (
-                f"{program} has Windows line ends, so its first line names no interpreter; "
+                f"{program} has Windows line endings, so its first line does not name an interpreter; "
                 "convert it with dos2unix"
             )
         interpreter = first_line[2:].strip().split(b" ", 1)[0].decode("utf-8", "replace")
@@ -75,7 +76,7 @@ def why_not_startable(program: Path) -> str | None:
 
 
 def has_windows_line_ends(program: Path) -> bool:
-    """Return whether a script's `#!` line has a Windows line end."""
+    """Return whether a script's `#!` line has a Windows line ending."""
     try:
         start = _start_of(program)
     except OSError:

@@ -184,7 +184,7 @@ def write_relaying_setup_files(folder: Path, prefix: Path) -> None:
 
 
 def _write(file: Path, content: str) -> None:
-    """Write a setup file with an old timestamp, so that genuine catkin can replace it.
+    """Write a setup file with an old modification time, so that genuine catkin can replace it.
 
     CMake does not copy a file whose timestamp differs by less than a second from that of the existing file.
     With the current time, this file would therefore remain if genuine catkin built the workspace right

@@ -81,7 +81,7 @@ def read_setup_py(folder: str) -> PythonSetup:
             check=False,
         )
     except subprocess.TimeoutExpired:
-        raise SetupPyError(f"{folder}/setup.py did not end within {_TIME_LIMIT_S:.0f} s") from None
+        raise SetupPyError(f"{folder}/setup.py did not finish within {_TIME_LIMIT_S:.0f} s") from None
     if ended.returncode != 0 or "\0" not in ended.stdout:
         last_lines = ended.stderr.strip().splitlines()[-3:]
         raise SetupPyError(f"{folder}/setup.py failed:\n  " + "\n  ".join(last_lines))

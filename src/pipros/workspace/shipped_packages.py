@@ -1,7 +1,7 @@
 """Finds pipros packages that a build with genuine catkin needs and the genuine ROS installation lacks.
 
-Message packages are built along with the workspace. Python packages have nothing to build: `find_package()`
-finds a small configuration file for each of them.
+Message packages are built along with the workspace. Python packages need no build: `find_package()` finds a
+small configuration file for each of them.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def shipped_packages(
 
 
 def has_cmake(package: SourcePackage) -> bool:
-    """Return whether CMake can build a pipros package. Python packages have nothing to build."""
+    """Return whether CMake can build a pipros package. Python packages need no build."""
     return (package.folder / "CMakeLists.txt").is_file()
 
 

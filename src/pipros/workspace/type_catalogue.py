@@ -1,4 +1,4 @@
-"""Looks up message, service and action types."""
+"""Lookup of message, service and action types."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def test_connections_that_are_not_established_are_left_out() -> None:
 
 @pytest.mark.parametrize("answer", [None, [], [0, "no", []], [1, "", "x"], [1, "", []] * 2])
 def test_an_unexpected_response_is_an_error_that_names_the_method(answer: Any) -> None:
-    with pytest.raises(ValueError, match=r"getBusInfo must answer \[1, text, list\], got"):
+    with pytest.raises(ValueError, match=r"getBusInfo must return \[1, text, list\], got"):
         rows_of(answer, "getBusInfo")
 
 
@@ -59,5 +59,5 @@ def test_the_statistics_of_roscpp_are_read() -> None:
 
 @pytest.mark.parametrize("answer", [[5], [["/t"], 5], 7, [], [1, "", 5], [0, "no", []]])
 def test_malformed_statistics_are_an_error(answer: Any) -> None:
-    with pytest.raises(ValueError, match="getBusStats must answer"):
+    with pytest.raises(ValueError, match="getBusStats must return"):
         statistics_of(answer)

@@ -141,4 +141,4 @@ def test_a_malformed_answer_is_an_error_of_that_node(
     nodes: Nodes, observer: SystemObserver, answer: Any
 ) -> None:
     nodes.answers["/talker"] = answer, [1, "", [[], [], []]]
-    assert "getBusInfo must answer" in observer.poll().nodes["/talker"].error
+    assert "getBusInfo must return" in observer.poll().nodes["/talker"].error

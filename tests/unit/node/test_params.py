@@ -27,7 +27,7 @@ class Master:
     def get_param(self, key: str) -> Any:
         self.asked.append(key)
         if self.is_away:
-            raise Unreachable("master", "it is away")
+            raise Unreachable("master", "it is not available")
         if key not in self.values:
             raise Refused("getParam", -1, f"Parameter [{key}] is not set")
         value = self.values[key]
@@ -43,7 +43,7 @@ class Master:
 
     def subscribe_param(self, _api: str, key: str) -> Any:
         if self.is_away:
-            raise Unreachable("master", "it is away")
+            raise Unreachable("master", "it is not available")
         value = self.values.get(key, {})
         self.before_answer()
         return value

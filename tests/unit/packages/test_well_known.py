@@ -14,9 +14,9 @@ from pipros.workspace.index import PackageIndex
 
 def test_a_program_in_c_plus_plus_names_its_package() -> None:
     assert why_not_here("move_base", "move_base") == (
-        "The programs of move_base are C++, and do not come with pipros, which is Python alone. Run it where "
-        "ROS 1 is installed (apt-get install ros-noetic-move-base): with this machine's ROS_MASTER_URI it "
-        "joins the same graph."
+        "The programs of move_base are written in C++, and are not part of pipros, which is pure Python. "
+        "Run it where ROS 1 is installed (apt-get install ros-noetic-move-base): with this machine's "
+        "ROS_MASTER_URI, it joins the same graph."
     )
     assert why_not_here("my_package", "node") is None
 
@@ -34,7 +34,7 @@ def test_a_package_with_programs_of_this_machine_is_not_called_compiled() -> Non
             "The nodelet depth_image_proc/point_cloud_xyz",
         ),
         (["standalone", "pcl/VoxelGrid", "~input:=a"], "ros-noetic-nodelet ros-noetic-pcl)"),
-        (["manager"], "nodelet loads C++ plugins, which pipros, Python alone, cannot. Run it"),
+        (["manager"], "nodelet loads C++ plugins, which pipros, being pure Python, cannot do. Run it"),
         (["load"], "nodelet loads C++ plugins"),
         ([], "(apt-get install ros-noetic-nodelet)"),
     ],

@@ -156,7 +156,7 @@ def test_a_bad_file_says_what_is_wrong(cfg: Path, text: str, words: str) -> None
 def test_a_file_that_never_ends_is_ended(cfg: Path) -> None:
     cfg.write_text("import threading\nthreading.Event().wait()")
 
-    with pytest.raises(BadConfigFile, match=r"did not end within 0\.3 s"):
+    with pytest.raises(BadConfigFile, match=r"did not finish within 0\.3 s"):
         read(cfg, time_limit_s=0.3)
 
 

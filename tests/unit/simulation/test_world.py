@@ -185,7 +185,7 @@ def test_names_are_unique_and_only_turtles_die(simulation: Simulation) -> None:
 def test_a_world_has_room_for_a_limited_number_of_turtles() -> None:
     world = Simulation(limit=2).world
     world.spawn("", 1, 1, 0)
-    with pytest.raises(Rejected, match="There are 2 turtles already"):
+    with pytest.raises(Rejected, match="too many turtles; the limit is 2"):
         world.spawn("", 1, 1, 0)
 
 

@@ -24,8 +24,8 @@ def test_each_line_has_a_token(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("", "has no token"),
-        ("# abcdefghijklmnop", "has no token"),
+        ("", "contains no token"),
+        ("# abcdefghijklmnop", "contains no token"),
         ("short", "at least 16 characters"),
         ("abcdefghijklmnop/", "letters, digits"),
         ("abcdefghijk lmnop", "letters, digits"),

@@ -135,9 +135,9 @@ def test_an_image_without_pixels_is_shown_as_such(height: int, step: int) -> Non
         (Image(width=2, height=9, step=2, encoding="mono8", data=b"1234"), "need 18 bytes, got 4"),
         (Image(width=1, height=1, step=1, encoding="<b>", data=b"1"), "encoding \\[<b>\\]"),
         (Image(width=1, height=1, step=12, encoding="32FC3", data=b"1" * 12), "encoding \\[32FC3\\]"),
-        (CompressedImage(format="16UC1; compressedDepth", data=b"0" * 11), "must be of 16UC1"),
+        (CompressedImage(format="16UC1; compressedDepth", data=b"0" * 11), "must be 16UC1"),
         (CompressedImage(format="8UC1; compressedDepth", data=b"0" * 20), "got \\[8UC1\\]"),
-        (CompressedImage(format="16UC1; compressedDepth rvl", data=b"0" * 20), "not of RVL"),
+        (CompressedImage(format="16UC1; compressedDepth rvl", data=b"0" * 20), "not RVL"),
     ],
 )
 def test_images_that_cannot_be_shown_are_refused(message: Any, words: str) -> None:

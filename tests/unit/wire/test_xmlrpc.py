@@ -240,7 +240,7 @@ def test_every_value_read_from_a_call_can_be_encoded() -> None:
         value = [value]
     [back] = decode_call(encode_call("m", (value,)))[1]
     assert decode_response(encode_response([1, "", Encoded(back)])) == [1, "", value]
-    with pytest.raises(TypeError, match="nested as deep"):
+    with pytest.raises(TypeError, match="nested this deeply"):
         encode_call("m", ([value],))
 
 

@@ -127,7 +127,7 @@ def test_a_missing_file_without_a_rule_is_named(workspace: Workspace) -> None:
         ("file(GENERATE OUTPUT x CONTENT y)", "file(GENERATE)"),
         ("string(JSON x GET y z)", "string(JSON)"),
         ("try_compile(x y z)", "try_compile()"),
-        ("find_package(Foo)\nfoo_make(x)", "foo_make(), which another package brings"),
+        ("find_package(Foo)\nfoo_make(x)", "foo_make(), which another package provides"),
         ("include(ExternalProject)\nExternalProject_Add(x)", "ExternalProject_Add(), which another package"),
     ],
 )

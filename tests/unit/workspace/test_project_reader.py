@@ -106,10 +106,13 @@ def test_installations(folder: Path, text: str, sources: list[str]) -> None:
     [
         ("add_executable(x x.cpp)", "compiles [x]"),
         ("add_library(y SHARED y.cpp)", "compiles [y]"),
-        ("try_run(A B . x.cpp)", "needs try_run(), which only CMake itself carries out"),
+        ("try_run(A B . x.cpp)", "needs try_run(), which only CMake itself can execute"),
         ("add_custom_target(t ALL COMMAND a | b)", "needs the shell that [a | b] needs"),
         ("add_custom_target(t COMMAND $<TARGET_FILE:x>)", "needs the generator expression $<TARGET_FILE:x>"),
-        ("find_package(Foreign)\nforeign_command()", "needs foreign_command(), which another package brings"),
+        (
+            "find_package(Foreign)\nforeign_command()",
+            "needs foreign_command(), which another package provides",
+        ),
     ],
 )
 def test_targets_that_need_genuine_catkin_are_found_with_their_line(

@@ -107,5 +107,5 @@ def test_a_setup_that_fails_is_quoted(tmp_path: Path, text: str, reason: str) ->
 
 def test_a_setup_without_an_end_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(setup_py, "_TIME_LIMIT_S", 0.2)
-    with pytest.raises(SetupPyError, match="did not end within"):
+    with pytest.raises(SetupPyError, match="did not finish within"):
         read_setup_py(write(tmp_path, "import threading\nthreading.Event().wait()"))

@@ -1,1 +1,1 @@
-"""Conversions, classes by name, and exceptions of rosbridge_library."""
+"""Message conversion, class lookup and exceptions of rosbridge_library."""

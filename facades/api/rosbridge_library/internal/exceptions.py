@@ -2,7 +2,7 @@
 
 
 class InvalidArgumentException(Exception):
-    """An argument of an operation has a wrong value."""
+    """An argument of an operation has an invalid value."""
 
 
 class MissingArgumentException(Exception):

@@ -1,4 +1,4 @@
-"""Messages to values for JSON, and values to messages."""
+"""Convert messages to values for JSON, and back."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _TO_JSON = PlainValues(Format.JSON_NULLS)
 
 
 class InvalidMessageException(Exception):
-    """A value is not a message."""
+    """The value is not a message."""
 
     def __init__(self, inst: Any) -> None:
         super().__init__(f"expected a message, got {type(inst).__name__}")

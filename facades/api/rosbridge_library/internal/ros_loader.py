@@ -1,4 +1,4 @@
-"""Message and service classes by the names of their types."""
+"""Look up message and service classes by type name."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from pipros.msg import load_message_class, load_service_class
 
 
 class InvalidTypeStringException(Exception):
-    """The name of a type is not package/Name."""
+    """The type name does not have the form package/Name."""
 
     def __init__(self, typestring: object) -> None:
-        super().__init__(f"a type must be package/Name, got {typestring!r}")
+        super().__init__(f"a type must have the form package/Name, got {typestring!r}")
 
 
 class InvalidPackageException(Exception):
@@ -47,7 +47,7 @@ def get_message_class(typestring: str) -> Any:
     """Return the class of a message type.
 
     Raises:
-        InvalidTypeStringException, InvalidPackageException, InvalidClassException: it cannot be found.
+        InvalidTypeStringException, InvalidPackageException, InvalidClassException: the class cannot be found.
     """
     return _load(typestring, "msg", load_message_class)
 

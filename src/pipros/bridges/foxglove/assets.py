@@ -1,4 +1,4 @@
-"""Files of ROS packages that clients show: meshes, textures, robot models."""
+"""Read the files in ROS packages that clients may display: meshes, textures and robot models."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NAMES: Final = re.compile(
     r"(?:dae|fbx|glb|gltf|jpe?g|mtl|obj|png|ply|sdf|srdf|stl|svg|tga|tiff?|urdf|webp|xacro)",
     re.IGNORECASE | re.ASCII,
 )
-"""Files that may be fetched: those that describe a robot or its world."""
+"""Paths that clients may fetch: files that describe a robot or its world."""
 
 
 class AssetRefused(PiprosError):
@@ -27,16 +27,17 @@ class AssetRefused(PiprosError):
 
 
 def read_asset(uri: str, folders_of: Callable[[str], Iterable[Path]], limit_bytes: int) -> bytes:
-    """Return the content of a file of a package. Blocks.
+    """Return the content of a file in a package. Blocks.
 
-    The file, after following all links, must be in a folder of the package, and no part of its path hidden.
+    After resolving all links, the file must be in a folder of the package, and no part of its path may be
+    hidden.
 
     Args:
-        uri: `package://NAME/PATH`, quoted as a URL or not.
+        uri: `package://NAME/PATH`, percent-encoded or not.
         folders_of: returns the folders of a package.
 
     Raises:
-        AssetRefused: it cannot be read, or may not be; the text tells nothing about other files.
+        AssetRefused: the file cannot be read, or must not be. The text reveals nothing about other files.
     """
     shown = printable(uri, 300)
     if not uri.startswith(PREFIX):
@@ -55,6 +56,6 @@ def read_asset(uri: str, folders_of: Callable[[str], Iterable[Path]], limit_byte
         except OSError as error:
             if error.errno == errno.EFBIG:
                 raise AssetRefused(f"[{shown}]: {error.strerror}") from None
-        except (RuntimeError, ValueError):  # a circle of links, or a null character
+        except (RuntimeError, ValueError):  # a cycle of links, or a null character
             continue
     raise AssetRefused(f"[{shown}] was not found")

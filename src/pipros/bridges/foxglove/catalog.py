@@ -1,4 +1,4 @@
-"""Channels and services that Foxglove clients see, with their ids: which follow the ROS graph. No sockets."""
+"""Channels and services that are advertised to Foxglove clients, with their ids. No sockets."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class Definition:
     """Type of a topic.
 
     Attributes:
-        text: the definition with those of all embedded types.
+        text: the definition, followed by those of all embedded types.
     """
 
     type: str
@@ -33,7 +33,7 @@ class ServiceDefinition:
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """A topic with one type; with another type it is another channel. Ids are never used again."""
+    """A topic with a type. If the type changes, the topic becomes a new channel. Ids are never reused."""
 
     id: int
     topic: str
@@ -59,14 +59,14 @@ AnyOffer = TypeVar("AnyOffer", bound=Offer)
 
 @dataclass(frozen=True, slots=True)
 class Change(Generic[AnyOffer]):
-    """What a client must be told."""
+    """Changes to announce to the clients."""
 
     added: Sequence[AnyOffer]
     removed: Sequence[int]
 
 
 class Catalog:
-    """What is offered now, by id."""
+    """The channels and services that are currently offered, by id."""
 
     def __init__(self) -> None:
         self.channels: dict[int, Channel] = {}

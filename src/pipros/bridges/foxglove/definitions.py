@@ -1,4 +1,4 @@
-"""Definitions of the topics and services in a running system: installed, or learnt from a peer."""
+"""Definitions of the topics and services in a running system, installed or received from a peer."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from pipros.node.service_client import OpenCalls
 from pipros.wire.handshake import ANY, WireType, request_topic_link
 
 HEADER_S: Final = 5.0
-"""Time for a publisher to send its connection header."""
+"""Timeout for the connection header of a publisher."""
 RETRY_S: Final = 10.0
-"""Time after which a peer that did not send its definition is asked again."""
+"""Time after which a peer that did not send its definition is queried again."""
 CORRECTION_S: Final = 10.0
-"""Interval at which a definition is replaced by that of a publisher, if publishers have different ones."""
+"""Minimum time between two replacements of a definition, if publishers have different definitions."""
 
 Key = tuple[str, str, tuple[str, ...]]
 """Name, type (of topics) and nodes of a topic or service."""
@@ -34,7 +34,7 @@ class Definitions:
     """Finds definitions. Thread-safe. All methods except `correct` may block."""
 
     def __init__(self, node: Node, loop: BackgroundLoop, calls: OpenCalls) -> None:
-        """`loop`: where publishers are asked for their headers; `calls`: interrupts questions to services."""
+        """`loop` runs the queries of publishers' headers; `calls` can interrupt the queries of services."""
         self._node = node
         self._loop = loop
         self._calls = calls
@@ -45,7 +45,7 @@ class Definitions:
         self._lock = threading.Lock()
 
     def of_topic(self, topic: str, kind: str, publishers: Sequence[str]) -> Definition | None:
-        """Return the definition of a topic's type; None if it cannot be found out."""
+        """Return the definition of a topic's type; None if it cannot be determined."""
         with self._lock:
             corrected = self._corrected.get(topic)
         if corrected is not None and corrected[1].type == kind:
@@ -57,7 +57,7 @@ class Definitions:
         return found or self._ask((topic, kind, tuple(publishers)), self._topic_of_publisher)
 
     def of_service(self, name: str, providers: Sequence[str]) -> ServiceDefinition | None:
-        """Return the definition of a service; None if it does not answer, or its type is not installed."""
+        """Return the definition of a service; None if it does not answer or its type is not installed."""
         found: ServiceDefinition | None = self._ask((name, "", tuple(providers)), self._service_of_provider)
         return found
 
@@ -82,7 +82,7 @@ class Definitions:
         self._asked = {key: kept for key, kept in self._asked.items() if key[0] in keys}
 
     def _ask(self, key: Key, ask: Any) -> Any:
-        """Return the answer of a peer, which is used as long as the same nodes are registered."""
+        """Query a peer, and cache its answer as long as the same nodes are registered."""
         asked_s, answer = self._asked.get(key, (0.0, None))
         if answer is None and time.monotonic() - asked_s > RETRY_S:
             answer = ask(key)
@@ -103,7 +103,7 @@ class Definitions:
         return None
 
     async def _header(self, uri: str, topic: str) -> Mapping[str, str]:
-        """Return the connection header of a publisher, without receiving messages."""
+        """Request the connection header of a publisher, without receiving messages."""
         name = self._node.name
         answer = await call_async(uri, "requestTopic", name, topic, [["TCPROS"]], timeout_s=HEADER_S)
         match answer:
@@ -115,7 +115,7 @@ class Definitions:
         raise ProtocolError(f"{uri} does not offer [{topic}]")
 
     def _checked(self, kind: str, md5sum: str, text: str) -> Definition | None:
-        """Return a peer's definition; None if it is invalid, too large or does not have the md5 sum."""
+        """Return a peer's definition; None if it is invalid, too large or does not match the md5 sum."""
         try:
             found = self._classes.find(kind, md5sum, text)
         except PiprosError:

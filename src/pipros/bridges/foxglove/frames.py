@@ -1,4 +1,4 @@
-"""Messages to Foxglove clients, as frames. No sockets.
+"""Encodes messages to Foxglove clients as frames. No sockets.
 
 Source: https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md. Binary integers are little-endian.
 """
@@ -41,7 +41,10 @@ def server_info(
     metadata: Mapping[str, str],
     session: str,
 ) -> Frame:
-    """Return the first message to a client. `encodings`: those in which it may publish and call services."""
+    """Return the first message to a client.
+
+    `encodings`: the encodings for its publications and service calls.
+    """
     return _op(
         "serverInfo",
         name=name,
@@ -84,7 +87,7 @@ def time(time_ns: int) -> Frame:
 
 
 def advertise_services(services: Iterable[Service]) -> Frame:
-    """Return the offer of services, with the schemas as new and as old clients expect them."""
+    """Return the advertisement of services, with the schemas in the formats of new and of old clients."""
     rows = [
         {
             "id": service.id,
@@ -132,7 +135,7 @@ def connection_graph(
     removed_topics: Sequence[str],
     removed_services: Sequence[str],
 ) -> Frame:
-    """Return what changed in the graph: the nodes of topics and services, and what has disappeared."""
+    """Return an update of the graph: changed topics and services with their nodes, and removed names."""
     return _op(
         "connectionGraphUpdate",
         publishedTopics=[{"name": name, "publisherIds": nodes} for name, nodes in published.items()],

@@ -1,4 +1,4 @@
-"""What a client that shows the connection graph must be sent after the graph changed. No sockets."""
+"""Updates of the connection graph for the clients that display it. No sockets."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ EMPTY = SystemState({}, {}, {})
 
 
 def graph_update(before: SystemState, after: SystemState) -> Frame | None:
-    """Return the difference of two states; None if there is none."""
+    """Return the difference between two states; None if they are equal."""
     topics_before, services_before = {*before.publishers, *before.subscribers}, {*before.services}
     removed_topics = sorted(topics_before - {*after.publishers, *after.subscribers})
     removed_services = sorted(services_before - {*after.services})
@@ -29,7 +29,10 @@ def graph_update(before: SystemState, after: SystemState) -> Frame | None:
 
 
 def _changed(before: Registrations, after: Registrations, removed: list[str]) -> Registrations:
-    """Return the names whose nodes changed, with their nodes: none, if the name still exists elsewhere."""
+    """Return the names whose nodes have changed, with their nodes.
+
+    A name that has lost all its nodes here, but is not in `removed`, has an empty list.
+    """
     changed = {
         name: sorted(nodes) for name, nodes in after.items() if sorted(before.get(name, ())) != sorted(nodes)
     }

@@ -16,7 +16,7 @@ from pipros.net.in_parallel import in_parallel
 from pipros.net.master_client import MasterClient
 
 SHORTEST_S: Final = 0.1
-"""Interval of looks after a change. It doubles with each look that finds none."""
+"""Interval of queries after a change. It doubles with each query that finds no change."""
 ASKED_AT_ONCE: Final = 8
 
 Patterns = Sequence[re.Pattern[str]]
@@ -24,11 +24,11 @@ Patterns = Sequence[re.Pattern[str]]
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """The system at one moment, as far as clients may see it.
+    """Snapshot of the system, restricted to what clients may see.
 
     Attributes:
-        state: registrations, of all topics and services that are allowed.
-        topics, services: definitions of those that have one.
+        state: registrations of all topics and services that are allowed.
+        topics, services: definitions, as far as they are known.
     """
 
     state: SystemState
@@ -42,7 +42,7 @@ def is_allowed(name: str, patterns: Patterns) -> bool:
 
 
 class GraphWatch:
-    """Looks at the graph in a thread, while `is_needed`."""
+    """Queries the graph in a thread, while it is needed."""
 
     def __init__(
         self,
@@ -54,12 +54,12 @@ class GraphWatch:
         services: Patterns,
         longest_s: float,
     ) -> None:
-        """Start nothing yet.
+        """Initialise the watch without starting the thread.
 
         Args:
             on_look: called in the thread.
             topics, services: patterns of the names that clients may see.
-            longest_s: maximum interval of looks.
+            longest_s: maximum interval of queries.
         """
         self._master = master
         self._definitions = definitions
@@ -77,13 +77,13 @@ class GraphWatch:
         threading.Thread(target=self._run, name="graph watch", daemon=True).start()
 
     def close(self) -> None:
-        """End the thread soon."""
+        """Tell the thread to stop, without waiting for it."""
         with self._changed:
             self._is_closed = True
             self._changed.notify()
 
     def set_needed(self, is_needed: bool) -> None:
-        """Begin or stop to look. A call with True also makes the next look come at once."""
+        """Begin or stop watching. A call with True also makes the thread query the graph at once."""
         with self._changed:
             self._is_needed = self._is_urgent = is_needed
             self._changed.notify()
@@ -115,7 +115,7 @@ class GraphWatch:
 
         Raises:
             PiprosError: the master does not answer.
-            ValueError: its answer is malformed.
+            ValueError: the master's answer is malformed.
         """
         state = SystemState.from_state(self._master.get_system_state())
         kinds = {topic: kind for topic, kind in self._master.get_topic_types() if kind != "*"}

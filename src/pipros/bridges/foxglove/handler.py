@@ -1,4 +1,4 @@
-"""The Foxglove protocol behind a `Door`: what all its clients share."""
+"""The handler of the Foxglove protocol behind a `Door`, with the state that all clients share."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ from pipros.workspace.index import PackageIndex
 
 SUBPROTOCOLS: Final = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 CALLS_AT_ONCE: Final = 256
-"""Maximum number of service calls of all clients at a time. Further ones wait."""
+"""Maximum number of concurrent service calls of all clients; further calls wait."""
 _CLOCK = struct.Struct("<II")
 
 READING = ("parameters", "parametersSubscribe", "connectionGraph", "assets")
 CHANGING = ("clientPublish", "services")
-"""Capabilities of the protocol: those of every server, and those that need control."""
+"""Capabilities of the protocol: those that every server has, and those that require control."""
 CAPABILITIES: Final = (*READING, *CHANGING)
 
 
@@ -48,10 +48,10 @@ class Rules:
     """What clients of a Foxglove server may see and do.
 
     Attributes:
-        topics, services, parameters: patterns of their whole names.
+        topics, services, parameters: patterns that must match the whole name.
         has_control: whether clients may publish, call services and set parameters.
-        capabilities: those that are offered, of `CAPABILITIES`.
-        longest_look_s: maximum interval at which the graph is looked at.
+        capabilities: the offered subset of `CAPABILITIES`.
+        longest_look_s: maximum interval between two queries of the graph.
     """
 
     topics: Sequence[re.Pattern[str]] = (re.compile(".*"),)
@@ -63,12 +63,12 @@ class Rules:
 
 
 class FoxgloveHandler:
-    """The sessions of all Foxglove clients, and what they share. For use in the event loop."""
+    """The sessions of all Foxglove clients, and their shared state. For use in the event loop."""
 
     def __init__(
         self, node: Node, loop: BackgroundLoop, rules: Rules, topics: SharedTopics | None = None
     ) -> None:
-        """Create a handler. `loop` is that of the door; `topics` may be shared with other handlers."""
+        """Create a handler. `loop` is the door's event loop; `topics` may be shared with other handlers."""
         self.node = node
         self._rules = rules
         self.topics = topics or SharedTopics(node)
@@ -100,13 +100,13 @@ class FoxgloveHandler:
             self.topics.take("/clock", "rosgraph_msgs/Clock", self._on_clock)
 
     def close(self) -> None:
-        """End the threads."""
+        """Stop the threads."""
         self._graph_watch.close()
         self._parameter_watch.close()
         self._calls.interrupt()
 
     def open(self, client: Client) -> ClientSession:
-        """Begin to serve a client: send it all channels and services."""
+        """Start a session for a client: send it all channels and services."""
         session = ClientSession(client, self)
         capabilities = [each for each in CAPABILITIES if self.offers(each)]
         if isinstance(self.node.clock, SimulatedClock):
@@ -126,7 +126,7 @@ class FoxgloveHandler:
         return False
 
     def leave(self, session: ClientSession) -> None:
-        """Forget a client that has disconnected."""
+        """Remove the session of a client that has disconnected."""
         self._sessions.pop(session, None)
         self.watch_parameters()
         if not self._sessions:
@@ -145,12 +145,12 @@ class FoxgloveHandler:
         return is_allowed(name, self._rules.parameters)
 
     def correct(self, topic: str, header: Mapping[str, str]) -> None:
-        """Offer a topic with the definition of a publisher. Called in the thread of a link."""
+        """Replace a topic's definition with that of a publisher. Called in the thread of a link."""
         if self._definitions.correct(topic, header):
             self._graph_watch.set_needed(True)
 
     def watch_parameters(self) -> None:
-        """Begin or stop to watch the parameters, as sessions need it."""
+        """Watch the parameters if any session subscribes to parameters; otherwise stop watching."""
         self._parameter_watch.set_needed(any(session.takes_parameters for session in self._sessions))
 
     def parameters(self) -> Mapping[str, Any]:
@@ -166,7 +166,7 @@ class FoxgloveHandler:
         found = self._packages.get(package)
         return () if found is None else (found.path,)
 
-    # -- what the threads report ---------------------------------------------------------
+    # -- reports from the threads ---------------------------------------------------------
 
     def _on_look(self, look: Look) -> None:
         self._loop.call(self._apply, look)

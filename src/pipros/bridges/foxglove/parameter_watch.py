@@ -1,4 +1,4 @@
-"""Watches all parameters while clients subscribe to some: the master notifies the node of every change."""
+"""Watches all parameters while clients subscribe to any. The master notifies the node of every change."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.bridges.foxglove.parameters import flattened
 from pipros.node import Node
 
 PAUSE_S: Final = 0.1
-"""Time between two queries of the master, however often parameters change."""
+"""Minimum time between two queries of the master, however often parameters change."""
 
 Changes = Mapping[str, Any]
 """New values by name. A deleted parameter has the value `DELETED`."""
@@ -19,7 +19,7 @@ DELETED: Final = object()
 
 
 class ParameterWatch:
-    """Queries all parameters in a thread after a change, and reports the differences, while it is needed."""
+    """While needed, queries all parameters in a thread after each change, and reports the differences."""
 
     def __init__(self, node: Node, on_changes: Callable[[Changes], object]) -> None:
         """`on_changes` is called in the thread."""
@@ -31,7 +31,7 @@ class ParameterWatch:
         self._is_started = False
 
     def set_needed(self, is_needed: bool) -> None:
-        """Begin or stop to watch. Does not block."""
+        """Begin or stop watching. Does not block."""
         if is_needed == self._is_needed:
             return
         self._is_needed = is_needed
@@ -41,13 +41,13 @@ class ParameterWatch:
             threading.Thread(target=self._run, name="parameter watch", daemon=True).start()
 
     def close(self) -> None:
-        """End the thread soon."""
+        """Tell the thread to stop, without waiting for it."""
         self._is_closed.set()
         self._is_dirty.set()
 
     def _run(self) -> None:
         self._node.params.observe(self._is_dirty.set)
-        known: dict[str, Any] | None = None  # None while it is not needed
+        known: dict[str, Any] | None = None  # None while the watch is not needed
         while not self._is_closed.is_set():
             self._is_dirty.clear()
             found = self._query(known) if self._is_needed else None
@@ -61,7 +61,7 @@ class ParameterWatch:
         try:
             self._node.params.get_cached("/")  # the first call subscribes
             return flattened(self._node.params.get("/"))
-        except (PiprosError, OSError):  # the master is away
+        except (PiprosError, OSError):  # the master is not available
             return known or {}
 
 

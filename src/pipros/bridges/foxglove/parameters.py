@@ -1,4 +1,4 @@
-"""Parameters as Foxglove clients see them: a flat list of names and values. No sockets."""
+"""Converts parameters to and from Foxglove's flat list of names and values. No sockets."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ _BYTES, _FLOAT, _FLOATS = "byte_array", "float64", "float64_array"
 
 
 class InvalidParameter(ValueError):
-    """A client's parameter has a value that its type does not allow."""
+    """A parameter from a client has a value that does not match its type."""
 
 
 def flattened(tree: object) -> dict[str, Any]:
-    """Return the single parameters of the parameter server by their full names.
+    """Return the individual parameters of a tree by their full names.
 
     Args:
         tree: the value of `/`.
@@ -28,7 +28,7 @@ def flattened(tree: object) -> dict[str, Any]:
 
 
 def selected(found: Mapping[str, Any], name: str) -> Iterator[tuple[str, Any]]:
-    """Yield the parameter of a name, or else those below it."""
+    """Yield the parameter with this name, or else all parameters below it."""
     if name in found:
         yield name, found[name]
         return
@@ -37,7 +37,7 @@ def selected(found: Mapping[str, Any], name: str) -> Iterator[tuple[str, Any]]:
 
 
 def to_client(name: str, value: Any) -> dict[str, Any]:
-    """Return a parameter as JSON. Bytes become base64; a float without a fraction stays one by its type."""
+    """Return a parameter as JSON. Bytes become base64; the `type` marks floats that have no fraction."""
     if isinstance(value, Binary | bytes):
         data = value.data if isinstance(value, Binary) else value
         return {"name": name, "value": base64.b64encode(data).decode(), "type": _BYTES}
@@ -52,19 +52,21 @@ def from_client(parameter: Mapping[str, Any]) -> Any:
     """Return the value of a client's parameter for the parameter server.
 
     Raises:
-        InvalidParameter: it does not have the type that the client gives.
+        InvalidParameter: the value does not have the type that the client specifies.
     """
     name, value, kind = parameter["name"], parameter["value"], parameter.get("type")
     if kind == _BYTES:
         try:
             return Binary(base64.b64decode(value, validate=True))
         except (TypeError, ValueError, binascii.Error):
-            raise InvalidParameter(f"[{printable(name)}] must be base64, as its type is {kind}") from None
+            raise InvalidParameter(
+                f"[{printable(name)}] has the type {kind}, so its value must be base64"
+            ) from None
     if kind == _FLOAT:
         return _float(name, value)
     if kind == _FLOATS:
         if not isinstance(value, list):
-            raise InvalidParameter(f"[{printable(name)}] must be a list, as its type is {kind}")
+            raise InvalidParameter(f"[{printable(name)}] has the type {kind}, so its value must be a list")
         return [_float(name, each) for each in value]
     if kind is not None:
         raise InvalidParameter(f"[{printable(name)}] has an unknown type {printable(repr(kind), 100)}")

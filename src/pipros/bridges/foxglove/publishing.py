@@ -1,4 +1,4 @@
-"""What one Foxglove client publishes, and the raw services that it calls. Everything here may block."""
+"""Publications and service calls of one Foxglove client. All functions may block."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from pipros.web.json_text import encoded
 
 ROS1, JSON = "ros1", "json"
 ENCODINGS: Final = (ROS1, JSON)
-"""Encodings in which clients publish and call services."""
+"""Encodings of clients' messages and service requests."""
 QUEUE_SIZE: Final = 10
-"""Messages of a client that wait for a slow subscriber."""
+"""Queue size of a publication, in messages."""
 
 
 class Unsupported(PiprosError):
-    """A client's channel or call has an encoding or type that cannot be used."""
+    """The encoding or type of a client's channel or service call cannot be used."""
 
 
 class Publication:
@@ -54,7 +54,7 @@ class Publication:
         """Publish a message.
 
         Raises:
-            PiprosError, ValueError: it is not JSON, or has fields that the type lacks.
+            PiprosError, ValueError: the message is not JSON, or has fields that the type lacks.
         """
         if self.channel.encoding == JSON:
             body = _from_json(self._class, body)
@@ -97,7 +97,7 @@ def _check_encoding(encoding: str) -> None:
 
 
 def _class_of(channel: ClientChannel) -> type[Message]:
-    """Return the class of a client's type: the installed one, or one made from the client's definition."""
+    """Return the message class for a client's channel: installed, or created from the client's definition."""
     installed = installed_class(channel.type)
     if not channel.schema.strip():
         if installed is None:
@@ -105,7 +105,7 @@ def _class_of(channel: ClientChannel) -> type[Message]:
         return installed
     found = message_classes_from_text(channel.type, channel.schema)[channel.type]
     if installed is not None and installed._md5sum != found._md5sum:
-        raise Unsupported(f"the schema of [{printable(channel.type)}] is not that of the installed type")
+        raise Unsupported(f"the schema of [{printable(channel.type)}] differs from the installed definition")
     return installed or found
 
 

@@ -1,4 +1,6 @@
-"""Messages from Foxglove clients: JSON objects with an `op`, and binary data with an opcode. No sockets.
+"""Parses messages from Foxglove clients: JSON objects with an `op`, and binary data with an opcode.
+
+No sockets.
 
 Source: https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md. Binary integers are little-endian.
 """
@@ -29,7 +31,7 @@ class Malformed(ProtocolError):
 
 @dataclass(frozen=True, slots=True)
 class Subscribe:
-    """`pairs`: the ids of new subscriptions, chosen by the client, each with the id of a channel."""
+    """`pairs`: the id of each new subscription, chosen by the client, and the id of its channel."""
 
     pairs: Sequence[tuple[int, int]]
 
@@ -41,7 +43,7 @@ class Unsubscribe:
 
 @dataclass(frozen=True, slots=True)
 class ClientChannel:
-    """A topic that a client is about to publish. `schema` is empty if it sent none."""
+    """A topic that a client is about to publish. `schema` is empty if the client sent none."""
 
     id: int
     topic: str
@@ -76,7 +78,7 @@ class CallService:
 
 @dataclass(frozen=True, slots=True)
 class GetParameters:
-    """`names`: all parameters if empty. `id`: what the answer repeats, if not None."""
+    """`names`: names of parameters; empty for all. `id`: repeated in the answer, if not None."""
 
     names: Sequence[str]
     id: str | None
@@ -84,7 +86,10 @@ class GetParameters:
 
 @dataclass(frozen=True, slots=True)
 class SetParameters:
-    """`parameters`: objects with `name`, `value` and maybe `type`; without `value`, one is deleted."""
+    """`parameters`: objects with `name`, `value` and optionally `type`.
+
+    A parameter without `value` is deleted.
+    """
 
     parameters: Sequence[Mapping[str, Any]]
     id: str | None
@@ -92,7 +97,7 @@ class SetParameters:
 
 @dataclass(frozen=True, slots=True)
 class SubscribeParameters:
-    """`names`: all parameters if empty."""
+    """`names`: names of parameters; empty for all."""
 
     names: Sequence[str]
 
@@ -133,12 +138,12 @@ def read_request(data: str | bytes) -> ClientRequest:
     """Return the request in a message from a client.
 
     Raises:
-        Malformed: it is not one.
+        Malformed: the message is not a valid request.
     """
     if isinstance(data, bytes):
         return _read_binary(data)
     if len(data) > REQUEST_CHARACTERS:
-        raise Malformed(f"a JSON message has at most {REQUEST_CHARACTERS} characters, got {len(data)}")
+        raise Malformed(f"a JSON message must have at most {REQUEST_CHARACTERS} characters, got {len(data)}")
     try:
         values = json.loads(data)
     except (ValueError, RecursionError) as error:
@@ -170,11 +175,11 @@ def _read_binary(data: bytes) -> ClientRequest:
 
 
 class _Fields:
-    """The fields of a JSON object, checked one by one."""
+    """The fields of a JSON object, with checks of their types."""
 
     def __init__(self, values: object, where: str = "") -> None:
         if not isinstance(values, dict):
-            raise Malformed(f"{where} must have objects, got {type(values).__name__}")
+            raise Malformed(f"{where} must contain objects, got {type(values).__name__}")
         self.values = values
 
     def text(self, name: str) -> str:
@@ -195,7 +200,7 @@ class _Fields:
     def texts(self, name: str) -> list[str]:
         values = self._list(name) if self.values.get(name) is not None else []
         if not all(isinstance(value, str) for value in values):
-            raise Malformed(f"{name} must have strings")
+            raise Malformed(f"{name} must contain strings")
         return values
 
     def objects(self, name: str) -> Iterator[_Fields]:
@@ -210,7 +215,7 @@ class _Fields:
 
 def _number(value: object, name: str) -> int:
     if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < _LIMIT_OF_IDS:
-        raise Malformed(f"{name} must be a whole number of 32 bits, got {printable(repr(value), 100)}")
+        raise Malformed(f"{name} must be a 32-bit unsigned integer, got {printable(repr(value), 100)}")
     return value
 
 

@@ -1,4 +1,4 @@
-"""Program that serves Foxglove clients."""
+"""The program that serves Foxglove clients."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from pipros.node import Node
 
 
 class BadPattern(PiprosError):
-    """A whitelist has a malformed regular expression."""
+    """A whitelist contains a malformed regular expression."""
 
 
 class FoxgloveProtocol:
-    """Both subprotocols of Foxglove, for `pipros.bridges.serve.serve`."""
+    """Both Foxglove subprotocols, for `pipros.bridges.serve.serve`."""
 
     page = None
 
@@ -45,10 +45,10 @@ def serve_foxglove(node: Node, options: DoorOptions, rules: Rules) -> int:
 
 
 def compiled(patterns: Iterable[str]) -> Sequence[re.Pattern[str]]:
-    """Return regular expressions of a whitelist.
+    """Compile the regular expressions of a whitelist.
 
     Raises:
-        BadPattern: one is malformed.
+        BadPattern: an expression is malformed.
     """
     found = []
     for pattern in patterns:

@@ -1,4 +1,4 @@
-"""One Foxglove client: handles its requests, and passes on what it subscribes to. No sockets."""
+"""One Foxglove client: handles its requests, and forwards the topics to which it subscribes. No sockets."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ from pipros.web.daemon_pool import DaemonPool
 CALL_S: Final = 60.0
 """Timeout of a service call."""
 OPEN_REQUESTS: Final = 100
-"""Maximum number of service calls and assets that one client waits for."""
+"""Maximum number of pending service calls and asset requests of one client."""
 TIME_KEY: Final = "time"
 READ_ONLY: Final = "this server is read-only; start it with --control to change the system"
 
@@ -60,16 +60,16 @@ _CAPABILITIES: Final[Mapping[type, str]] = {
     SubscribeGraph: "connectionGraph",
     FetchAsset: "assets",
 }
-"""The capability that a request needs."""
+"""The capability that each request requires."""
 
 
 class Bridge(Protocol):
-    """What sessions share.
+    """State that is shared by all sessions.
 
     Attributes:
         has_control: whether clients may publish, call services and set parameters.
-        threads: threads for work that may block for a moment, enough for every client.
-        call_threads: threads for service calls, which may block for long.
+        threads: threads for work that may block briefly, enough for all clients.
+        call_threads: threads for service calls, which may block for a long time.
     """
 
     node: Node
@@ -100,7 +100,7 @@ class Connection(Protocol):
 
 
 class ClientSession:
-    """Used in the event loop."""
+    """Session of one client. For use in the event loop."""
 
     def __init__(self, client: Connection, bridge: Bridge) -> None:
         self._client = client
@@ -109,14 +109,15 @@ class ClientSession:
         self._publications: dict[int, Publication] = {}
         self._parameters: set[str] = set()
         self._takes_all_parameters = False
-        self._graph: SystemState | None = None  # as the client knows it; None if it does not show it
+        # the graph last sent to the client; None if the client is not subscribed to it
+        self._graph: SystemState | None = None
         self._calls = OpenCalls()
         self._tasks: set[asyncio.Task[None]] = set()
         self._limit = bridge.node.limits.bridge_subscriptions
         client.outbox.open(TIME_KEY, 1)
 
     async def receive(self, data: str | bytes) -> None:
-        """Handle a message. Only service calls and assets continue after this returns."""
+        """Handle a message. Only service calls and asset requests continue after this returns."""
         try:
             await self._handle(read_request(data))
         except (PiprosError, ValueError, TypeError, OverflowError, OSError) as error:
@@ -131,7 +132,7 @@ class ClientSession:
         return [publication.channel.topic for publication in self._publications.values()]
 
     def close(self) -> None:
-        """End the subscriptions, publications, calls and tasks of the client."""
+        """End the client's subscriptions and publications, and cancel its calls and tasks."""
         self._bridge.leave(self)
         self._calls.interrupt()
         for task in self._tasks:
@@ -148,7 +149,7 @@ class ClientSession:
         """Whether the client subscribes to parameters."""
         return self._takes_all_parameters or bool(self._parameters)
 
-    # -- what the bridge reports ------------------------------------------------------
+    # -- reports from the bridge ------------------------------------------------------
 
     def remove_channels(self, ids: Sequence[int]) -> None:
         """End the subscriptions to channels that are no longer offered."""
@@ -157,7 +158,7 @@ class ClientSession:
             self._unsubscribe(number)
 
     def show_graph(self, state: SystemState) -> None:
-        """Send what changed in the graph, if the client shows it."""
+        """Send the changes of the graph, if the client is subscribed to it."""
         if self._graph is not None:
             update = graph_update(self._graph, state)
             self._graph = state
@@ -178,7 +179,7 @@ class ClientSession:
 
     async def _handle(self, request: ClientRequest) -> None:
         capability = _CAPABILITIES.get(type(request))
-        if capability is not None and not isinstance(request, CallService):  # whose answer says so
+        if capability is not None and not isinstance(request, CallService):  # the answer to a call reports it
             self._check_offered(capability)
         match request:
             case Publish():
@@ -216,7 +217,7 @@ class ClientSession:
     def _subscribe(self, number: int, channel_id: int) -> None:
         channel = self._bridge.catalog.channels.get(channel_id)
         if channel is None:
-            self._report(f"there is no channel {channel_id}", Level.WARNING)
+            self._report(f"channel {channel_id} does not exist", Level.WARNING)
             return
         if number in self._taken:
             self._report(f"subscription {number} exists already", Level.WARNING)
@@ -243,7 +244,7 @@ class ClientSession:
     def _unsubscribe(self, number: int) -> None:
         found = self._taken.pop(number, None)
         if found is None:
-            self._report(f"there is no subscription {number}", Level.WARNING)
+            self._report(f"subscription {number} does not exist", Level.WARNING)
             return
         found[1].close()
         self._client.outbox.forget(number)
@@ -251,7 +252,7 @@ class ClientSession:
     async def _advertise(self, channel: ClientChannel) -> None:
         topic = legal_topic(self._bridge.node, channel.topic)
         if not self._bridge.allows_topic(topic):
-            raise PiprosError(f"topic [{printable(topic)}] is not allowed by the whitelist")
+            raise PiprosError(f"the whitelist does not allow topic [{printable(topic)}]")
         if channel.id in self._publications:
             raise PiprosError(f"channel {channel.id} is advertised already")
         self._check_limit(len(self._publications))
@@ -277,7 +278,7 @@ class ClientSession:
         try:
             self._check_offered("services")
             if service is None:
-                raise PiprosError(f"there is no service {request.service}")
+                raise PiprosError(f"service {request.service} does not exist")
             body = await self._bridge.call_threads.run(
                 call_service,
                 self._bridge.node,
@@ -315,7 +316,7 @@ class ClientSession:
         """Set or delete a parameter. Blocks."""
         name, node = parameter["name"], self._bridge.node
         if not self._bridge.allows_parameter(node.resolve(name)):
-            raise PiprosError("it is not allowed by the whitelist")
+            raise PiprosError("the whitelist does not allow it")
         if parameter.get("value") is not None:
             node.params.set(name, from_client(parameter))
             return
@@ -338,16 +339,18 @@ class ClientSession:
             return
         await self._client.send_large(frames.asset(request.request, content))
 
-    # -- common parts ------------------------------------------------------------------
+    # -- shared by all requests ------------------------------------------------------------------
 
     def _run(self, function: Callable[[], Any]) -> Awaitable[Any]:
         return self._bridge.threads.run(function)
 
     def _begin(self, work: Coroutine[Any, Any, None]) -> None:
-        """Continue with a request while the client's next ones are handled."""
+        """Run a request in a task, so that the client's next requests are not delayed."""
         if len(self._tasks) >= OPEN_REQUESTS:
             work.close()
-            raise LimitExceeded(f"{OPEN_REQUESTS} service calls and assets are open; wait until one ends")
+            raise LimitExceeded(
+                f"{OPEN_REQUESTS} service calls and asset requests are pending; wait until one ends"
+            )
         task = asyncio.create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
@@ -356,7 +359,7 @@ class ClientSession:
         if not self._bridge.offers(capability):
             if not self._bridge.has_control:
                 raise PiprosError(READ_ONLY)
-            raise PiprosError(f"{capability} is not among the capabilities of this server")
+            raise PiprosError(f"this server does not offer the capability {capability}")
 
     def _check_limit(self, count: int) -> None:
         if count >= self._limit:

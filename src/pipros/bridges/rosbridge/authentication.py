@@ -1,7 +1,7 @@
-"""The operation `auth`, checked as rosauth does: a SHA-512 over a shared secret and the claims of the client.
+"""The `auth` operation, checked as in rosauth: a SHA-512 over a shared secret and the client's claims.
 
-A client proves with `mac` that it knows the secret. In addition to rosauth's checks, each pair of `rand` and
-`t` is accepted once, and the comparison takes the same time whatever the client guesses.
+With `mac`, a client proves that it knows the secret. Unlike rosauth, each pair of `rand` and `t` is accepted
+only once, and the comparison takes constant time.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 
 _NAMES = ("client", "dest", "rand", "level")
 CLOCKS_DIFFER_S = 5
-"""Maximum difference between `t` and the time of this machine."""
+"""Maximum difference between `t` and the clock of this machine."""
 SECRET_CHARACTERS = 16
 _MOST_USED = 10_000
 
@@ -34,7 +34,7 @@ class Authenticator:
         self._used: dict[tuple[str, int], int] = {}
 
     def accepts(self, claims: Mapping[str, Any]) -> bool:
-        """Return whether the claims are authentic, of now, and new."""
+        """Return whether the claims are authentic, current, and have not been used before."""
         mac, sent_s, end_s = claims.get("mac"), claims.get("t"), claims.get("end")
         texts = [claims.get(name) for name in _NAMES]
         if type(sent_s) is not int or type(end_s) is not int or not isinstance(mac, str) or not mac.isascii():

@@ -1,4 +1,7 @@
-"""What a client's operations ask the server to do, as values. Names are as the client wrote them."""
+"""Effects of a client's operations, as values for the server to carry out.
+
+Names are as the client wrote them.
+"""
 
 from __future__ import annotations
 
@@ -18,13 +21,13 @@ class Reply:
 
 @dataclass(frozen=True, slots=True)
 class Delivery:
-    """How a client receives a topic; the same for all its subscriptions to it.
+    """Options for delivering a topic to a client, shared by all its subscriptions to the topic.
 
     Attributes:
         throttle_s: minimum time between two messages.
-        queue_length: number of messages that wait for that time or for the connection; 0 drops messages that
-            come too early.
-        fragment_size: number of characters above which a text is split; 0 for never.
+        queue_length: maximum number of messages queued for throttling or a slow connection; 0 drops messages
+            that exceed the throttle rate.
+        fragment_size: number of characters above which a text is split; 0 if texts are never split.
     """
 
     encoding: Encoding = Encoding.JSON
@@ -35,7 +38,7 @@ class Delivery:
 
 @dataclass(frozen=True, slots=True)
 class TakeTopic:
-    """Begin to send a topic to the client, or change how."""
+    """Begin to send a topic to the client, or change the delivery options."""
 
     topic: str
     kind: str | None
@@ -45,7 +48,7 @@ class TakeTopic:
 
 @dataclass(frozen=True, slots=True)
 class LeaveTopic:
-    """Send a topic no more."""
+    """Stop sending a topic to the client."""
 
     topic: str
 
@@ -63,14 +66,14 @@ class Advertise:
 
 @dataclass(frozen=True, slots=True)
 class Unadvertise:
-    """Advertise a topic no more, unless another client does."""
+    """Unadvertise a topic, unless another client advertises it."""
 
     topic: str
 
 
 @dataclass(frozen=True, slots=True)
 class Publish:
-    """Publish a message. `latch` is None if the operation does not say."""
+    """Publish a message. `latch` is None if the operation does not specify it."""
 
     topic: str
     values: Any
@@ -91,7 +94,7 @@ class CallService:
 
 @dataclass(frozen=True, slots=True)
 class OfferService:
-    """Offer a service, whose calls the client answers."""
+    """Offer a service; the client answers the calls."""
 
     service: str
     kind: str
@@ -100,7 +103,7 @@ class OfferService:
 
 @dataclass(frozen=True, slots=True)
 class WithdrawService:
-    """Offer a service no more."""
+    """Stop offering a service."""
 
     service: str
 
@@ -110,8 +113,8 @@ class AnswerCall:
     """Answer a call of a service that the client offers.
 
     Attributes:
-        call: the id that the call had.
-        values: the response, or a text if `is_success` is false.
+        call: the id of the call.
+        values: the response, or an error text if `is_success` is false.
     """
 
     service: str

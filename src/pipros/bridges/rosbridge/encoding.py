@@ -1,4 +1,4 @@
-"""What clients receive: operations as JSON, PNG, CBOR and BSON, and messages of topics in these encodings."""
+"""Encodes operations and the messages of topics for clients, as JSON, PNG, CBOR or BSON."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ if TYPE_CHECKING:
 
 
 class Encoding(IntEnum):
-    """How a client takes the messages of a topic. If it asks for several, the greatest counts."""
+    """Encodings of a topic's messages.
+
+    If a client requests several, the one with the highest value is used.
+    """
 
     JSON = 0
     PNG = 1
@@ -33,7 +36,7 @@ class Encoding(IntEnum):
 
     @classmethod
     def of(cls, compression: object) -> Encoding:
-        """Return the encoding that a client calls `compression`; JSON for unknown ones, as in rosbridge."""
+        """Return the encoding for a client's `compression`; JSON if it is unknown, as in rosbridge."""
         names = {"png": cls.PNG, "cbor": cls.CBOR, "cbor-raw": cls.CBOR_RAW}
         return names.get(compression, cls.JSON) if isinstance(compression, str) else cls.JSON
 
@@ -53,7 +56,7 @@ class _Bson:
         try:
             from bson import decode, encode
             from bson.errors import BSONError
-        except ImportError:  # or it is the package of that name from PyPI
+        except ImportError:  # or the package on PyPI that is named `bson` is installed
             raise MissingCodec("BSON needs pymongo: pip install 'pipros[bridges]'") from None
         self.encode: Callable[[Any], bytes] = encode
         self.decode: Callable[[bytes], dict[str, Any]] = decode
@@ -62,7 +65,7 @@ class _Bson:
 
 @cache
 def bson_codec() -> _Bson:
-    """Return the codec. Raises `MissingCodec` without `pymongo`."""
+    """Return the codec. Raises `MissingCodec` if `pymongo` is not installed."""
     return _Bson()
 
 
@@ -82,7 +85,7 @@ def check_codec(encoding: Encoding) -> None:
 
 
 MOST_FRAGMENTS = 10_000
-"""Number of fragments of one text; if they would be more, they are made larger."""
+"""Maximum number of fragments of a text. If there would be more, larger fragments are used."""
 
 _NUMBERS = itertools.count(1)
 
@@ -103,7 +106,7 @@ def operation_frame(operation: Mapping[str, Any], *, is_bson: bool = False) -> F
 
 
 def fragment_frames(whole: Frame, size: int) -> Sequence[Frame]:
-    """Split a text into the operations `fragment`, unless it has at most `size` characters or `size` is 0."""
+    """Split a text into `fragment` operations if it is longer than `size`. If `size` is 0, never split."""
     if not size or not whole.is_text or whole.size <= size:
         return (whole,)
     text = b"".join(whole.parts).decode()
@@ -123,7 +126,7 @@ class Encoder:
     """Encodes the messages of topics for all clients, each once per encoding. For use in any thread.
 
     Args:
-        is_bson: whether clients take BSON instead of JSON.
+        is_bson: whether clients receive BSON instead of JSON.
     """
 
     def __init__(self, *, is_bson: bool = False) -> None:
@@ -135,14 +138,14 @@ class Encoder:
         self._newest: dict[str, EncodedMessage] = {}
 
     def encoded(self, message: TopicMessage) -> EncodedMessage:
-        """Return the encodings of a message; the same object for all clients that take it now."""
+        """Return the encodings of a message, as one object for all clients that receive the message."""
         newest = self._newest.get(message.topic)
         if newest is None or newest.message is not message:
             newest = self._newest[message.topic] = EncodedMessage(self, message)
         return newest
 
     def forget(self, topic: str) -> None:
-        """Drop the encodings of the newest message of a topic, because a client takes it no more."""
+        """Discard the encodings of a topic's newest message after a client has unsubscribed."""
         self._newest.pop(topic, None)
 
     def decode(self, message: TopicMessage) -> Any:
@@ -159,10 +162,11 @@ class Encoder:
         return self._nulls.of(message)
 
     def encode(self, encoding: Encoding, topic: str, message: Any) -> Frame:
-        """Encode the operation `publish` with a decoded message.
+        """Encode a `publish` operation with a decoded message.
 
         Raises:
-            PiprosError: the package for the encoding is not installed, or a value does not exist in it.
+            PiprosError: the package for the encoding is not installed, or the encoding cannot represent a
+                value.
         """
         if encoding is Encoding.CBOR:
             if self._cbor is None:
@@ -181,7 +185,7 @@ class Encoder:
 
 
 class EncodedMessage:
-    """A message of a topic, with the encodings that clients asked for. Thread-safe."""
+    """A message of a topic, with the encodings that clients have requested so far. Thread-safe."""
 
     __slots__ = ("_decoded", "_encoder", "_known", "_lock", "message")
 
@@ -193,7 +197,7 @@ class EncodedMessage:
         self._lock = threading.RLock()
 
     def frames(self, encoding: Encoding, topic: str, fragment_size: int = 0) -> Sequence[Frame]:
-        """Return the frames for a client: one, or the fragments of a text of more than `fragment_size`.
+        """Return the frames for a client: one frame, or fragments if the text is longer than `fragment_size`.
 
         `topic` is the name that the client used, which may be relative.
 

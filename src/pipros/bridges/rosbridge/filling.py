@@ -1,8 +1,8 @@
 """Fills messages from the values of a client: JSON, or BSON.
 
-The values may be partial; missing fields keep their value. Numbers must fit their type exactly: no float or
-boolean for an integer, no integer for a boolean. Errors name the field. A `std_msgs/Header` that is given
-without a stamp gets the present time, and so does a time that is `"now"`.
+The values may be partial; missing fields keep their values. Numbers must match the type exactly: no float or
+boolean for an integer, no integer for a boolean. Errors name the field. A `std_msgs/Header` without a stamp
+gets the current time, and so does a time given as `"now"`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from pipros.msg.language.spec import FLOATS, INTEGERS, OCTETS
 from pipros.msg.time import NS_PER_S
 
 Set = Callable[[Any], Any]
-"""Takes the value of a client and returns the one for the field. Raises `WrongValue`."""
+"""Converts a client's value to the value of the field. Raises `WrongValue`."""
 
 _HEADERS = frozenset(("std_msgs/Header", "roslib/Header"))
 _BITS = {"b": 8, "h": 16, "i": 32, "q": 64}
@@ -42,7 +42,7 @@ class WrongValue(PiprosError):
     """A value does not fit its field.
 
     Attributes:
-        path: the fields that lead to it, outermost first; elements of arrays as `[3]`.
+        path: the path to the field, outermost first; elements of arrays as `[3]`.
         expected: the type of the field.
         reason: what is wrong with the value.
     """
@@ -72,7 +72,7 @@ class UnknownField(WrongValue):
 
 
 class Filler:
-    """Fills messages of any class. The present time is read at most once per message."""
+    """Fills messages of any class. The clock is read at most once per message."""
 
     def __init__(self, now_ns: Callable[[], int], limits: Limits | None = None) -> None:
         self._now_ns = now_ns
@@ -81,10 +81,10 @@ class Filler:
     def fill(self, message: Message, values: Any) -> None:
         """Set the fields of `message` from a dictionary, or from a list of the first fields' values.
 
-        Anything else counts as no values, as in rosbridge. A list may be longer than the message.
+        Any other value is treated as empty, as in rosbridge. A list may be longer than the message.
 
         Raises:
-            WrongValue: a value does not fit; some fields may be set already.
+            WrongValue: a value does not fit its field; other fields may have been set already.
         """
         if isinstance(values, list):
             values = dict(zip(message.__slots__, values, strict=False))
@@ -223,7 +223,7 @@ def _each(values: list[Any], take: Set) -> list[Any]:
 
 
 def _value_count(value: Any) -> int:
-    """Return how many values a message holds, itself included."""
+    """Return the number of values in a message, including the message itself."""
     if isinstance(value, Message):
         return 1 + sum(_value_count(getattr(value, name)) for name in value.__slots__)
     return 1 + sum(map(_value_count, value)) if isinstance(value, list) else 1
@@ -235,7 +235,7 @@ def _integer(base: str, value: Any) -> int:
     low, high = _RANGES[base]
     if not low <= value <= high:
         raise WrongValue(base, f"must be from {low} to {high} ({base}), got {_shown(value)}")
-    return int(value)  # BSON has its own integers
+    return int(value)  # BSON decodes to a subclass of int
 
 
 def _float(base: str, value: Any) -> float:
@@ -280,7 +280,7 @@ def _octets(kind: str, value: str | bytes) -> bytes:
 
 
 def _shown(value: Any) -> str:
-    """Return the kind of a value, and the value if it is short."""
+    """Return the type of a value, and the value if it is short."""
     if value is None:
         return "null"
     if isinstance(value, bool):

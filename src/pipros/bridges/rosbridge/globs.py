@@ -1,4 +1,4 @@
-"""Which topics, services and parameters clients may use: lists of patterns such as `/camera/*`."""
+"""Patterns such as `/camera/*` for the topics, services and parameters that clients may use."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from collections.abc import Iterable
 
 
 class Globs:
-    """Names that match one of some patterns. Without patterns all names match, as in rosbridge."""
+    """Names that match at least one of several patterns.
+
+    Without patterns all names match, as in rosbridge.
+    """
 
     def __init__(self, patterns: Iterable[str] = ()) -> None:
         self.patterns = tuple(patterns)
@@ -16,7 +19,7 @@ class Globs:
 
     @classmethod
     def parse(cls, text: object) -> Globs:
-        """Read the value of a parameter: `[/a/*, '/b']` as text, or a list."""
+        """Parse the value of a parameter: text such as `[/a/*, '/b']`, or a list."""
         if isinstance(text, str):
             return cls(filter(None, (part.strip(" '\"") for part in text.strip().strip("[]").split(","))))
         return cls(map(str, text) if isinstance(text, list) else ())

@@ -17,7 +17,7 @@ from pipros.node import Node
 from pipros.node.service_server import HandlerError, ServiceServer
 
 REPLIES_S: Final = 0.5
-"""Time for the callers of a service that ends to receive the error."""
+"""Time for the callers of a withdrawn service to receive the error."""
 _LONGEST_REASON: Final = 2000
 
 
@@ -29,10 +29,13 @@ class Offerer(Protocol):
 
 
 class OfferedServices:
-    """The services of all clients. The newest offer of a name counts, as when a page is loaded again."""
+    """The services of all clients.
+
+    A new offer replaces earlier ones of the same name, as after a page is reloaded.
+    """
 
     def __init__(self, node: Node, filler: Filler, answer_s: float) -> None:
-        """Wait `answer_s` for the answer to a call."""
+        """`answer_s`: maximum time to wait for the answer to a call."""
         self._node = node
         self._filler = filler
         self._answer_s = answer_s
@@ -53,41 +56,42 @@ class OfferedServices:
             self._offers[service] = offer
 
     def withdraw(self, client: Offerer, service: str) -> None:
-        """End a service of this client; its callers get an error. Ignore services of other clients."""
+        """Withdraw a service of this client; its callers get an error. Ignore services of other clients."""
         with self._lock:
             found = self._offers.get(service)
             if found is not None and found.client is client:
                 self._withdraw(self._offers.pop(service))
 
     def answer(self, client: Offerer, service: str, call: object, values: Any, *, is_success: bool) -> None:
-        """Pass the client's answer to the caller. Without an id it answers the only open call.
+        """Pass the client's answer to the caller. An answer without an id belongs to the only open call.
 
         Raises:
-            PiprosError: the client has no such call, or the values do not fit; then the call has failed.
+            PiprosError: the client has no such call, or the values do not fit the response. In the latter
+                case, the call fails.
         """
         found = self._offers.get(service)
         if found is None or found.client is not client:
-            raise PiprosError(f"{service} is offered by another client now")
+            raise PiprosError(f"{service} is now offered by another client")
         found.answer(call, values, self._filler, is_success=is_success)
 
     def close(self) -> None:
-        """End all services."""
+        """Withdraw all services."""
         with self._lock:
             for offer in self._offers.values():
-                offer.fail("the bridge ends")
+                offer.fail("the bridge is shutting down")
             self._offers.clear()
 
     def _withdraw(self, offer: _Offer | None) -> None:
         if offer is None:
             return
-        if offer.fail("the client that offers it has left"):
-            threading.Event().wait(REPLIES_S)  # the end of a service ends its connections
+        if offer.fail("the client that offers it has disconnected"):
+            threading.Event().wait(REPLIES_S)  # closing a service closes its connections
         if offer.server is not None:
             self._node.endpoints.stop_serving(offer.server)
 
 
 class _Offer:
-    """One service of one client, with the calls that wait for its answer."""
+    """One service of one client, with its pending calls."""
 
     def __init__(self, client: Offerer, name: str, answer_s: float, service_class: Any) -> None:
         self.client = client
@@ -120,15 +124,15 @@ class _Offer:
                 self._open.pop(identity, None)
 
     def answer(self, call: object, values: Any, filler: Filler, *, is_success: bool) -> None:
-        """Settle an open call. Raises `PiprosError` as `OfferedServices.answer`."""
+        """Complete an open call. Raises the same errors as `OfferedServices.answer`."""
         with self._lock:
             if call is None and len(self._open) == 1:
                 call = next(iter(self._open))
             waiting = self._open.pop(call, None) if isinstance(call, str) else None
         if waiting is None:
-            raise PiprosError(f"there is no open call of {self._name} with the id {printable(call)}")
+            raise PiprosError(f"{self._name} has no open call with the id {printable(call)}")
         if not is_success:
-            reason = printable(values, _LONGEST_REASON) if values else "the client could not answer"
+            reason = printable(values, _LONGEST_REASON) if values else "the client reported a failure"
             waiting.set_exception(HandlerError(reason))
             return
         response = self._response_class()
@@ -142,7 +146,7 @@ class _Offer:
         waiting.set_result(response)
 
     def fail(self, reason: str) -> bool:
-        """Answer all calls with an error, now and later. Return whether there were open calls."""
+        """Answer all open and future calls with an error. Return whether there were open calls."""
         with self._lock:
             self._failure = reason
             waiting = list(self._open.values())

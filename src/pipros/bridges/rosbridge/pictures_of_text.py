@@ -1,4 +1,4 @@
-"""JSON text as a PNG picture, as `compression: "png"` asks for: each byte is a red, green or blue value."""
+"""Encodes JSON text as a PNG image for `compression: "png"`: each byte is a red, green or blue value."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LEVEL = 3
 
 
 def png_of(text: bytes) -> bytes:
-    """Return an RGB picture whose values are the bytes of `text`, padded with line breaks."""
+    """Return an RGB image whose channel values are the bytes of `text`, padded with line breaks."""
     pixels = -(-len(text) // 3)
     width = max(math.isqrt(pixels), 1)
     height = max(-(-pixels // width), 1)
@@ -27,7 +27,7 @@ def png_of(text: bytes) -> bytes:
 
 
 def base64_png_of(text: bytes) -> str:
-    """Return the picture as base64 text."""
+    """Return the image as base64 text."""
     return base64.b64encode(png_of(text)).decode("ascii")
 
 

@@ -1,7 +1,7 @@
 """Converts messages to the values of JSON, CBOR and BSON.
 
-A converter is made once per type and format. Embedded messages are dictionaries; times are
-`{"secs": …, "nsecs": …}`. Numbers, booleans and strings are themselves.
+A converter is created once per type and format. Embedded messages become dictionaries; times become `{"secs":
+…, "nsecs": …}`. Numbers, booleans and strings are unchanged.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ _TYPED_ARRAYS = {"H": 69, "I": 70, "Q": 71, "b": 72, "h": 77, "i": 78, "q": 79, 
 
 
 class Format(Enum):
-    """What the values are for.
+    """The format for which the values are converted.
 
     `JSON` keeps NaN and infinities, which a strict encoder refuses; `JSON_NULLS` replaces them with None.
-    Octets are base64 text in both. `CBOR` packs arrays of numbers into typed arrays. `BSON` has integers of
-    at most 63 bits.
+    Byte arrays are base64 text in both. `CBOR` packs arrays of numbers into typed arrays. `BSON` integers
+    must be less than 2^63.
     """
 
     JSON = "JSON"
@@ -43,14 +43,14 @@ class Format(Enum):
 
 
 class NotRepresentable(PiprosError):
-    """The value of a field does not exist in the format."""
+    """The format cannot represent the value of a field."""
 
 
 class PlainValues:
-    """Converters to one format, one for each message class."""
+    """Converters to one format, for any message class."""
 
     def __init__(self, format: Format, cbor_tag: Callable[[int, bytes], Any] | None = None) -> None:  # noqa: A002
-        """Convert to `format`; CBOR needs the class for tagged values."""
+        """Convert to `format`. CBOR requires a class for tagged values."""
         self._format = format
         self._cbor_tag = cbor_tag
         self._converters: WeakKeyDictionary[type[Message], Convert] = WeakKeyDictionary()
@@ -59,7 +59,7 @@ class PlainValues:
         """Return the fields of a message by name.
 
         Raises:
-            NotRepresentable: the format has no such value; names the field.
+            NotRepresentable: the format cannot represent a value. The error names the field.
         """
         cls = type(message)
         convert = self._converters.get(cls)
@@ -101,7 +101,7 @@ class PlainValues:
     def _field(
         self, kind: FieldType, specs: Mapping[str, MessageSpec], known: dict[str, Convert], name: str
     ) -> Convert | None:
-        """Return the converter of a field, or None if its value stays as it is."""
+        """Return the converter of a field, or None if its values need no conversion."""
         if kind.is_array and kind.base in OCTETS:
             return bytes if self._format in (Format.CBOR, Format.BSON) else _base64
         if kind.is_array and kind.base in NUMBERS:

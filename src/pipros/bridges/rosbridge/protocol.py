@@ -1,8 +1,9 @@
-"""One client's side of rosbridge v2: bytes and texts in, effects out. Pure; for use in one thread.
+"""State machine of rosbridge v2 for one client: bytes and text in, effects out. Pure; for use in one thread.
 
-Rules that clients rely on. An id of any JSON type comes back unchanged. Only `call_service` answers errors;
-other errors are `status` operations, which are sent at the level error, or at the level of `set_level`. One
-client's subscriptions to a topic share the greatest encoding and the smallest throttle and queue.
+Rules that clients rely on. An id of any JSON type is returned unchanged. A failed `call_service` is answered
+with a `service_response`; all other errors are reported as `status` operations of level `error`, unless the
+client turned them off with `set_level`. If a client subscribes to a topic several times, the highest-ranking
+encoding, the shortest throttle interval and the shortest queue apply.
 
 Source of the protocol: https://github.com/RobotWebTools/rosbridge_suite/blob/develop/ROSBRIDGE_PROTOCOL.md
 """
@@ -42,7 +43,7 @@ from pipros.bridges.rosbridge.globs import Globs
 from pipros.bridges.rosbridge.text_input import BadInput, Fragments, JsonObjects, json_object
 
 QUEUE_SIZE = 100
-"""Queue of a publisher, unless the client asks for another."""
+"""Queue size of a publisher, unless the client specifies it."""
 
 _OF_ROS_2 = frozenset(
     (
@@ -57,7 +58,7 @@ _QUESTIONS = frozenset(f"/rosapi/{name}" for name in QUESTIONS)
 
 
 class Level(IntEnum):
-    """Levels of `status` operations."""
+    """Severity of a `status` operation."""
 
     NONE = 0
     ERROR = 1
@@ -66,20 +67,20 @@ class Level(IntEnum):
 
 
 class BadOperation(PiprosError):
-    """An operation of a client lacks a value, has a wrong one, or is not allowed."""
+    """A client's operation lacks a value, has an invalid value, or is not allowed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """What holds for all clients of a server.
+    """Settings for all clients of a server.
 
     Attributes:
-        topics, services: names that clients may use. rosapi applies those of parameters.
+        topics, services: names that clients may use. rosapi checks the names of parameters.
         authenticator: checks `auth`, which must be the first operation; None without authentication.
-        has_control: whether clients may publish, call services and offer them. Without it they may only call
-            services of `rosapi` that change nothing.
+        has_control: whether clients may publish, call services and offer them. Without it, they may only call
+            services of `rosapi` that do not change the system.
         is_bson: whether binary frames are BSON.
-        fragment_timeout_s: the time that an incomplete fragmented text is kept.
+        fragment_timeout_s: how long an incomplete fragmented text is kept.
     """
 
     topics: Globs = field(default_factory=Globs)
@@ -121,7 +122,7 @@ class ClientProtocol:
         limits: Limits | None = None,
         clock_s: Callable[[], float] = time.monotonic,
     ) -> None:
-        """`resolve` makes a name global, and raises `InvalidName`."""
+        """`resolve` returns the global form of a name, or raises `InvalidName` if the name is not legal."""
         limits = limits or process_limits()
         self._settings = settings
         self._resolve = resolve
@@ -149,9 +150,10 @@ class ClientProtocol:
         }
 
     def receive(self, data: str | bytes) -> Iterator[Effect]:
-        """Take a frame, and yield the effects of its operations. The frame may be a part of a JSON text.
+        """Process a frame, and yield the effects of its operations. The frame may be a part of a JSON text.
 
-        A frame that is an operation by itself ends an incomplete text, which has an error in it.
+        If a text is incomplete and the next frame is a whole operation, the incomplete text is discarded as
+        an error.
         """
         if isinstance(data, bytes) and self._settings.is_bson:
             yield from self._receive_bson(data)
@@ -163,11 +165,11 @@ class ClientProtocol:
             return
         if not self._objects.is_empty and "op" in operation:
             self._objects.clear()
-            yield from self.status(Level.ERROR, "the previous text was not complete JSON, and is dropped")
+            yield from self.status(Level.ERROR, "the previous text was not complete JSON and is discarded")
         yield from self._handle(operation)
 
     def receive_stream(self, text: str) -> Iterator[Effect]:
-        """Take the next part of a stream of JSON objects, and yield the effects of the complete ones."""
+        """Process the next part of a stream of JSON objects, and yield the effects of complete objects."""
         for found in self._objects.feed(text):
             try:
                 operation = json_object(found) if isinstance(found, str) else None
@@ -179,7 +181,7 @@ class ClientProtocol:
                 yield from self._handle(operation)
 
     def status(self, level: Level, text: str, operation: Mapping[str, Any] | None = None) -> Iterator[Reply]:
-        """Yield a `status` operation, if the client takes its level."""
+        """Yield a `status` operation, unless the client has turned off its level."""
         if level <= self._level:
             identity = (operation or {}).get("id")
             status = {"op": "status", "level": level.name.lower(), "msg": text}
@@ -239,7 +241,7 @@ class ClientProtocol:
             self._check_room(self._topics, "subscriptions")
             known = _Topic(kind)
         elif kind is not None and known.kind is not None and kind != known.kind:
-            raise BadOperation(f"{topic} is subscribed to with the type {known.kind}, not {kind}")
+            raise BadOperation(f"{topic} is already subscribed to with the type {known.kind}, not {kind}")
         if _key(operation) not in known.wishes:
             self._check_room(known.wishes, f"subscriptions to {topic}")
         known.kind = known.kind or kind
@@ -340,7 +342,7 @@ class ClientProtocol:
         else:
             yield Disconnect("authentication failed")
 
-    # -- the values of operations -------------------------------------------------------------
+    # -- fields of operations -------------------------------------------------------------
 
     def _name(self, operation: Mapping[str, Any], key: str, globs: Globs | None = None) -> str:
         """Return the name of a topic or service, as written, if the globs allow it."""
@@ -369,7 +371,7 @@ def _check_changes_nothing(operation: Mapping[str, Any]) -> None:
 
 
 def response_to(operation: Mapping[str, Any], values: Any, *, is_success: bool) -> dict[str, Any]:
-    """Return the operation `service_response` for a `call_service`."""
+    """Return the `service_response` operation for a `call_service`."""
     response = {"op": "service_response", "service": operation.get("service"), "values": values}
     response["result"] = is_success
     return response if operation.get("id") is None else {**response, "id": operation["id"]}
@@ -385,7 +387,7 @@ def _type(operation: Mapping[str, Any]) -> str:
     if not isinstance(kind, str) or "/" not in kind:
         raise BadOperation(f"type must be package/Name, got {_quoted(kind)}")
     package, *_, name = kind.split("/")
-    return f"{package}/{name}"  # also of `std_msgs/msg/String`, as ROS 2 writes it
+    return f"{package}/{name}"  # accepts ROS 2 names, such as `std_msgs/msg/String`
 
 
 def _number(operation: Mapping[str, Any], key: str, default: int = 0) -> float:

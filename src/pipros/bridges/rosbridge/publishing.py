@@ -1,7 +1,7 @@
-"""Topics that clients publish, with one publisher of the node per topic for all of them.
+"""Topics that clients publish. All clients share one publisher of the node per topic.
 
-A publisher stays for a while after its last client, because pages are reloaded. Messages that a client
-publishes right after `advertise` wait until a subscriber has connected, for at most `EARLY_S`.
+A publisher is kept for a while after its last client has left, because pages are reloaded. Messages that a
+client publishes right after `advertise` wait until a subscriber has connected, for at most `EARLY_S`.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from pipros.msg import load_message_class
 from pipros.node import Node
 
 EARLY_S: Final = 1.0
-"""How long the first messages of a publisher wait for a subscriber."""
+"""Maximum time that the first messages of a publisher wait for a subscriber."""
 EARLY_BYTES: Final = 8 * 1024 * 1024
 GATHERING_S: Final = 0.1
-"""How long they wait for further subscribers after the first."""
+"""Time that they wait for further subscribers after the first has connected."""
 
 CallLater = Callable[[float, Callable[[], object]], object]
-"""Calls a function that may block after a delay in seconds, in another thread."""
+"""Calls a function in another thread after a delay in seconds. The function may block."""
 TypeOf = Callable[[str], str | None]
 
 
 class UnknownTopic(PiprosError):
-    """A message is published on a topic whose type is unknown."""
+    """A client publishes on a topic whose type is unknown."""
 
 
 class SharedPublishers:
@@ -38,7 +38,7 @@ class SharedPublishers:
     def __init__(
         self, node: Node, filler: Filler, type_of: TypeOf, call_later: CallLater, unregister_s: float
     ) -> None:
-        """Keep publishers without clients for `unregister_s`."""
+        """`unregister_s`: how long a publisher without clients is kept."""
         self._node = node
         self._filler = filler
         self._type_of = type_of
@@ -52,7 +52,7 @@ class SharedPublishers:
         """Advertise a topic (a global name) for a client.
 
         Raises:
-            PiprosError: the type is unknown, or the topic has another one, or there are too many topics.
+            PiprosError: the type is unknown or differs from the topic's type, or there are too many topics.
         """
         message_class = load_message_class(kind)
         with self._lock:
@@ -63,7 +63,7 @@ class SharedPublishers:
                     self._node, topic, message_class, latch, queue_size, self._call_later
                 )
             elif found.message_class._type != message_class._type:
-                raise PiprosError(f"{topic} is advertised with the type {found.message_class._type}")
+                raise PiprosError(f"{topic} is already advertised with the type {found.message_class._type}")
             found.users.add(user)
         if latch:
             found.latch()
@@ -71,10 +71,10 @@ class SharedPublishers:
     def publish(
         self, user: Hashable, topic: str, values: Any, *, latch: bool | None, queue_size: int
     ) -> None:
-        """Publish a message, and advertise its topic if necessary, with the type that the master knows.
+        """Publish a message. If necessary, advertise its topic first, with the type registered at the master.
 
         Raises:
-            PiprosError: a value does not fit its field, or see `advertise`.
+            PiprosError: a value does not fit its field, or the topic cannot be advertised; see `advertise`.
         """
         found = self._shared.get(topic)
         if found is None or user not in found.users:
@@ -90,7 +90,7 @@ class SharedPublishers:
         found.publish(message)
 
     def release(self, user: Hashable, topic: str) -> None:
-        """Note that a client does not publish a topic any more."""
+        """Remove a client from the users of a publisher."""
         with self._lock:
             found = self._shared.get(topic)
             if found is None or user not in found.users:
@@ -111,10 +111,10 @@ class SharedPublishers:
         found.close()
 
     def _make_room(self) -> None:
-        """Unregister the publisher that is unused for longest if there are too many.
+        """If there are too many publishers, unregister the one that has been unused for longest.
 
         Raises:
-            LimitExceeded: all are used.
+            LimitExceeded: all publishers are in use.
         """
         if len(self._shared) < self._limit:
             return
@@ -166,7 +166,10 @@ class _SharedPublisher:
             before.unregister()
 
     def publish(self, message: Any) -> None:
-        """Publish a message, unless it has to wait for the first subscriber. Keeps the order."""
+        """Publish a message, or queue it while the publisher waits for its first subscriber.
+
+        Keeps the order.
+        """
         with self._lock:
             is_early = self._early or not self._publisher.connection_count
             if is_early and time.monotonic() < self._early_until_s:
@@ -178,13 +181,13 @@ class _SharedPublisher:
             self._publisher.publish(message)
 
     def close(self) -> None:
-        """Publish the waiting messages, and unregister the topic."""
+        """Publish the queued messages and unregister the topic."""
         with self._lock:
             self._flush()
             self._publisher.unregister()
 
     def peer_subscribe(self, topic_name: str, topic_publish: Any, peer_publish: Any) -> None:
-        """Publish the waiting messages soon, because a subscriber has connected."""
+        """Schedule publishing of the queued messages after a subscriber has connected."""
         del topic_name, topic_publish, peer_publish
         if time.monotonic() < self._early_until_s:
             self._call_later(GATHERING_S, self._publish_early)

@@ -26,11 +26,14 @@ from pipros.web.daemon_pool import DaemonPool
 from pipros.web.secret import Secret
 
 CLOSING_S: Final = 0.4
-"""How long the clients may delay the end of a server."""
+"""Maximum time that clients may delay the shutdown of a server."""
 
 
 class RosbridgeHandler:
-    """The protocol behind a door. Sessions run in threads, because publishing and the master may block."""
+    """The protocol behind a door.
+
+    Sessions run in threads, because publishing and calls to the master may block.
+    """
 
     def __init__(
         self,
@@ -38,14 +41,14 @@ class RosbridgeHandler:
         authenticator: Authenticator | None = None,
         on_change: Callable[[], object] = lambda: None,
     ) -> None:
-        """`on_change` is called in the event loop when a client has come or gone."""
+        """`on_change` is called in the event loop after a client has connected or disconnected."""
         self._bridge = bridge
         self._authenticator = authenticator
         self._on_change = on_change
         self._threads = DaemonPool("rosbridge client", bridge.limits.bridge_clients)
 
     def open(self, client: Client) -> DoorSession:
-        """Begin to serve a client."""
+        """Start a session for a client."""
         asyncio.get_running_loop().call_soon(self._on_change)
         return DoorSession(client, self._bridge.connect(client.outbox), self._threads, self._on_change)
 
@@ -76,13 +79,13 @@ class DoorSession:
         self._on_change = on_change
 
     async def receive(self, data: str | bytes) -> None:
-        """Handle a frame. The next one is read afterwards."""
+        """Handle a frame. The next frame is not read before this returns."""
         await self._threads.run(self._session.receive, data)
         if self._session.ended:
             self._client.end(self._session.ended)
 
     def takes(self) -> Mapping[Hashable, str]:
-        """Return the topics that the client takes."""
+        """Return the topics to which the client subscribes."""
         return {topic: topic for topic in self._session.topics}
 
     def sends(self) -> Sequence[str]:
@@ -90,7 +93,7 @@ class DoorSession:
         return self._session.published
 
     def close(self) -> None:
-        """End the session, in a thread."""
+        """Close the session, in a thread."""
         self._threads.start(self._session.close)
         asyncio.get_running_loop().call_soon(self._on_change)
 
@@ -100,13 +103,13 @@ class ServerOptions:
     """Options of a server.
 
     Attributes:
-        host, port: where it listens; port 0 selects a free one.
+        host, port: the address to listen on; port 0 selects a free one.
         certificate, key: PEM files for TLS; None without TLS.
         origins: origins of pages that may connect besides those of this machine.
         allows_null_origin: whether pages without an origin, such as files, may.
         authenticator: checks the operation `auth` of each client; None without authentication.
-        ping_s: interval of pings, and the time for their answers; None sends none.
-        message_bytes: maximum size of a message from a client; None is the limit of the process.
+        ping_s: interval of pings, and timeout for their answers; None disables pings.
+        message_bytes: maximum size of a message from a client; None uses the process-wide limit.
     """
 
     host: str = "127.0.0.1"
@@ -135,14 +138,14 @@ class BridgeRuntime:
         self.bridge = Bridge(node, self.call_later, options.settings, options.timing, self.limits)
 
     def call_later(self, delay_s: float, function: Callable[[], object]) -> None:
-        """Call a function in a thread after a delay. Do nothing once the loop has ended."""
+        """Call a function in a thread after a delay. Do nothing once the loop has stopped."""
         self.loop.call(self._schedule, delay_s, function)
 
     def _schedule(self, delay_s: float, function: Callable[[], object]) -> None:
         self.loop.asyncio.call_later(delay_s, self._workers.run, function)
 
     def close(self, close: Any) -> None:
-        """Close a server with the coroutine `close`, then its clients' services and the loop."""
+        """Close a server with the coroutine `close`, then close its clients' services and the loop."""
         with suppress(TimeoutError):
             self.loop.run(close, CLOSING_S)
         self.bridge.close()
@@ -159,7 +162,7 @@ class WebSocketServer:
         self.bridge = self._runtime.bridge
         self._clients = ClientTopics(node)
         handler = RosbridgeHandler(self.bridge, options.authenticator, self._report)
-        # With a secret, clients without a login may send little, and must log in soon.
+        # With authentication, clients that have not logged in may send little and must log in soon.
         secret = Secret() if options.authenticator is not None else None
         admission = Admission(secret, options.origins, options.allows_null_origin)
         self.door = Door({"": handler}, admission, limits=self._runtime.limits)
@@ -207,11 +210,11 @@ class ClientTopics:
         self._thread = Workers("connected clients", 1)
 
     def report(self, clients: Collection[tuple[str, float]]) -> None:
-        """Publish the addresses of all clients, and when they connected, in a thread."""
+        """Publish the addresses and connection times of all clients, in a thread."""
         self._thread.run(self._publish, list(clients))
 
     def close(self) -> None:
-        """Publish nothing more."""
+        """Stop publishing."""
         self._thread.close()
 
     def _publish(self, clients: Collection[tuple[str, float]]) -> None:

@@ -1,6 +1,8 @@
-"""Carries out on a ROS node what the clients' operations ask for. No sockets: servers pass what they receive.
+"""Carries out the operations of clients on a ROS node.
 
-`Bridge` holds what all clients share, `ClientSession` what belongs to one of them.
+No sockets: servers pass in the data that they receive.
+
+`Bridge` holds the state shared by all clients, `ClientSession` the state of one client.
 """
 
 from __future__ import annotations
@@ -43,9 +45,9 @@ from pipros.node import Node
 from pipros.node.service_client import OpenCalls, ServiceClient
 
 CALLS_AT_ONCE: Final = 64
-"""Maximum number of concurrent service calls of all clients; further ones wait."""
+"""Maximum number of concurrent service calls of all clients; further calls wait."""
 CALLS_OF_A_CLIENT: Final = 256
-"""Maximum number of running and waiting calls of one client."""
+"""Maximum number of running and queued calls of one client."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +55,7 @@ class Timing:
     """Times in seconds.
 
     Attributes:
-        unregister_s: how long a publisher stays after its last client.
+        unregister_s: how long a publisher is kept after its last client has left.
         call_s: maximum duration of a service call, in both directions.
     """
 
@@ -62,7 +64,7 @@ class Timing:
 
 
 class Bridge:
-    """What the clients of a rosbridge server share."""
+    """State that is shared by the clients of a rosbridge server."""
 
     def __init__(
         self,
@@ -72,7 +74,7 @@ class Bridge:
         timing: Timing | None = None,
         limits: Limits | None = None,
     ) -> None:
-        """`call_later` must not call in the event loop, because the functions may block."""
+        """`call_later` must not call the functions in the event loop, because they may block."""
         timing = timing or Timing()
         self.node = node
         self.limits = limits or node.limits
@@ -90,11 +92,11 @@ class Bridge:
         self.calls = Workers("service calls of a bridge", CALLS_AT_ONCE)
 
     def connect(self, outbox: Outbox) -> ClientSession:
-        """Return the session of a new client, which is sent what the outbox holds."""
+        """Return the session of a new client. The caller sends the content of the outbox to the client."""
         return ClientSession(self, outbox)
 
     def close(self) -> None:
-        """End the services of clients, and make no more subscriptions."""
+        """Withdraw the services of clients, and ignore further subscriptions."""
         self.services.close()
         self.topics.close()
         self.calls.close()
@@ -108,7 +110,7 @@ class ClientSession:
 
     Attributes:
         outbox: data for the client.
-        ended: why the client must be disconnected; empty otherwise.
+        ended: reason to disconnect the client; empty if there is none.
     """
 
     def __init__(self, bridge: Bridge, outbox: Outbox) -> None:
@@ -119,7 +121,7 @@ class ClientSession:
         self._protocol = ClientProtocol(bridge.settings, bridge.node.resolve, bridge.limits)
         self._streams: dict[str, TopicStream] = {}
         self._published: set[str] = set()
-        self._offered: dict[str, str] = {}  # global names by those of the client
+        self._offered: dict[str, str] = {}  # global names by the names that the client uses
         self._calls = OpenCalls()
         self._open_calls = 0
         self._is_closed = False
@@ -147,7 +149,7 @@ class ClientSession:
         self._handle(self._protocol.receive_stream(text))
 
     def close(self) -> None:
-        """End everything that the client uses. Callers of its services get an error."""
+        """Release everything that the client uses. Callers of its services receive an error."""
         with self._lock:
             self._is_closed = True
         self._calls.interrupt()
@@ -161,17 +163,17 @@ class ClientSession:
 
     @property
     def is_logged_in(self) -> bool:
-        """Whether the client needs no `auth`, or has sent it."""
+        """Whether the client has authenticated, or no authentication is required."""
         return self._protocol.is_authenticated
 
     @property
     def is_unused(self) -> bool:
-        """Whether the client takes, publishes and offers nothing, and waits for no call."""
+        """Whether the client has no subscriptions, publications, services or pending calls."""
         return not (self._streams or self._published or self._offered or self._open_calls)
 
     @property
     def topics(self) -> list[str]:
-        """The topics that the client takes, as it names them."""
+        """The topics to which the client subscribes, with the names that it uses."""
         return list(self._streams)
 
     @property
@@ -191,9 +193,9 @@ class ClientSession:
                 self._carry_out[type(effect)](effect)
             except Exception as error:
                 if not isinstance(error, PiprosError):
-                    self._node.log.exception("an operation of a client failed")
+                    self._node.log.exception("unexpected error in an operation of a client")
                 self._refuse(getattr(effect, "operation", {}), str(error) or type(error).__name__)
-        if self._is_closed:  # `close` may have missed what this thread began
+        if self._is_closed:  # `close` may have run before this thread finished
             self.close()
 
     def _refuse(self, operation: Mapping[str, Any], reason: str) -> None:
@@ -250,12 +252,14 @@ class ClientSession:
     def _call(self, effect: CallService) -> None:
         with self._lock:
             if self._open_calls >= CALLS_OF_A_CLIENT:
-                raise PiprosError(f"{CALLS_OF_A_CLIENT} calls of this client are open; wait until one ends")
+                raise PiprosError(
+                    f"{CALLS_OF_A_CLIENT} calls of this client are pending; wait until one ends"
+                )
             self._open_calls += 1
         self._bridge.calls.run(partial(self._call_now, effect))
 
     def _call_now(self, effect: CallService) -> None:
-        """Call a service and send the response. Runs in a thread of its own."""
+        """Call a service and send the response. Runs in a separate thread."""
         try:
             values, is_success = self._response(effect), True
         except Exception as error:

@@ -22,20 +22,20 @@ from pipros.web.daemon_pool import DaemonPool
 
 CHUNK_BYTES: Final = 64 * 1024
 ACCEPTING_TURNS: Final = 3
-"""Iterations of the event loop for asyncio to accept a connection that is pending at the end. If the server
-is closed meanwhile, its socket stays open.
+"""Iterations of the event loop in which asyncio accepts a pending connection. If the server were closed
+before they have passed, the socket of that connection would stay open.
 """
 SILENT_S: Final = 600.0
-"""A UDP client that is silent for this long is forgotten, because UDP has no end of a connection."""
+"""Time after which a silent UDP client is removed, because UDP does not signal the end of a connection."""
 WAITING_DATAGRAMS: Final = 100
-"""Maximum number of datagrams of a client that wait for earlier ones."""
+"""Maximum number of queued datagrams of a client."""
 LARGEST_DATAGRAM: Final = 65_507
 _LENGTH_BYTES: Final = 4
 _SMALLEST_DOCUMENT: Final = 5
 
 
 class _Server:
-    """What both servers share: their loop and threads, and the list of their clients."""
+    """Base class of both servers: the event loop, the threads and the list of clients."""
 
     def __init__(self, node: Node, options: ServerOptions) -> None:
         self._options = options
@@ -74,7 +74,7 @@ class _Server:
         raise NotImplementedError
 
     def _connect(self, key: Any, host: str, wake: Callable[[], object]) -> ClientSession | None:
-        """Return the session of a new client; None if there are too many."""
+        """Return the session of a new client; None if there are too many clients."""
         if len(self._clients) >= self._limits.bridge_clients:
             return None
         self._clients[key] = f"{host}:0", time.time()
@@ -94,8 +94,9 @@ class TcpServer(_Server):
     def __init__(self, node: Node, options: ServerOptions) -> None:
         super().__init__(node, options)
         self._connections: dict[asyncio.StreamWriter, asyncio.Task[None]] = {}
-        self._sessions: dict[asyncio.StreamWriter, ClientSession] = {}  # the longest silent client first
-        self._entrance = asyncio.Lock()  # a client enters the place that was made for it, not the next one
+        # the client that has been silent for longest comes first
+        self._sessions: dict[asyncio.StreamWriter, ClientSession] = {}
+        self._entrance = asyncio.Lock()  # ensures that a client gets the place that was freed for it
 
     async def _open(self) -> int:
         self._wakeups = Wakeups(asyncio.get_running_loop())
@@ -114,7 +115,7 @@ class TcpServer(_Server):
         await asyncio.gather(*self._connections.values(), return_exceptions=True)
 
     def _welcome(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Begin to serve a client, in a task that closes the connection even if it is cancelled at once."""
+        """Start serving a client, in a task that closes the connection even if it is cancelled at once."""
 
         def close(_: object) -> None:
             self._connections.pop(writer, None)
@@ -152,7 +153,7 @@ class TcpServer(_Server):
             self._disconnect(writer, session)
 
     async def _end_idle(self) -> None:
-        """Disconnect the client that is silent for longest among those that use nothing, if there is one."""
+        """Disconnect the client that has been silent for longest, of those that use no topics or services."""
         idle = (writer for writer, session in self._sessions.items() if session.is_unused)
         writer = next(idle, None)
         if writer is not None:
@@ -161,14 +162,14 @@ class TcpServer(_Server):
             await asyncio.wait([task])
 
     async def _receive_json(self, session: ClientSession, reader: asyncio.StreamReader) -> AsyncIterator[int]:
-        """Handle what the client sends, and yield the size of each part."""
+        """Handle the data from the client, and yield the size of each part."""
         decoder = codecs.getincrementaldecoder("utf-8")("replace")
         while data := await self._first_in_time(session, reader.read(CHUNK_BYTES)):
             await self._threads.run(session.receive_stream, decoder.decode(data))
             yield len(data)
 
     async def _receive_bson(self, session: ClientSession, reader: asyncio.StreamReader) -> AsyncIterator[int]:
-        """Handle what the client sends, and yield the size of each document."""
+        """Handle the data from the client, and yield the size of each document."""
         while True:
             head = await self._first_in_time(session, reader.readexactly(_LENGTH_BYTES))
             size = int.from_bytes(head, "little")
@@ -185,12 +186,12 @@ class TcpServer(_Server):
             yield size
 
     async def _first_in_time(self, session: ClientSession, read: Any) -> bytes:
-        """Read, within the time for a login if the client has not logged in."""
+        """Read data, with the login timeout if the client has not logged in."""
         data: bytes = await asyncio.wait_for(read, None if session.is_logged_in else self._limits.login_s)
         return data
 
     async def _send(self, outbox: Outbox, has_data: asyncio.Event, writer: asyncio.StreamWriter) -> None:
-        """Write what the outbox holds. Ends the connection if the client does not read it."""
+        """Write the content of the outbox. Closes the connection if the client does not read it."""
         try:
             while not outbox.is_overrun:
                 frames = outbox.pop()
@@ -207,14 +208,14 @@ class TcpServer(_Server):
 
 
 class NotLoopback(PiprosError):
-    """UDP is requested for other machines: it could not tell one from another."""
+    """UDP is requested for other machines, whose addresses could be forged."""
 
 
 class UdpServer(_Server):
     """A rosbridge server for UDP on a node, for clients on this machine only. Each address is a client."""
 
     def __init__(self, node: Node, options: ServerOptions) -> None:
-        """Raises `NotLoopback` for any other address than one of loopback."""
+        """Raises `NotLoopback` if the address is not a loopback address."""
         if options.host != "localhost" and not _is_loopback(options.host):
             raise NotLoopback(f"UDP serves this machine only; address must be 127.0.0.1, got {options.host}")
         super().__init__(node, options)

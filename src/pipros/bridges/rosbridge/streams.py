@@ -16,14 +16,14 @@ from pipros.bridges.rosbridge.publishing import CallLater
 from pipros.bridges.shared_topics import SharedTopics, Taken, TopicMessage
 
 REPORTED_ERRORS: Final = 10
-"""Maximum number of different errors that are reported for one topic."""
+"""Maximum number of distinct errors that are reported for one topic."""
 
 
 class TopicStream:
     """Passes the messages of a topic to a client's outbox. Messages arrive in the threads of links.
 
-    With `throttle_s`, at most one message is sent in that time. Those that come too early are dropped, or the
-    newest `queue_length` wait.
+    With `throttle_s`, at most one message is sent in that interval. Of the messages that arrive earlier, the
+    newest `queue_length` are queued and the others dropped.
     """
 
     def __init__(
@@ -52,7 +52,9 @@ class TopicStream:
         self._lock = threading.Lock()
 
     def take(self, kind: str | None, delivery: Delivery) -> None:
-        """Begin, or change the delivery. A latched message comes again, for the new subscription.
+        """Begin the delivery or change its options.
+
+        A latched message is sent again, for the new subscription.
 
         Raises:
             PiprosError: the topic's name is invalid, or there are too many topics.
@@ -70,7 +72,7 @@ class TopicStream:
             self._taken.append(taken)
 
     def close(self) -> None:
-        """Send nothing more."""
+        """Stop sending: discard queued messages and end the subscriptions."""
         with self._lock:
             self._is_closed = True
             self._waiting.clear()
@@ -102,7 +104,7 @@ class TopicStream:
         return replaced
 
     def _may_send(self, message: TopicMessage, delivery: Delivery) -> bool:
-        """Return whether a message may be sent now; otherwise drop it or let it wait."""
+        """Return whether a message may be sent now; if not, drop or queue it."""
         now_s = time.monotonic()
         if now_s >= self._due_s and not self._waiting:
             self._due_s = now_s + delivery.throttle_s
@@ -120,7 +122,7 @@ class TopicStream:
             self._call_later(max(delay_s, 0.0), self._wake)
 
     def _wake(self) -> None:
-        """Send the next message that waits."""
+        """Send the next queued message."""
         with self._lock:
             self._is_waking = False
             if self._is_closed or not self._waiting:

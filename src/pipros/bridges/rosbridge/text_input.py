@@ -1,7 +1,7 @@
-"""Finds the JSON objects in what a client sends: text that may be split or joined, and fragments.
+"""Finds the JSON objects in the data from a client: text that may be split or joined, and fragments.
 
-Both are bounded in bytes per client, and recover from errors: what cannot become an object is dropped, with
-an error for the client, and the next object is read.
+Both are limited in bytes per client, and recover from errors: text that is not a JSON object is discarded
+with an error for the client, and reading continues with the next object.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ class BadInput(PiprosError):
 
 
 def json_object(text: str | bytes) -> dict[str, Any]:
-    """Return the object that a text consists of.
+    """Parse a text that is one JSON object.
 
     Raises:
-        BadInput: the text is something else, or nested too deeply.
+        BadInput: the text is not a JSON object, or is nested too deeply.
     """
     try:
         value = json.loads(text)
@@ -42,7 +42,7 @@ def json_object(text: str | bytes) -> dict[str, Any]:
 
 
 class JsonObjects:
-    """Splits a stream of text into JSON objects by their braces, without a delimiter between them."""
+    """Splits a stream of text without delimiters into JSON objects, by their braces."""
 
     def __init__(self, limit_bytes: int) -> None:
         self._limit_bytes = limit_bytes
@@ -54,16 +54,16 @@ class JsonObjects:
 
     @property
     def is_empty(self) -> bool:
-        """Whether no object is incomplete."""
+        """Whether there is no incomplete object."""
         return not self._depth
 
     def clear(self) -> None:
-        """Drop the incomplete object."""
+        """Discard the incomplete object."""
         self._parts, self._length, self._depth = [], 0, 0
         self._is_in_string = self._is_escaped = False
 
     def feed(self, text: str) -> Iterator[str | BadInput]:
-        """Yield the texts of the objects that are complete now, and an error for each text between them."""
+        """Yield the text of each object that is now complete, and an error for any text between objects."""
         position = 0
         while position < len(text):
             if not self._depth:
@@ -132,10 +132,11 @@ class Fragments:
         self._bytes = 0
 
     def add(self, fragment: dict[str, Any], now_s: float) -> str | None:
-        """Take a fragment, and return the whole text if it is complete.
+        """Add a fragment. Return the whole text if it is complete.
 
         Raises:
-            BadInput: the fragment is malformed or does not fit the others, or they are too long.
+            BadInput: the fragment is malformed or contradicts the others, or all of them together are too
+                long.
         """
         for old in [key for key, text in self._texts.items() if now_s - text.since_s > self._timeout_s]:
             self._drop(old)
@@ -170,4 +171,4 @@ class Fragments:
 
 
 _COST_OF_A_FRAGMENT = 200
-"""Bytes of memory for a fragment besides its data."""
+"""Memory in bytes that a fragment needs besides its data."""

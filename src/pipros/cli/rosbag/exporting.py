@@ -95,8 +95,9 @@ def _export(bag: BagReader, topic: str, path: Path, form: str) -> None:
 
 
 def _table(bag: BagReader, topic: str, file: TextIO) -> int:
-    """Write the rows that `rostopic echo -p` prints, with the times from the bag. Return the number of
-    messages.
+    """Write the rows that `rostopic echo -p` prints, with the times from the bag.
+
+    Return the number of messages.
     """
     rows, count = MessageRows(), 0
     for _, message, time, connection in bag.messages(topic):
@@ -139,7 +140,7 @@ def _arrays(bag: BagReader, topic: str, path: Path) -> int:
     for name, values in columns.items():
         sizes = {len(value) if isinstance(value, list | tuple | bytes) else -1 for value in values}
         if len(values) != count or len(sizes) > 1:
-            print(f"{topic}: {listed(name)} is left out, since its length changes", file=sys.stderr)
+            print(f"{topic}: {listed(name)} is omitted, because its length varies", file=sys.stderr)
             continue
         kept[name] = numpy.array([list(value) if isinstance(value, bytes) else value for value in values])
     numpy.savez_compressed(path, **kept)

@@ -16,7 +16,8 @@ class EchoOptions:
     Attributes:
         count: the number of messages to print; None for no limit.
         plot: whether to print rows of a table.
-        no_arrays, no_texts: whether to leave out arrays or strings, or print only their size.
+        no_arrays, no_texts: whether to omit arrays or strings from table rows, and to print only their size
+            in other formats.
         width: the width of numbers, in characters.
         clear: whether to clear the screen before each message.
         offset: whether to print times as offsets from now.

@@ -29,7 +29,7 @@ class HzOptions:
         window: the number of intervals to keep.
         expression: only messages for which this expression is true are measured.
         wall_time: whether to use the machine's clock even if `/use_sim_time` is set.
-        tcp_nodelay: whether to ask publishers to send each message immediately.
+        tcp_nodelay: whether to ask publishers to send small messages immediately.
     """
 
     window: int = DEFAULT_WINDOW

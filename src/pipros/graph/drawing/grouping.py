@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
 
 MOST_BOXES = 150
-"""Graphs with more nodes and topics have their namespaces collapsed."""
+"""In graphs with more nodes and topics than this, namespaces are collapsed."""
 
 _ACTION_TOPICS = ("goal", "cancel", "status", "feedback", "result")
 _TRANSPORTS = ("compressed", "compressedDepth", "theora", "zstd")
@@ -18,7 +18,7 @@ _TF_TOPICS = ("/tf", "/tf_static")
 
 @dataclass(frozen=True, slots=True)
 class Grouping:
-    """What is grouped.
+    """Options for grouping.
 
     Attributes:
         actions: whether the five topics of an action become one box.
@@ -37,7 +37,7 @@ def grouped(graph: NodeGraph, topics: Collection[str], grouping: Grouping) -> No
     """Return a graph with the groups of topics as boxes, and the namespaces of a large graph collapsed.
 
     Args:
-        topics: all topics of the system, which tell actions from other topics called `goal`.
+        topics: all topics of the system, to distinguish actions from other topics named `goal`.
     """
     group_of = _topic_groups(graph, topics, grouping)
     graph = _merged(graph, lambda vertex: group_of.get(vertex.name) if vertex.kind == "topic" else None)
@@ -56,7 +56,7 @@ def grouped(graph: NodeGraph, topics: Collection[str], grouping: Grouping) -> No
 
 
 def marked(graph: NodeGraph, removed: Collection[tuple[str, str]]) -> NodeGraph:
-    """Return a graph whose vertices with a kind and name in `removed` are marked as gone."""
+    """Return a graph in which the vertices with a kind and name in `removed` are marked as gone."""
     if not removed:
         return graph
     vertices = {
@@ -89,7 +89,7 @@ def _topic_groups(graph: NodeGraph, topics: Collection[str], grouping: Grouping)
 
 
 def _merged(graph: NodeGraph, group_of: Callable[[Vertex], Vertex | None]) -> NodeGraph:
-    """Replace vertices by their groups; arrows inside a group vanish, parallel ones become one."""
+    """Replace vertices by their groups. Drop arrows within a group, and merge parallel arrows."""
     key_of: dict[Key, Key] = {}
     vertices: dict[Key, Vertex] = {}
     members: dict[Key, list[str]] = {}

@@ -1,11 +1,11 @@
 """Lays out a directed graph in layers from left to right, in the direction of the arrows.
 
 Uses the method of Sugiyama, Tagawa and Toda (1981). Arrows that close a cycle are reversed. Each vertex is
-placed in a layer to the right of its predecessors or, in large graphs with many cycles, of its nearest one.
-Long arrows get a bend in each layer they cross, the order within layers is improved by barycentres, and
-heights are fitted by least squares. Vertices without arrows form a grid below the others. The vertices of a
-group form a band across all layers, so that a rectangle can be drawn around them. The page and the pictures
-share this module.
+placed in a layer to the right of all its predecessors or, in large graphs with many cycles, to the right of
+its nearest predecessor. Long arrows get a bend in each layer they cross, the order within layers is improved
+by barycentres, and heights are fitted by least squares. Vertices without arrows form a grid below the others.
+The vertices of a group form a band across all layers, so that a rectangle can be drawn around them. The page
+and the pictures share this module.
 
 The only pure Python library for such layouts, grandalf 0.8, does not support bands for groups, and takes 2.6
 s instead of 16 ms for 100 nodes and 300 topics.
@@ -83,8 +83,9 @@ def layered_layout(
 
 
 class _LayeredLayout(Generic[Key]):
-    """The computation of one layout. Vertices are numbered: first the caller's, then the bends of long
-    arrows.
+    """The computation of one layout.
+
+    Vertices are numbered: first the caller's, then the bends of long arrows.
     """
 
     def __init__(
@@ -127,8 +128,9 @@ class _LayeredLayout(Generic[Key]):
         return sorted(pairs)
 
     def _layers(self) -> list[int]:
-        """Assign layers. Each vertex is to the right of its predecessors, and each source is next to a
-        successor.
+        """Assign layers.
+
+        Each vertex is to the right of its predecessors, and each source is next to a successor.
         """
         count = len(self._keys)
         after: list[list[int]] = [[] for _ in range(count)]

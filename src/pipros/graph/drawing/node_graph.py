@@ -1,4 +1,4 @@
-"""Selects the nodes, topics and arrows to draw, as rqt_graph does, by modes, filters and hidden parts."""
+"""Selects the nodes, topics and arrows to draw, by mode, filters and hidden parts, as in rqt_graph."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import Literal, NamedTuple
 from pipros.graph.system_state import SystemState, TopicConnection
 
 Mode = Literal["nodes", "active", "all"]
-"""The modes: nodes, with topics as labels; nodes and connected topics; nodes and all topics."""
+"""Which vertices to draw: nodes, with topics as labels; nodes and connected topics; nodes and all topics."""
 MODES: tuple[Mode, ...] = ("nodes", "active", "all")
 Kind = Literal["node", "topic", "frame", "group", "namespace"]
-"""A group is a box for several topics, a namespace one for everything in it."""
+"""Kinds of vertices. A group is a box for several topics; a namespace is a box for everything in it."""
 
 _QUIET_TOPICS = frozenset({"/rosout", "/rosout_agg", "/clock", "/statistics"})
 _QUIET_NODES = re.compile(

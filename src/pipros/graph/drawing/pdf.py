@@ -1,4 +1,4 @@
-"""Writes a drawing as a one-page PDF with lines and texts.
+"""Writes a drawing as a one-page PDF with lines and text.
 
 `view_frames` uses it to write `frames.pdf`, which tutorials and scripts open, even if Graphviz is not
 installed. The libraries reportlab and fpdf2 are not used, because they draw far more than these shapes and

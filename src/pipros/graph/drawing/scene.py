@@ -1,4 +1,4 @@
-"""A drawing as values: the boxes, lines and texts that SVG, PNG, PDF and the page share."""
+"""A drawing as values: the boxes, lines and labels that SVG, PNG, PDF and the page share."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class Scene:
     """A complete drawing.
 
     Attributes:
-        boxes: vertices with their boxes and texts.
-        arrows: arrows with the points along them and the texts at their middle.
+        boxes: vertices with their boxes and labels.
+        arrows: arrows with the points along them and the labels at their middle.
         bands: the rectangle for each namespace.
         width, height: total size including the margin; the upper left corner is (0, 0).
     """
@@ -39,7 +39,7 @@ class Scene:
 
 
 def draw(graph: NodeGraph, *, with_traffic: bool = False) -> Scene:
-    """Lay out the graph; `with_traffic` reserves room for rates on the arrows."""
+    """Lay out the graph. `with_traffic` reserves room for rates on the arrows."""
     texts = {key: _label(vertex) for key, vertex in graph.vertices.items()}
     has_topics = any(vertex.kind not in ("node", "frame") for vertex in graph.vertices.values())
     sizes = {key: _size(vertex, texts[key]) for key, vertex in graph.vertices.items()}

@@ -11,11 +11,11 @@ from pipros.workspace.dependency_graph import DependencyGraph
 from pipros.workspace.index import PackageIndex
 
 Check = Callable[[Any], Any]
-"""A function in a plugin. Its argument is the context that the facade `roswtf` makes for plugins."""
+"""A function in a plugin. Its argument is the context that the `roswtf` facade creates for plugins."""
 
 
 def _ignore(_text: str) -> None:
-    """Discard the text."""
+    """Ignore the text."""
 
 
 def load_plugins(

@@ -11,7 +11,7 @@ from pipros.health.wtf.rules import Problem
 
 
 def print_problems(problems: Iterable[Problem]) -> None:
-    """Print the warnings, then the errors. On a terminal, they are printed in colour."""
+    """Print the warnings, then the errors, in colour on a terminal."""
     is_coloured = sys.stdout.isatty() and not os.environ.get("NO_COLOR")
     warning, error = (
         ("\x1b[1mWARNING\x1b[0m", "\x1b[31m\x1b[1mERROR\x1b[0m") if is_coloured else ("WARNING", "ERROR")

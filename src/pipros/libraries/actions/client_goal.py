@@ -1,9 +1,8 @@
-"""Client-side state of a goal: the progress of the goal, as far as the client knows it.
+"""Client-side state of a goal: its progress, as far as the client knows.
 
 The server publishes the status of its goals several times a second, and a result at the end. These are
 separate topics, so messages may arrive in any order, and a status may be missed. A single status may
-therefore
-cause several transitions, such as from WAITING_FOR_GOAL_ACK through ACTIVE to WAITING_FOR_RESULT.
+therefore cause several transitions, such as from WAITING_FOR_GOAL_ACK through ACTIVE to WAITING_FOR_RESULT.
 """
 
 from __future__ import annotations

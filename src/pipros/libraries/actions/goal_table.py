@@ -36,7 +36,7 @@ class GoalTable(Generic[_Goal]):
         return self._goals.get(goal_id)
 
     def meant_by(self, goal_id: str, stamp: int, stamp_of: Callable[[_Goal], int]) -> list[_Goal]:
-        """Return the goals that a cancellation request selects, as defined by actionlib_msgs/GoalID.
+        """Return the goals that a cancellation request selects, by the rules in actionlib_msgs/GoalID.
 
         An ID selects one goal, and a timestamp (ns) selects all goals up to that time. If both are given,
         both selections apply. An empty ID with the timestamp 0 selects all goals.

@@ -1,7 +1,7 @@
 """Server-side state of a goal.
 
-A client may request cancellation (`CANCEL_REQUESTED`); all other events are raised by the program that
-executes the goal. An event that is not in the table leaves the goal unchanged.
+A client may request cancellation (`CANCEL_REQUESTED`); all other events come from the program that executes
+the goal. An event that is not in the table leaves the goal unchanged.
 """
 
 from __future__ import annotations

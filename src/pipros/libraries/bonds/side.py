@@ -48,7 +48,7 @@ class BondSide:
         notify: called with ALIVE once the bond is formed and DEAD once it is broken, without a lock held.
         enter: called with each new state while the lock is held.
         ignores_silence: returns whether to ignore a heartbeat timeout. It may block.
-        is_over: returns whether heartbeats and waits should end. `wake` applies this at once.
+        is_over: returns whether heartbeats and waits should end. `wake` makes them check it at once.
 
     Attributes:
         sister_id: ID of the other side; None until its first message arrives.
@@ -147,6 +147,6 @@ class BondSide:
             return is_reached(self.state)
 
     def wake(self) -> None:
-        """End heartbeats and waits if `is_over` is true."""
+        """End heartbeats and waits if `is_over` returns true."""
         with self._changed:
             self._changed.notify_all()

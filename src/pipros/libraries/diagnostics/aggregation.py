@@ -29,7 +29,7 @@ class Aggregation:
         self._other = OtherAnalyzer(self.base, other_as_errors)
 
     def problems(self) -> dict[str, str]:
-        """Return the errors in the parameters' analyzers, by path."""
+        """Return the errors of the configured analyzers that could not be created, by path."""
         return _problems(self._own)
 
     def add(self, owner: str, analyzers: Mapping[str, Any]) -> None:

@@ -24,7 +24,7 @@ ITEM_LIMIT = 10_000
 DEPTH_LIMIT = 20
 """Maximum nesting depth of groups."""
 
-SLOW_REGEX = "A regex takes too long, and is not used any more"
+SLOW_REGEX = "A regex takes too long and is no longer used"
 
 
 class BadAnalyzer(PiprosError, ValueError):

@@ -113,7 +113,7 @@ class _Child:
             process.kill()
             process.wait()
             for pipe in _pipes(process):
-                with contextlib.suppress(OSError):  # closing may fail on data that was not written
+                with contextlib.suppress(OSError):  # closing fails if buffered data cannot be written
                     pipe.close()
 
     def _answer(self, pattern: str, name: str) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class StampDelays:
-    """The minimum and maximum delay between timestamps and arrival since the last report, in seconds."""
+    """The minimum and maximum delay from timestamp to arrival since the last report, in seconds."""
 
     def __init__(self) -> None:
         self.early_count = self.late_count = self.zero_count = 0

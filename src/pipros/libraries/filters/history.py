@@ -46,7 +46,7 @@ class History:
 
 
 class Sequencer:
-    """Queue that delays messages in order to return them by timestamp.
+    """Queue that delays messages so that it can return them in the order of their timestamps.
 
     Timestamps, the delay and the time are in nanoseconds. A message is dropped if a message with a later
     timestamp was already returned. If there are more than `queue_size` messages (0 for no limit), the oldest

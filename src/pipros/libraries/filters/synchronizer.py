@@ -1,4 +1,4 @@
-"""Matching of messages from several inputs by timestamp, in the same order as in Noetic.
+"""Matching of messages from several inputs by timestamp, with the same results as in Noetic.
 
 Each input has a queue keyed by timestamp. A new message may complete a set (one message from each input),
 which `add` removes from the queues and returns. From a queue longer than `queue_size`, the oldest messages
@@ -24,7 +24,7 @@ class ExactSynchronizer:
         self.queues: list[Queue] = [{} for _ in range(inputs)]
         self.queue_size = queue_size
         self.reset = reset
-        self._times = [0] * inputs  # these are clock times at the last message from each input
+        self._times = [0] * inputs  # simulated time at the last message from each input
 
     def add(
         self, message: Any, stamp: int, queue: Queue, index: int | None, simulated_now: int | None
@@ -67,8 +67,8 @@ class ExactSynchronizer:
 class ApproximateSynchronizer(ExactSynchronizer):
     """Matcher of messages whose timestamps differ by less than `slop` nanoseconds.
 
-    If several messages from an input match, the message nearest to the new message is preferred. Earlier
-    inputs take precedence.
+    If several messages from an input match, the message nearest in time to the new message is preferred.
+    Earlier inputs take precedence.
     """
 
     def __init__(self, inputs: int, queue_size: int, slop: int, reset: bool = False) -> None:

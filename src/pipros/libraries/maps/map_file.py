@@ -31,7 +31,8 @@ class MapDescription:
         resolution: metres per pixel.
         origin: pose of the lower left corner: x and y in metres, yaw in radians.
         negate: whether white means occupied.
-        occupied, free: darkness (0 to 1) above which a cell is occupied, or below which it is free.
+        occupied, free: a cell is occupied if its darkness (0 to 1) is above `occupied`, and free if below
+            `free`.
         mode: one of MODES.
     """
 
@@ -180,7 +181,7 @@ def grid_pixels(width: int, cells: Any, free: int, occupied: int) -> bytes:
 
 
 def description_text(image: str, resolution: float, origin: tuple[float, float, float]) -> str:
-    """Return the YAML text for a saved map, which equals the output of Noetic's map_saver."""
+    """Return the YAML text for a saved map, identical to the output of Noetic's map_saver."""
     x, y, yaw = origin
     return (
         f"image: {image}\nresolution: {resolution:f}\norigin: [{x:f}, {y:f}, {yaw:f}]\nnegate: 0\n"

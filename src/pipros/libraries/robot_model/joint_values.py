@@ -1,4 +1,4 @@
-"""The values that joint_state_publisher publishes: defaults, values from sources, and values of mimic joints.
+"""Joint values for joint_state_publisher: defaults, values from sources, and values of mimic joints.
 
 The rules are described at http://wiki.ros.org/joint_state_publisher.
 """
@@ -27,7 +27,7 @@ class JointChoices:
         dependent: joints that follow other joints, given by `parent` and optionally `factor` and `offset`.
         mimic_tags: whether to also use the `<mimic>` tags in the URDF.
         smallest_limits: whether to narrow the range by the soft limits of safety controllers.
-        positions, velocities, efforts: whether to publish default values before a source has sent values.
+        positions, velocities, efforts: whether to publish default values until a source has sent values.
     """
 
     zeros: Mapping[str, float]
@@ -147,7 +147,7 @@ class JointValues:
         seen: list[str] = []
         while name in self.dependent:
             if name in seen:
-                raise MimicCircle(f"joints mimic each other in a circle: {', '.join([*seen, name])}")
+                raise MimicCircle(f"mimic joints form a cycle: {' -> '.join([*seen, name])}")
             seen.append(name)
             rule = self.dependent[name]
             offset += factor * rule.get("offset", 0)

@@ -20,7 +20,7 @@ Vector = tuple[float, float, float]
 
 
 class UrdfError(PiprosError, ValueError):
-    """A text is not a valid URDF, or its links and joints do not form a tree."""
+    """The text is not a valid URDF, or its links and joints do not form a tree."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +147,7 @@ def _check_tree(links: tuple[str, ...], joints: tuple[Joint, ...]) -> None:
     for joint in joints:
         for role, link in (("parent", joint.parent), ("child", joint.child)):
             if link not in known:
-                raise UrdfError(f"{role} of joint {joint.name} is link {link}, which does not exist")
+                raise UrdfError(f"joint {joint.name} has the {role} {link}, which does not exist")
         if joint.child in parent_of:
             raise UrdfError(
                 f"link {joint.child} must have one parent, but joint {joint.name} adds a second one"
@@ -167,7 +167,7 @@ def _check_tree(links: tuple[str, ...], joints: tuple[Joint, ...]) -> None:
         reached.update(found_links)
         new.extend(found_links)
     if len(reached) < len(links):
-        raise UrdfError(f"links form a circle: {', '.join(sorted(known - reached))}")
+        raise UrdfError(f"links form a cycle: {', '.join(sorted(known - reached))}")
 
 
 def _required(element: Element, attribute: str) -> str:

@@ -1,4 +1,4 @@
-"""Texts that describe the tree of a robot: those of `check_urdf` and `urdf_to_graphviz`."""
+"""Text output of a robot's tree, as in `check_urdf` and `urdf_to_graphviz`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pipros.libraries.transforms.pose import roll_pitch_yaw
 
 
 def tree_lines(robot: Robot) -> list[str]:
-    """Return the links of a robot as an indented tree, as `check_urdf` prints them."""
+    """Return the links of a robot as an indented tree, in the format of `check_urdf`."""
     children = _children(robot)
     lines = [
         f"robot name is: {robot.name}",
@@ -23,7 +23,7 @@ def tree_lines(robot: Robot) -> list[str]:
 
 
 def dot_lines(robot: Robot) -> list[str]:
-    """Return links (boxes) and joints (ellipses, with their origins) in the language of Graphviz."""
+    """Return links (boxes) and joints (ellipses, with their origins) in Graphviz's DOT language."""
     joints = [joint for _, _, joint in _walk(robot, _children(robot))]
     lines = ["digraph G {", "node [shape=box];"]
     for link in (robot.root, *(joint.child for joint in joints)):
@@ -39,7 +39,7 @@ def dot_lines(robot: Robot) -> list[str]:
 
 
 def _children(robot: Robot) -> dict[str, list[Joint]]:
-    """Return the joints below each link, sorted by name, as urdfdom has them."""
+    """Return the child joints of each link, sorted by name as in urdfdom."""
     children: dict[str, list[Joint]] = {}
     for joint in sorted(robot.joints, key=lambda joint: joint.name):
         children.setdefault(joint.parent, []).append(joint)
@@ -47,7 +47,7 @@ def _children(robot: Robot) -> dict[str, list[Joint]]:
 
 
 def _walk(robot: Robot, children: dict[str, list[Joint]]) -> Iterator[tuple[int, int, Joint]]:
-    """Yield depth, number among its siblings, and joint of each link below the root, depth first."""
+    """Yield depth, number among its siblings, and joint of each link except the root, depth first."""
     waiting = [(1, number, joint) for number, joint in enumerate(children.get(robot.root, ()), 1)][::-1]
     while waiting:
         depth, number, joint = waiting.pop()

@@ -1,4 +1,4 @@
-"""Robots steered by hand: keys of a terminal and joysticks, and the velocity commands that they mean.
+"""Manual control of robots: velocity commands from the keyboard or a joystick.
 
 `key_bindings.py`, `joystick.py` and `joy_commands.py` are pure; the modules named `*_node.py` are programs.
 """

@@ -1,4 +1,4 @@
-"""Velocity commands from a joystick, by the parameters of `teleop_twist_joy`."""
+"""Velocity commands from a joystick, configured by the parameters of `teleop_twist_joy`."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ class InvalidAxes(PiprosError, ValueError):
 
 
 def by_direction(value: Any, name: str, first: str, known: Sequence[str]) -> dict[str, float]:
-    """Return the numbers of a parameter by direction; a number alone is that of the direction `first`.
+    """Return the numbers in a parameter by direction. A single number applies to the direction `first`.
 
     Raises:
-        InvalidAxes: the value is neither.
+        InvalidAxes: the value is neither a number nor a mapping of directions to numbers.
     """
     given = value if isinstance(value, Mapping) else {first: value}
     for direction, number in given.items():
         if direction not in known or isinstance(number, bool) or not isinstance(number, int | float):
-            raise InvalidAxes(f"{name} must have a number for one of {', '.join(known)}, got {value!r}")
+            raise InvalidAxes(f"{name} must map {', '.join(known)} to numbers, got {value!r}")
     return {direction: float(number) for direction, number in given.items()}
 
 
@@ -34,8 +34,8 @@ class AxisMap:
     """The axes for the directions of a linear or angular velocity, and their scales.
 
     Attributes:
-        axes: index of the joystick's axis by direction.
-        scales, turbo_scales: velocity at full deflection by direction; 0 for those not listed.
+        axes: index of the joystick axis, by direction.
+        scales, turbo_scales: velocity at full deflection, by direction; 0 for directions that are not listed.
     """
 
     axes: Mapping[str, float]
@@ -52,11 +52,11 @@ class AxisMap:
 
 @dataclass(slots=True)
 class JoyCommands:
-    """The commands for a robot, which moves only while a button is held.
+    """Commands for a robot that moves only while a button is held.
 
     Attributes:
-        enable_button: moves the robot with the usual scales.
-        turbo_button: moves it with the turbo scales; -1 for none.
+        enable_button: index of the button that enables motion with the normal scales.
+        turbo_button: index of the button that enables motion with the turbo scales; -1 for no such button.
     """
 
     linear: AxisMap
@@ -70,7 +70,7 @@ class JoyCommands:
     ) -> tuple[dict[str, float], dict[str, float]] | None:
         """Return linear and angular velocities by direction; None if there is nothing to publish.
 
-        When the button is released, one command of zeros stops the robot.
+        After the button is released, a single command with zero velocities stops the robot.
         """
         is_turbo = _is_pressed(buttons, self.turbo_button)
         if is_turbo or _is_pressed(buttons, self.enable_button):

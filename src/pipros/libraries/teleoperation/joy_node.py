@@ -21,16 +21,16 @@ from pipros.node.roscpp_program import roscpp_program
 
 RETRY_S: Final = 1.0
 POLL_S: Final = 0.1
-"""How soon the end of the node is noticed while the joystick rests."""
+"""Interval of checks for the node's shutdown while the joystick is idle."""
 INITIAL_S: Final = 0.1
-"""How long to collect the events that describe the state, before it is published."""
+"""Time for collecting the events that describe the initial state, before publishing it."""
 _GET_NAME: Final = 0x80806A13
 """JSIOCGNAME for 128 bytes."""
 
 
 @exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `joy_node` until the node is shut down. Open a missing or lost device again every second."""
+    """Run `joy_node` until the node is shut down. Retry every second if the device is missing or lost."""
     with roscpp_program("joy_node", "joy", argv) as (node, log):
         device = str(private(node, "dev", "/dev/input/js0"))
         publisher = JoyPublisher(node, device)
@@ -58,7 +58,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 class JoyPublisher:
-    """Publishes the state of one joystick after each opening, with the parameters of the node."""
+    """Publishes the state of one joystick, from the opening of its device until it is lost."""
 
     def __init__(self, node: Node, device: str) -> None:
         self._node = node
@@ -69,13 +69,14 @@ class JoyPublisher:
         rate = number(node, "autorepeat_rate", 0.0)
         self._repeat_s = 1.0 / rate if rate > 0 else math.inf
         self._due_s = math.inf
-        """When to publish next, by `time.monotonic`."""
+        """Time of the next publication, by `time.monotonic`."""
         self._coalesce_s = max(number(node, "coalesce_interval", 0.001), 0.0)
 
     def run(self, descriptor: int) -> None:
-        """Publish the state while it changes, until the device or the node ends.
+        """Publish the state after each change, until the device is lost or the node is shut down.
 
-        Buttons are published at once, axes after the interval in which further changes are collected.
+        Button changes are published at once, axis changes after an interval in which further changes are
+        collected.
         """
         stick = Joystick(
             self.deadzone,
@@ -98,7 +99,10 @@ class JoyPublisher:
         self._topic.publish(message)
 
     def _events(self, descriptor: int) -> Iterator[bytes]:
-        """Yield events until the device or the node ends, and b"" whenever something may be due."""
+        """Yield events until the device is lost or the node is shut down.
+
+        Yield b"" when a publication may be due.
+        """
         rest = b""
         while not self._node.is_ending:
             wait_s = min(max(self._due_s - time.monotonic(), 0.0), POLL_S)
@@ -117,7 +121,7 @@ class JoyPublisher:
 
 
 def _name(descriptor: int) -> str:
-    """Return the name that the driver gives to the device."""
+    """Return the device's name, as reported by the driver."""
     if sys.platform == "win32":
         return "Unknown"
     import fcntl

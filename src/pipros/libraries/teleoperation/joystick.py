@@ -1,7 +1,8 @@
-"""The state of a joystick from the events of Linux: 8 bytes each, little endian on all usual machines.
+"""The state of a joystick, updated by events from Linux: 8 bytes each, little endian on all common machines.
 
-Source: Documentation/input/joydev/joystick-api.rst of Linux. An event has a time in ms, a value, a type
-and a number. The events of the type INIT, sent when the device is opened, describe its state.
+Source: Documentation/input/joydev/joystick-api.rst of Linux. An event consists of a time in ms, a value, a
+type, and the number of the axis or button. Events of type INIT, which are sent after the device is opened,
+describe the initial state.
 """
 
 from __future__ import annotations
@@ -15,11 +16,12 @@ EVENT: Final = struct.Struct("=IhBB")
 BUTTON, AXIS, INIT = 1, 2, 0x80
 FULL: Final = 32767
 TRIGGERS: Final = (2, 5)
-"""Axes of triggers, which are 1 while not pressed, but are reported as 0 until they were first moved."""
+"""Axes of triggers. A released trigger is 1, but the driver reports 0 until it is moved for the first time.
+"""
 
 
 class Change(Enum):
-    """What an event changed, which decides when to publish."""
+    """The kind of change that an event caused, which determines when to publish."""
 
     NOTHING = 0
     INITIAL = 1
@@ -29,12 +31,13 @@ class Change(Enum):
 
 @dataclass(slots=True)
 class Joystick:
-    """Axes and buttons; both grow with the numbers of the events, of which there are at most 256.
+    """State of axes and buttons. Both lists grow with the numbers in the events, up to 256 elements.
 
     Attributes:
-        deadzone: the part of each axis around its centre that is 0; the rest is stretched.
-        is_sticky: buttons keep their state, and change it when pressed.
-        has_triggers: the triggers are 1 until they were moved.
+        deadzone: the part of each axis around its centre that is read as 0. The rest is scaled to the full
+            range.
+        is_sticky: whether buttons toggle when pressed.
+        has_triggers: whether triggers are 1 until they are moved.
     """
 
     deadzone: float = 0.05
@@ -65,7 +68,7 @@ class Joystick:
         return Change.BUTTON if kind == BUTTON else Change.AXIS
 
     def _scaled(self, value: int) -> float:
-        """Return a position from -1 to 1, positive to the left and up."""
+        """Return the position of an axis from -1 to 1, positive to the left and up."""
         dead = FULL * self.deadzone
         beyond = value - dead if value > dead else value + dead if value < -dead else 0.0
         return -beyond / (FULL - dead) + 0.0

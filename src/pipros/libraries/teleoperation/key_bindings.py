@@ -1,4 +1,4 @@
-"""What the keys of `teleop_twist_keyboard` do: directions, speeds and their limits."""
+"""Key bindings of `teleop_twist_keyboard`: directions, speeds and their limits."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 Direction = tuple[int, int, int, int]
-"""Shares of the speed along x, y and z, and of the turn about z."""
+"""Factors for the speed along x, y and z, and for the turn rate about z."""
 
 STOP: Final[Direction] = (0, 0, 0, 0)
 
@@ -38,16 +38,17 @@ SPEEDS: Final = {
     "e": (1.0, 1.1),
     "c": (1.0, 0.9),
 }
-"""Factors of speed and turn."""
+"""Factors by which keys change the speed and the turn rate."""
 
 
 @dataclass(slots=True)
 class KeyedMotion:
-    """The motion that the keys pressed so far mean.
+    """The motion selected by the keys pressed so far.
 
     Attributes:
-        speed, turn: m/s and rad/s; changed by keys up to their limits.
-        direction: that of the last key of a move; STOP after any other key.
+        speed, turn: linear speed in m/s and turn rate in rad/s. Keys change them up to their limits.
+        direction: direction of the last movement key; STOP after any other key that does not change the
+            speeds.
     """
 
     speed: float = 0.5
@@ -57,7 +58,10 @@ class KeyedMotion:
     direction: Direction = field(default=STOP)
 
     def press(self, key: str) -> bool:
-        """Apply a key; "" is a pause without one. Return True if the key changed the speeds."""
+        """Apply a key. Return True if it changed the speeds.
+
+        An empty string means that no key was pressed for some time.
+        """
         if key in SPEEDS:
             self.speed = min(self.speed_limit, self.speed * SPEEDS[key][0])
             self.turn = min(self.turn_limit, self.turn * SPEEDS[key][1])
@@ -67,7 +71,7 @@ class KeyedMotion:
 
     @property
     def linear(self) -> tuple[float, float, float]:
-        """Velocities along x, y and z."""
+        """Linear velocity along x, y and z."""
         x, y, z, _ = self.direction
         return x * self.speed, y * self.speed, z * self.speed
 

@@ -1,4 +1,4 @@
-"""`teleop_twist_keyboard`: keys in a terminal steer any robot that listens to `cmd_vel`."""
+"""`teleop_twist_keyboard`: steers any robot that subscribes to `cmd_vel` with the keys in a terminal."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ e, c    only the angular speed
 Any other key stops. CTRL-C to quit
 """
 TEXT_AFTER: Final = 15
-"""The text is printed again after so many changes of the speeds."""
+"""Number of speed changes after which the help text is printed again."""
 CTRL_C: Final = "\x03"
 
 
 @exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `teleop_twist_keyboard`, until Ctrl-C, the end of the input, or the end of the node."""
+    """Run `teleop_twist_keyboard` until Ctrl-C, the end of the input, or the shutdown of the node."""
     with roscpp_program("teleop_twist_keyboard", "teleop_twist_keyboard", argv) as (node, _):
         motion = _motion(node)
         publish = _publisher(node, motion)
@@ -101,7 +101,7 @@ def _speeds(motion: KeyedMotion) -> str:
 
 
 def _publisher(node: Node, motion: KeyedMotion) -> Callable[[], None]:
-    """Return a function that publishes the motion, with a stamp if `~stamped` is true."""
+    """Return a function that publishes the motion, with a timestamp if `~stamped` is true."""
     is_stamped = private(node, "stamped", False) is True
     frame = str(private(node, "frame_id", ""))
     message_class: Any = load_message_class(f"geometry_msgs/{'TwistStamped' if is_stamped else 'Twist'}")

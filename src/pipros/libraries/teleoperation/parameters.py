@@ -1,4 +1,4 @@
-"""Private parameters and time of the programs."""
+"""Private parameters and timestamps for the teleoperation programs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.node import Node
 
 
 def private(node: Node, name: str, usual: Any) -> Any:
-    """Return a private parameter, or `usual` if it is not set or the master does not answer."""
+    """Return a private parameter; `usual` if it is not set or the master does not answer."""
     try:
         return node.params.get(f"~{name}")
     except (LookupError, PiprosError):
@@ -19,12 +19,12 @@ def private(node: Node, name: str, usual: Any) -> Any:
 
 
 def number(node: Node, name: str, usual: float) -> float:
-    """Return a private parameter that must be a finite number, else `usual`."""
+    """Return a private parameter if it is a finite number, otherwise `usual`."""
     value = private(node, name, usual)
     is_number = isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
     return float(value) if is_number else usual
 
 
 def stamp(node: Node) -> Time:
-    """Return the time of the node for a header."""
+    """Return the node's current time as a timestamp for a header."""
     return Time(*divmod(node.clock.now_ns(), NS_PER_S))

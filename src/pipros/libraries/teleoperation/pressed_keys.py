@@ -1,4 +1,4 @@
-"""Keys pressed in the terminal of a node."""
+"""Reading of keys pressed in a node's terminal."""
 
 from __future__ import annotations
 
@@ -10,11 +10,14 @@ from collections.abc import Iterator
 from pipros.node import Node
 
 POLL_S = 0.1
-"""How soon the end of the node is noticed while no key is pressed."""
+"""Interval of checks for the node's shutdown while no key is pressed."""
 
 
 def pressed_keys(node: Node) -> Iterator[str]:
-    """Yield the characters of standard input, "" after 0.1 s without one, until it or the node ends."""
+    """Yield the characters of standard input until it ends or the node is shut down.
+
+    Yield "" after each 0.1 s without input.
+    """
     descriptor = sys.stdin.fileno()
     while not node.is_ending:
         if not select.select([descriptor], [], [], POLL_S)[0]:

@@ -1,4 +1,4 @@
-"""`teleop_node` of teleop_twist_joy: a joystick steers any robot that listens to `cmd_vel`."""
+"""`teleop_node` of teleop_twist_joy: steers any robot that subscribes to `cmd_vel` with a joystick."""
 
 from __future__ import annotations
 
@@ -62,7 +62,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _axis_map(
     node: Node, kind: str, axis: int, known: Sequence[str], usual: tuple[float, float | None]
 ) -> AxisMap:
-    """Return the axes of a kind of velocity; without a turbo scale it is the usual one."""
+    """Return the axes for the linear or the angular velocity.
+
+    The turbo scale defaults to the normal scale.
+    """
 
     def read(name: str, value: Any) -> dict[str, float]:
         return by_direction(private(node, name, value), f"~{name}", known[0], known)

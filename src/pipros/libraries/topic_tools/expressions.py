@@ -19,7 +19,7 @@ class NotAMapping(PiprosError, ValueError):
 
 
 def part_of(value: Any, name: str) -> Any:
-    """Return a message's field, a permitted attribute of an array, or a name in a module.
+    """Return a field of a message, a permitted attribute of an array, or a member of a module.
 
     Raises:
         AttributeError: the name does not exist or is not permitted.

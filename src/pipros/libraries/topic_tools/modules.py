@@ -1,6 +1,6 @@
 """The modules that `transform` expressions may import, restricted to harmless names.
 
-Expressions cannot access the modules themselves, but only the names listed here. numpy functions that read
+Expressions cannot access the modules themselves, only the names listed here. numpy functions that read
 files or create arrays of any size are excluded.
 """
 

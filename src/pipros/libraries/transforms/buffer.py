@@ -35,8 +35,8 @@ NORM_TOLERANCE = 10e-3
 class TransformBuffer:
     """Buffer for static transforms and for the transforms of the last `length` nanoseconds.
 
-    All transforms together may use `transform_bytes`, which is set in the limits. If a transform would exceed
-    this, the older half of its frame's transforms is dropped. A new frame is refused.
+    All transforms together may use `Limits.transform_bytes`. If a transform would exceed this limit, the
+    older half of its frame's transforms is dropped; a new frame is refused.
 
     Attributes:
         waiter: the threads that are waiting for transforms in this buffer.
@@ -143,7 +143,7 @@ class TransformBuffer:
         return time, compose_via_matrices(in_target, in_fixed)
 
     def can_transform(self, target: str, source: str, time: int) -> str | None:
-        """Return None if `lookup` would succeed, otherwise the reason in tf2's words.
+        """Return None if `lookup` would succeed, otherwise the reason as worded by tf2.
 
         Raises:
             InvalidArgumentException: a frame ID is empty or starts with a slash.
@@ -169,7 +169,7 @@ class TransformBuffer:
     def can_transform_full(
         self, target: str, target_time: int, source: str, source_time: int, fixed: str
     ) -> str | None:
-        """Return None if `lookup_full` would succeed, otherwise the reason in tf2's words.
+        """Return None if `lookup_full` would succeed, otherwise the reason as worded by tf2.
 
         Raises:
             InvalidArgumentException: a frame ID is empty or starts with a slash.

@@ -33,7 +33,7 @@ class FramePair:
     _reported: Pose | None = field(default=None, init=False)
 
     def has_moved(self, pose: Pose) -> bool:
-        """Return whether to report a pose, because it is the first or far from the last reported pose."""
+        """Return whether to report a pose: it is the first, or far enough from the last reported pose."""
         if self._reported is not None and not self._is_far(self._reported, pose):
             return False
         self._reported = pose

@@ -1,4 +1,4 @@
-"""Images of a camera or a video file, read with OpenCV."""
+"""Reading of images from a camera or a video file, with OpenCV."""
 
 from __future__ import annotations
 
@@ -15,25 +15,27 @@ PIXEL_FORMATS: Final = {
     "grey": "GREY",
     "yuvmono10": "Y10 ",
 }
-"""The `pixel_format`s of usb_cam, with the codes of Video4Linux."""
+"""Values of usb_cam's `pixel_format`, with their Video4Linux codes."""
 
 
 class CameraError(PiprosError):
-    """A camera or a video cannot be opened, or delivers no images."""
+    """A camera or a video file cannot be opened, or delivers no images."""
 
 
 class Capture:
     """An open camera or video file.
 
     Attributes:
-        device: its path.
+        device: the path of the device or file.
     """
 
     def __init__(self, device: str, width: int, height: int, rate_hz: float, pixel_format: str) -> None:
-        """Open it, and request a size, a rate and a format, which a video file and some cameras ignore.
+        """Open a camera or a file, and request an image size, a rate and a format.
+
+        Video files and some cameras ignore the request.
 
         Raises:
-            CameraError: it cannot be opened, or the format is unknown.
+            CameraError: the device or file cannot be opened, or the format is unknown.
             ImportError: OpenCV is not installed.
         """
         if pixel_format not in PIXEL_FORMATS:
@@ -52,10 +54,10 @@ class Capture:
             self._video.set(setting, value)
 
     def read(self) -> Any:
-        """Return the next image as an array of RGB pixels. Waits for the camera, at most some seconds.
+        """Return the next image as an array of RGB pixels. Wait for the camera, for a few seconds at most.
 
         Raises:
-            CameraError: there is none: the camera was unplugged, or the video has ended.
+            CameraError: there is no image, because the camera was unplugged or the video has ended.
         """
         is_read, image = self._video.read()
         if not is_read:

@@ -49,7 +49,7 @@ class Settings:
             ("png_level", self.png_level, 9),
         ):
             if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= limit:
-                raise CompressionError(f"{name} must be a whole number from 1 to {limit}, got {value!r}")
+                raise CompressionError(f"{name} must be an integer from 1 to {limit}, got {value!r}")
 
 
 def compressed(image: Any, encoding_name: str, settings: Settings, codec: Codec) -> tuple[str, bytes]:
@@ -62,7 +62,7 @@ def compressed(image: Any, encoding_name: str, settings: Settings, codec: Codec)
     try:
         bits = encoding(encoding_name).bits
         if bits not in (8, 16):
-            raise CompressionError(f"{settings.kind} must have values of 8 or 16 bits, got [{encoding_name}]")
+            raise CompressionError(f"{settings.kind} requires values of 8 or 16 bits, got [{encoding_name}]")
         target = ""
         if encoding_name in COLORS and COLORS[encoding_name].color in _HAS_COLORS:
             target = "bgr8" if settings.kind == "jpeg" else f"bgr{bits}"
@@ -120,7 +120,7 @@ def _depth(name: str, data: bytes, codec: Codec) -> Any:
     if name == "16UC1":
         return steps.astype(np.uint16)
     if name != "32FC1":
-        raise CompressionError(f"a compressed depth image must be of 16UC1 or 32FC1, got [{name}]")
+        raise CompressionError(f"a compressed depth image must be 16UC1 or 32FC1, got [{name}]")
     with np.errstate(divide="ignore", invalid="ignore"):
         depths = np.float32(quotient) / (steps.astype(np.float32) - np.float32(offset))
     return np.where(steps == 0, np.float32(np.nan), depths)

@@ -10,7 +10,7 @@ from pipros.libraries.vision.extras import numpy as np
 COUNTS = (4, 5, 8, 12, 14)
 """Valid numbers of coefficients.
 
-4 or 5 are for plumb bob, 8 for rational polynomial, 12 with thin prisms, and 14 with a tilted sensor as well.
+Plumb bob has 4 or 5, rational polynomial has 8, 12 with thin prisms, or 14 with a tilted sensor as well.
 """
 
 _ITERATIONS = 5  # OpenCV's undistortPoints uses the same number of iterations

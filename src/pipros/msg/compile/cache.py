@@ -3,8 +3,7 @@
 An entry is a file named after the type, the location of its definition, and the Python version that runs it.
 An entry is valid as long as all definition files that it was made from have the same locations, sizes and
 modification times, and the compiler and the functions that compiled types call are unchanged. Entries are
-code:
-`CacheFolder` explains which entries are trusted, and how they are written.
+code: `CacheFolder` explains which entries are trusted, and how they are written.
 """
 
 from __future__ import annotations

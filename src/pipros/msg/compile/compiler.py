@@ -116,7 +116,7 @@ def _checked(spec: MessageSpec, lookup: Lookup, limits: Limits) -> tuple[Complet
     layout = TypeLayouts(lookup).of(spec)
     if layout.code_size > limits.definition_fields:
         limit = limit_text("definition_fields", limits.definition_fields)
-        raise DefinitionError(f"the message has {layout.code_size} fields in all; {limit}", file=spec.file)
+        raise DefinitionError(f"the message has {layout.code_size} fields in total; {limit}", file=spec.file)
     if layout.value_count > limits.message_values:  # the sizes of nested fixed arrays multiply
         raise DefinitionError(
             f"a new message would hold more than {limits.message_values} values", file=spec.file

@@ -92,7 +92,7 @@ def _reread_leniently(message: Any, data: Buffer, error: UnicodeDecodeError) -> 
 
 
 def _fixed_octets(value: Any, length: int) -> bytes:
-    """Convert the value of a `uint8[n]` or `char[n]` field. As in genpy, `bytes` are cut or padded."""
+    """Convert the value of a `uint8[n]` or `char[n]` field. As in genpy, `bytes` are truncated or padded."""
     if value.__class__ is bytes:
         return value
     octets = bytes(_octets(value))

@@ -84,9 +84,8 @@ def parse_message(text: str, type_name: str, file: str | None = None, *, first_l
 def parse_service(text: str, type_name: str, file: str | None = None) -> ServiceSpec:
     """Parse a service definition, whose parts become `NameRequest` and `NameResponse`.
 
-    As in genmsg, the response is empty if there is no line `---`, and continues after a second such line.
-    Raises
-    the same errors as `parse_message`.
+    As in genmsg, the response is empty if there is no line `---`, and includes the text after a second such
+    line. Raises the same errors as `parse_message`.
     """
     file = file or f"<definition of {type_name}>"
     (asked, _), *others = _sections(text)

@@ -1,4 +1,6 @@
-"""A flat world with robots on two wheels: cmd_vel in, odometry, transforms, laser scans and batteries out.
+"""Simulator of robots with two wheels in a flat world.
+
+Robots receive `cmd_vel`, and publish odometry, transforms, laser scans and the state of their battery.
 
 Start with `simulation.py`, which is pure; `robots_node.py` connects it to topics and services. Needs numpy.
 """

@@ -1,4 +1,4 @@
-"""The battery of a simulated robot: charge over time, and a voltage that falls with it."""
+"""The battery of a simulated robot: its charge over time, and a voltage that depends on the charge."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ class BatterySettings:
 
     Attributes:
         capacity_ah: charge of a full battery, in ampere hours.
-        full_v, empty_v: voltages of a full and of an empty battery; linear in between.
-        idle_a: current while the robot stands.
-        drive_a: additional current at the highest speed, in proportion below it.
+        full_v, empty_v: voltages of a full and of an empty battery, interpolated linearly in between.
+        idle_a: current while the robot does not move.
+        drive_a: additional current at maximum speed, proportionally less at lower speeds.
         charge_a: current of the charger.
     """
 
@@ -45,7 +45,7 @@ class Battery:
 
     @property
     def percentage(self) -> float:
-        """The remaining part of the capacity, from 0 to 1."""
+        """The remaining charge as a fraction of the capacity, from 0 to 1."""
         return self.charge_ah / self.settings.capacity_ah
 
     @property
@@ -55,11 +55,11 @@ class Battery:
 
     @property
     def is_empty(self) -> bool:
-        """Whether the motors get no current."""
+        """Whether the battery is too empty to supply the motors."""
         return self.charge_ah <= 0.0 and not self.is_charging
 
     def step(self, load: float, duration_s: float) -> None:
-        """Let time pass with the motors at `load`, from 0 to 1."""
+        """Advance the time, with the motors at `load`, from 0 to 1."""
         settings = self.settings
         used = 0.0 if self.is_empty else settings.idle_a + settings.drive_a * load
         current = (settings.charge_a if self.is_charging else 0.0) - used

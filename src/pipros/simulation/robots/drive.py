@@ -1,7 +1,7 @@
 """Motion of a robot with two driven wheels on one axis.
 
-Poses are x and y in metres and the yaw in radians, counter-clockwise from x. At constant velocities a robot
-follows an arc, which is computed in closed form: the size of a step adds no error.
+Poses are x and y in metres and the yaw in radians, counter-clockwise from x. At constant velocities, a robot
+follows an arc, which is computed in closed form, so the size of a step does not affect the accuracy.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """A way: metres forwards, and the angle in radians by which the robot turns evenly on it."""
+    """A motion along an arc: metres forwards, and radians by which the robot turns at a constant rate."""
 
     forwards: float = 0.0
     turn: float = 0.0
@@ -45,19 +45,19 @@ def moved(pose: Pose, motion: Motion) -> Pose:
 
 
 def wrapped(angle: float) -> float:
-    """Return the angle between -pi and pi."""
+    """Return the equivalent angle between -pi and pi."""
     return math.remainder(angle, math.tau)
 
 
 def relative(pose: Pose, origin: Pose) -> Pose:
-    """Return a pose as seen from another one."""
+    """Return a pose relative to another pose."""
     across, up = pose.x - origin.x, pose.y - origin.y
     cosine, sine = math.cos(origin.yaw), math.sin(origin.yaw)
     return Pose(cosine * across + sine * up, cosine * up - sine * across, wrapped(pose.yaw - origin.yaw))
 
 
 def combined(first: Pose, second: Pose) -> Pose:
-    """Return the pose that is `second` as seen from `first`, in the frame of `first`."""
+    """Return the pose that is `second` relative to `first`, in the frame in which `first` is given."""
     cosine, sine = math.cos(first.yaw), math.sin(first.yaw)
     return Pose(
         first.x + cosine * second.x - sine * second.y,

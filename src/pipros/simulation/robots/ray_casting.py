@@ -1,10 +1,10 @@
-"""Distances along rays to the walls of a world, and to discs.
+"""Compute the distances along rays to the walls of a world, and to discs.
 
 Theory of operation. All rays advance together, as arrays. In each round a ray either goes to the boundary of
 the next cell, which is exact (Amanatides and Woo, 1987), or, if walls are far away, by the number of cells
 that `World.jumps` says are free around it. A distance of t cells changes no coordinate by more than t, so a
-jump cannot pass a wall. Rays that have ended leave the arrays. A scan of an ordinary room takes some 20
-rounds instead of one for each cell.
+jump cannot pass a wall. Rays that have hit a wall are removed from the arrays. A scan of an ordinary room
+takes about 20 rounds instead of one for each cell.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from pipros.simulation.robots.world import WALL, World
 Array = NDArray[np.float64]
 
 _SMALLEST_SLOPE = 1e-12
-"""Slopes below this do not reach another cell; 0 cannot be divided by."""
+"""Minimum slope, which avoids a division by 0. Rays with smaller slopes do not reach another cell."""
 
 
 def cast_rays(world: World, x: Array, y: Array, angle: Array, limit: Array) -> Array:
-    """Return the distance to the first wall along each ray; infinite if there is none within the limit.
+    """Return the distance to the first wall along each ray; infinity if there is no wall within the limit.
 
     Args:
         x, y: start of each ray, in metres.
         angle: directions in radians.
-        limit: longest distances in metres. All four have the shape (n,).
+        limit: maximum distances in metres. All four arrays have the shape (n,).
     """
     ranges = np.full(x.shape, np.inf)
     slope = np.stack((np.cos(angle), np.sin(angle)))
@@ -51,7 +51,7 @@ def cast_rays(world: World, x: Array, y: Array, angle: Array, limit: Array) -> A
         nearest = np.where(crosses_x, boundary[0], boundary[1])
         far = travelled + jump
         jumps = (far > nearest) & (jump > 0)
-        # Where a jump ended, rounding can put the ray into a cell whose boundary it has just passed.
+        # After a jump, rounding can put the ray into a cell whose boundary it has just passed.
         travelled = np.maximum(np.where(jumps, far, nearest), travelled)
         direction = np.where(slope > 0, 1, -1)
         following = cell + direction * np.stack((crosses_x, ~crosses_x))
@@ -60,11 +60,11 @@ def cast_rays(world: World, x: Array, y: Array, angle: Array, limit: Array) -> A
 
 
 def distances_to_discs(x: float, y: float, angle: Array, discs: Array) -> Array:
-    """Return the distance to the first disc along each ray from one point; infinite if there is none.
+    """Return the distance to the first disc along each ray from one point; infinity if it hits no disc.
 
     Args:
         angle: directions in radians, shape (n,).
-        discs: x, y and radius of each disc, shape (m, 3). A disc that contains the point is not seen.
+        discs: x, y and radius of each disc, shape (m, 3). Discs that contain the point are ignored.
     """
     across, up = discs[:, 0] - x, discs[:, 1] - y
     cosine, sine = np.cos(angle)[:, None], np.sin(angle)[:, None]

@@ -1,4 +1,4 @@
-"""One simulated robot: its true pose, and what its sensors report. No clock, no sockets."""
+"""One simulated robot: its true pose and its sensors. No clock, no sockets."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ class Robot:
     """State of a robot. Not thread-safe.
 
     Attributes:
-        settings: as given.
+        settings: the settings of the robot.
         pose: the true pose in the frame of the map.
-        odometry: the pose that the wheels report, from (0, 0, 0) at the start.
+        odometry: the pose estimated from the wheels, (0, 0, 0) at the start.
         velocity: the motion per second during the last step.
         wheels: angles of the left and the right wheel, in radians.
         wheel_speeds: their speeds during the last step, in rad/s.
         is_bumped: whether something blocked the last step.
         battery: the battery.
-        random: source of the noise of odometry; robots do not share it.
+        random: source of the odometry noise; each robot has its own.
     """
 
     def __init__(self, settings: RobotSettings, start: Pose, seed: np.random.SeedSequence) -> None:
@@ -33,7 +33,7 @@ class Robot:
         self.reset()
 
     def reset(self) -> None:
-        """Return to the start, with a full battery, and with the same noise as at first."""
+        """Move back to the starting pose, with a full battery and a restarted noise sequence."""
         self.battery = Battery(self.settings.battery)
         self.random = np.random.default_rng(self._seed)
         self.odometry = Pose()
@@ -41,12 +41,12 @@ class Robot:
         self.place(self._start)
 
     def scan_noise(self, steps: int) -> np.random.Generator:
-        """Return the source of the noise of one scan, whatever scans were made before."""
+        """Return the noise source for one scan, independent of the scans made before."""
         key = (*self._seed.spawn_key, steps)
         return np.random.default_rng(np.random.SeedSequence(self._seed.entropy, spawn_key=key))
 
     def place(self, pose: Pose) -> None:
-        """Put the robot somewhere and stop it. The odometry does not notice."""
+        """Move the robot to a pose and stop it. The odometry does not change."""
         self.pose = pose
         self.velocity = Motion()
         self.wheel_speeds = (0.0, 0.0)
@@ -55,19 +55,22 @@ class Robot:
         self._command_s = -math.inf
 
     def command(self, linear: float, angular: float, now_s: float) -> None:
-        """Set the velocities (m/s, rad/s), within those of the robot, from the simulated time `now_s`."""
+        """Set the velocities (m/s, rad/s), clipped to the robot's limits, at the simulated time `now_s`."""
         highest, fastest = self.settings.max_linear, self.settings.max_angular
         self._command = Motion(min(max(linear, -highest), highest), min(max(angular, -fastest), fastest))
         self._command_s = now_s
 
     def planned(self, now_s: float, duration_s: float) -> Motion:
-        """Return the motion of the next step if nothing blocks it."""
+        """Return the motion of the next step if the robot is not blocked."""
         if now_s - self._command_s > self.settings.command_timeout_s or self.battery.is_empty:
             return Motion()
         return Motion(self._command.forwards * duration_s, self._command.turn * duration_s)
 
     def step(self, motion: Motion, duration_s: float, *, is_blocked: bool) -> None:
-        """Perform a motion; if it is blocked, the robot turns in its place, and its wheels do the same."""
+        """Perform a motion.
+
+        If it is blocked, the robot turns on the spot, and its wheels turn accordingly.
+        """
         self.is_bumped = is_blocked
         if is_blocked:
             motion = Motion(0.0, motion.turn)
@@ -83,7 +86,7 @@ class Robot:
         self.battery.step(min(speed / highest, 1.0) if highest else 0.0, duration_s)
 
     def _measured(self, motion: Motion) -> Motion:
-        """Return the motion as the odometry measures it."""
+        """Return the motion as measured by the odometry."""
         noise = self.settings.odometry_noise
         if not noise:
             return motion

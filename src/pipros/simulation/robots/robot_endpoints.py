@@ -24,12 +24,12 @@ _GOOD, _LITHIUM_ION = 1, 2
 
 @dataclass(frozen=True, slots=True)
 class Interface:
-    """Names of frames and topics, which follow the name of the robot if it has one.
+    """Names of frames and topics, with the name of the robot as a prefix if it has one.
 
     Attributes:
         odom_frame: frame of the odometry.
-        base_frames: frames of the robot, each at the same place as the one before; the first one moves in
-            `odom_frame`.
+        base_frames: frames of the robot, all at the same place. The first is a child of `odom_frame`, each
+            other one of the frame before it.
         scan_frame, scan_topic: frame and topic of the laser.
         wheel_joints: the left and the right one.
     """
@@ -54,7 +54,7 @@ class Interface:
 
 
 class RobotEndpoints:
-    """Publishes what a robot measures, and passes on its commands. Names are relative to the namespace."""
+    """Publishes a robot's measurements, and passes commands to it. Names are relative to the namespace."""
 
     def __init__(
         self, node: Node, name: str, simulation: Simulation, lock: threading.Lock, names: Interface
@@ -63,7 +63,7 @@ class RobotEndpoints:
 
         Args:
             lock: held while the simulation is used.
-            names: already with the name of the robot.
+            names: names for this robot, as returned by `Interface.of`.
         """
         self.names: Final = names
         self._name = name
@@ -94,11 +94,11 @@ class RobotEndpoints:
 
     @property
     def wants_scan(self) -> bool:
-        """Whether the robot has a laser and a subscriber of its scans."""
+        """Whether the robot has a laser, and its scans have a subscriber."""
         return self._robot.settings.laser is not None and bool(self._scan.connection_count)
 
     def publish_motion(self, stamp: Time) -> None:
-        """Publish odometry, true pose and wheels to their subscribers; the bumper only if it changed."""
+        """Publish odometry, true pose and wheels if they have subscribers, and the bumper if it changed."""
         robot, names = self._robot, self.names
         if self._odom.connection_count:
             self._odom.publish(self._odometry(stamp, names.odom_frame, robot.odometry))
@@ -115,7 +115,7 @@ class RobotEndpoints:
             self._bumper.publish(self._bumper_class(robot.is_bumped))
 
     def publish_battery(self, stamp: Time) -> None:
-        """Publish the state of the battery, if there are subscribers."""
+        """Publish the state of the battery if it has subscribers."""
         if not self._battery.connection_count:
             return
         battery, message = self._robot.battery, self._battery_class()

@@ -20,16 +20,16 @@ SCAN_STEPS: Final = 5
 BATTERY_STEPS: Final = 50
 """Steps between two messages of a battery: 1 Hz."""
 LATE_S: Final = 0.1
-"""A simulation that is later than this goes on from now: lost steps are not made up for."""
+"""If the simulation is behind by more than this, it skips the missed steps."""
 
 _STEP_NS: Final = round(STEP_S * 1e9)
 
 
 class RobotsNode:
-    """Robots as a node.
+    """A ROS node around a simulation of robots.
 
-    If `/use_sim_time` is true, the node publishes its simulated time on `/clock`, and stamps messages with
-    it; otherwise stamps are of the wall clock. Service handlers and commands run in threads.
+    If `/use_sim_time` is true, the node publishes its simulated time on `/clock` and in timestamps; otherwise
+    timestamps are wall time. Service handlers and commands run in threads.
 
     Attributes:
         lock: held while the simulation is used.
@@ -74,7 +74,7 @@ class RobotsNode:
         serve(node, "reset_positions", "std_srvs/Empty", self._reset)
 
     def run(self) -> None:
-        """Step until the node ends."""
+        """Step until the node is shut down."""
         due_s = time.monotonic()
         while not self._node.wait_for_shutdown(max(0.0, due_s - time.monotonic())):
             self.step()
@@ -83,7 +83,7 @@ class RobotsNode:
                 due_s = time.monotonic()
 
     def step(self) -> None:
-        """Move the robots, and publish."""
+        """Move the robots and publish their measurements."""
         with self.lock:
             self.simulation.step()
             steps = self.simulation.steps

@@ -1,4 +1,4 @@
-"""What can be set of a simulated robot, with the defaults of a small robot for tables and floors."""
+"""Settings of a simulated robot. The defaults describe a small robot for tables and floors."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ class Laser:
     Attributes:
         rays: number of rays.
         min_angle: direction of the first ray, in radians from straight ahead, counter-clockwise.
-        field_of_view: angle between the first and the last ray; a full turn is divided evenly.
+        field_of_view: angle between the first and the last ray. In a full turn, all rays are evenly spaced.
         range_min, range_max: range of measurements in metres.
         noise: standard deviation of a measurement in metres.
-        no_echo: the value of a ray that hits nothing.
+        no_echo: the range reported if a ray hits nothing.
         x, y, yaw: pose on the robot.
     """
 
@@ -41,7 +41,7 @@ class Laser:
 
     @property
     def increment(self) -> float:
-        """The angle from each ray to the next."""
+        """The angle between neighbouring rays."""
         gaps = self.rays if self.field_of_view >= math.tau - 1e-9 else max(self.rays - 1, 1)
         return self.field_of_view / gaps
 
@@ -56,14 +56,15 @@ class RobotSettings:
     """A robot: a disc with two wheels on one axis through its centre.
 
     Attributes:
-        name: unique in a simulation; the only robot may have none.
-        start: first pose in the frame of the map; None for a free place.
-        radius: of the disc, in metres.
+        name: unique name in the simulation; may be empty if there is only one robot.
+        start: starting pose in the map frame; None selects a free place.
+        radius: radius of the disc in metres.
         wheel_separation, wheel_radius: in metres.
-        max_linear, max_angular: highest velocities in m/s and rad/s.
+        max_linear, max_angular: maximum velocities in m/s and rad/s.
         command_timeout_s: the robot stops if no command has arrived for this long, in simulated time.
-        odometry_noise: standard deviation of odometry, as a part of each step's distance and of its turn.
-        laser: the scanner; None if there is none.
+        odometry_noise: standard deviation of the odometry, as a fraction of the distance and of the turn in
+            each step.
+        laser: the scanner; None if the robot has none.
         battery: the battery and its load.
     """
 
@@ -90,7 +91,7 @@ _ANY_NUMBER = {"min_angle", "x", "y", "yaw"}
 
 
 def changed(defaults: _Settings, values: Any, where: str) -> _Settings:
-    """Return settings with the numbers of a mapping instead of the defaults.
+    """Return settings in which the values of a mapping replace the defaults.
 
     Args:
         where: name of the mapping, for errors.
@@ -120,7 +121,7 @@ def number(value: object, where: str) -> float:
     """Return a finite number.
 
     Raises:
-        InvalidSettings: the value is something else.
+        InvalidSettings: the value is not a finite number.
     """
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise InvalidSettings(f"{where} must be a finite number, got {value!r}")

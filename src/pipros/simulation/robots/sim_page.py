@@ -1,6 +1,6 @@
-"""The page of simulated robots: the walls, the robots with their laser scans, drag and drop, arrow keys.
+"""The page of simulated robots: shows walls, robots and laser scans; moves robots by dragging or arrow keys.
 
-Nothing that the page can do leaves the node: it moves robots of this node without a topic or a service.
+The page affects only this node: it moves the node's robots without a topic or a service.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from pipros.simulation.robots.world import World
 from pipros.web.server import RequestRefused, Services
 
 FRAME_S: Final = 0.1
-"""Interval of pictures for a browser."""
+"""Interval of updates for a browser."""
 LONGEST_SIDE: Final = 2000
-"""Maximum width and height of the picture of the walls; of larger maps, several cells become a pixel."""
+"""Maximum width and height of the image of the walls. In larger maps, several cells become one pixel."""
 POINTS: Final = 180
-"""Maximum number of points shown of a scan."""
+"""Maximum number of points of a scan that are shown."""
 
 
 class SimPage:
@@ -38,7 +38,7 @@ class SimPage:
         self._node = node
 
     def services(self) -> Services:
-        """Return them for a server."""
+        """Return the views and actions for a server."""
         return Services(
             views={"world": self.world},
             actions={"place": self.place, "steer": self.steer, "reset": self.reset, "close": self.close},
@@ -46,7 +46,7 @@ class SimPage:
         )
 
     async def world(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the walls once, then the robots whenever a step was made."""
+        """Yield the walls once, then the robots after each step."""
         world = self._robots.simulation.world
         picture = await asyncio.to_thread(walls_picture, world)
         yield {
@@ -64,7 +64,7 @@ class SimPage:
             await asyncio.sleep(FRAME_S)
 
     async def place(self, arguments: Mapping[str, Any]) -> None:
-        """Put a robot somewhere."""
+        """Move a robot to a pose."""
         x, y, yaw = (_number(arguments, key) for key in ("x", "y", "yaw"))
         try:
             with self._robots.lock:
@@ -79,20 +79,20 @@ class SimPage:
             simulation = self._robots.simulation
             robot = simulation.robots.get(str(arguments.get("robot")))
             if robot is None:
-                raise RequestRefused(f"there is no robot {arguments.get('robot')!r}")
+                raise RequestRefused(f"no robot is named {arguments.get('robot')!r}")
             robot.command(linear, angular, simulation.time_s)
 
     async def reset(self, _: Mapping[str, Any]) -> None:
-        """Return all robots to their starts."""
+        """Move all robots back to their starting poses."""
         with self._robots.lock:
             self._robots.simulation.reset()
 
     async def close(self, _: Mapping[str, Any]) -> None:
-        """End the node."""
-        self._node.shutdown_async("closed on its page")
+        """Shut down the node."""
+        self._node.shutdown_async("closed on the page")
 
     def _shown(self) -> list[Any]:
-        """Return name, pose, radius, bumper, battery and points of the scan of each robot."""
+        """Return the name, pose, radius, bumper, battery and scan points of each robot."""
         simulation = self._robots.simulation
         shown = []
         for name, robot in simulation.robots.items():

@@ -1,4 +1,4 @@
-"""The program `sim` of pipros_sim: a simulation from parameters, its node and its page."""
+"""The `sim` program of pipros_sim: runs a simulation described by parameters, with its node and page."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ BUILT_IN_MAP = str(SHARED_PACKAGES / "pipros_sim" / "maps" / "room.yaml")
 
 @exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the node until it ends. Return 1 if a parameter or the map is invalid."""
+    """Run the node until it is shut down. Return 1 if a parameter or the map is invalid."""
     with roscpp_program("sim", "pipros_sim", argv) as (node, log):
         return run(node, log, lambda: _from_parameters(node))
 
@@ -84,14 +84,14 @@ def _from_parameters(node: Node) -> RobotsNode:
 
 
 def robots_of(given: object, usual: RobotSettings, limit: int) -> list[RobotSettings]:
-    """Return the robots of the parameter `robots`: a number, or a list of mappings with name, x, y and yaw.
+    """Parse the parameter `robots`: a number, or a list of mappings with name, x, y and yaw.
 
     Raises:
-        InvalidSettings: it is something else, or there are more than `limit`.
+        InvalidSettings: the value is neither, or there are more than `limit` robots.
     """
     if isinstance(given, list):
         if not 0 < len(given) <= limit:
-            raise InvalidSettings(f"robots must be a list of 1 to {limit}, got {len(given)}")
+            raise InvalidSettings(f"robots must be a list of 1 to {limit} robots, got {len(given)}")
         return [_robot_of(each, usual) for each in given]
     count = number(given, "robots")
     if not (count.is_integer() and 1 <= count <= limit):
@@ -105,7 +105,7 @@ def _robot_of(given: object, usual: RobotSettings) -> RobotSettings:
     from pipros.basics import names
 
     if not isinstance(given, dict) or not given.keys() <= {"name", "x", "y", "yaw"}:
-        raise InvalidSettings(f"each of robots must be a mapping with name, x, y and yaw, got {given!r}")
+        raise InvalidSettings(f"each robot must be a mapping with name, x, y and yaw, got {given!r}")
     name = given.get("name", "")
     if not isinstance(name, str) or (name and not names.is_legal_base(name)):
         raise InvalidSettings(f"the name of a robot must be letters, digits and _, got {name!r}")

@@ -1,6 +1,6 @@
 """Robots in a world, step by step in simulated time. No clock, no sockets.
 
-The same settings, seed and commands (at the same steps) give the same trace, whichever scans are made.
+The same settings, seed and commands (at the same steps) produce the same trace, regardless of the scans.
 """
 
 from __future__ import annotations
@@ -36,13 +36,14 @@ class Simulation:
     """
 
     def __init__(self, world: World, robots: Sequence[RobotSettings], *, seed: int = 0) -> None:
-        """Put robots into a world.
+        """Create a simulation.
 
         Args:
-            seed: a number from 0, for noise and for the places of robots without a start.
+            seed: a number >= 0, for the noise and for the places of robots without a starting pose.
 
         Raises:
-            InvalidSettings: a name is repeated, a start is not free, or no place is left for a robot.
+            InvalidSettings: a name is repeated, a starting pose is not free, or there is no free place for a
+        robot.
         """
         self.world = world
         self.robots: dict[str, Robot] = {}
@@ -50,7 +51,7 @@ class Simulation:
         self._reset_at = 0
         places, *seeds = np.random.SeedSequence(seed).spawn(len(robots) + 1)
         random = np.random.default_rng(places)
-        for settings in robots:  # robots without a start go around those with one
+        for settings in robots:  # robots without a starting pose avoid the others
             if settings.start is not None and not world.is_free(
                 settings.start.x, settings.start.y, settings.radius
             ):
@@ -64,7 +65,7 @@ class Simulation:
     def _free_place(
         self, settings: RobotSettings, all_robots: Sequence[RobotSettings], random: np.random.Generator
     ) -> Pose:
-        """Return the origin of the map, or a random place, without a wall or another robot."""
+        """Return the origin of the map if it is free of walls and robots, otherwise a random free place."""
         taken = [(robot.pose, robot.settings.radius) for robot in self.robots.values()]
         taken += [(robot.start, robot.radius) for robot in all_robots if robot.start is not None]
         cells = self.world.free_cells()
@@ -80,11 +81,11 @@ class Simulation:
 
     @property
     def time_s(self) -> float:
-        """The simulated time since the start."""
+        """The simulated time in seconds since the start."""
         return self.steps * STEP_S
 
     def step(self) -> None:
-        """Move all robots, one after the other, for `STEP_S`."""
+        """Move all robots, one after the other, by one step of `STEP_S`."""
         self.steps += 1
         for robot in self.robots.values():
             motion = robot.planned(self.time_s, STEP_S)
@@ -92,7 +93,7 @@ class Simulation:
             robot.step(motion, STEP_S, is_blocked=is_blocked)
 
     def _is_blocked(self, robot: Robot, pose: Pose) -> bool:
-        """Return True if a wall is in the way, or a robot that would be no farther away than now."""
+        """Return True if a wall is in the way, or a robot from which this robot does not move away."""
         if not self.world.is_free(pose.x, pose.y, robot.settings.radius):
             return True
         for other in self.robots.values():
@@ -105,7 +106,7 @@ class Simulation:
         return False
 
     def scans(self, names: Collection[str]) -> dict[str, Ranges]:
-        """Return the ranges that the lasers of these robots measure now, in metres."""
+        """Return the ranges that the lasers of these robots currently measure, in metres."""
         scanning = [
             (name, self.robots[name], laser)
             for name in names
@@ -134,7 +135,7 @@ class Simulation:
         return measured
 
     def echoes(self, name: str, most: int) -> NDArray[np.float64]:
-        """Return where up to `most` rays of a robot's laser end, without noise, with shape (n, 2)."""
+        """Return the points that up to `most` rays of a robot's laser hit, without noise, shape (n, 2)."""
         robot = self.robots[name]
         laser = robot.settings.laser
         if laser is None:
@@ -151,7 +152,7 @@ class Simulation:
         return points[ranges <= laser.range_max]
 
     def _discs_beside(self, robot: Robot) -> NDArray[np.float64]:
-        """Return x, y and radius of all other robots, with shape (n, 3)."""
+        """Return x, y and radius of all other robots as an array of shape (n, 3)."""
         others = [
             (other.pose.x, other.pose.y, other.settings.radius)
             for other in self.robots.values()
@@ -160,10 +161,10 @@ class Simulation:
         return np.array(others or np.empty((0, 3)), np.float64)
 
     def place(self, name: str, pose: Pose) -> None:
-        """Put a robot somewhere.
+        """Move a robot to a pose.
 
         Raises:
-            Rejected: no robot has this name, or a wall or another robot is there.
+            Rejected: no robot has this name, or the place is not free.
         """
         robot = self.robots.get(name)
         if robot is None:
@@ -179,14 +180,14 @@ class Simulation:
         robot.place(pose)
 
     def reset(self) -> None:
-        """Return all robots to their starts, and repeat the noise. The simulated time goes on."""
+        """Move all robots back to their starting poses and restart the noise. Simulated time continues."""
         self._reset_at = self.steps
         for robot in self.robots.values():
             robot.reset()
 
 
 def _measured(exact: Ranges, laser: Laser, random: np.random.Generator) -> Ranges:
-    """Return the ranges with noise; beyond the limits of the laser there is no echo."""
+    """Return the ranges with noise added. Those outside the laser's limits become `laser.no_echo`."""
     if laser.noise:
         exact = exact + laser.noise * random.standard_normal(exact.shape)
     is_echo = (exact >= laser.range_min) & (exact <= laser.range_max)

@@ -1,9 +1,8 @@
-"""Reads the world files of Stage as far as walls come from a bitmap: https://player-stage-manual.readthedocs.io.
+"""Reads world files of Stage whose walls are a bitmap: https://player-stage-manual.readthedocs.io.
 
 A file has properties (`resolution 0.02`), models (`floorplan ( bitmap "map.png" size [16 16 1] )`), models
-inside of models, definitions of further kinds of models (`define floorplan model ( … )`), and includes.
-`read_stage` returns the first model with a bitmap, and the robots: models of the kind `position` that are in
-no other model.
+inside models, definitions of further kinds of models (`define floorplan model ( … )`), and includes.
+`read_stage` returns the first model with a bitmap, and the robots: top-level models of the kind `position`.
 """
 
 from __future__ import annotations
@@ -26,11 +25,11 @@ from pipros.simulation.robots.settings import MAX_RAYS, Laser, RobotSettings
 from pipros.simulation.robots.world import World
 
 MAX_MODELS: Final = 10_000
-"""Maximum number of models and includes; models inside of definitions count as often as they are used."""
+"""Maximum number of models and includes. A model in a definition counts each time the definition is used."""
 MAX_DEPTH: Final = 20
 """Maximum nesting of models, and of includes."""
 DARK_BELOW: Final = 127
-"""Grey values below this are walls."""
+"""Pixels with a grey value below this are walls."""
 
 _TOKEN = re.compile(r'\s+|#[^\n]*|(?P<token>"[^"\n]*"|[()\[\]]|[^\s()\[\]"#]+(?:\[\d+\])?)')
 
@@ -42,9 +41,9 @@ class Model:
     """A model, or a definition.
 
     Attributes:
-        kind: name of its definition at the root, such as `position`.
+        kind: name of the built-in kind from which the model is derived, such as `position`.
         values: properties by name.
-        parts: the models inside.
+        parts: the models that it contains.
     """
 
     kind: str
@@ -62,7 +61,7 @@ def read_stage(file: str) -> tuple[World, list[RobotSettings]]:
     models = _Reader().read(file, 0)
     plan = next((model for model in models if model.kind != "position" and "bitmap" in model.values), None)
     if plan is None:
-        raise InvalidSettings(f"{file} has no model with a bitmap; walls of other kinds are not supported")
+        raise InvalidSettings(f"{file} has no model with a bitmap; other kinds of walls are not supported")
     found = [model for model in models if model.kind == "position"]
     if not found:
         raise InvalidSettings(f"{file} has no robot: no model of the kind position")
@@ -71,7 +70,7 @@ def read_stage(file: str) -> tuple[World, list[RobotSettings]]:
 
 
 class _Reader:
-    """Reads a file with its includes."""
+    """Reads a file and its includes."""
 
     def __init__(self) -> None:
         self._definitions: dict[str, Model] = {}
@@ -86,7 +85,7 @@ class _Reader:
         return self._body(tokens, Model(""), file, depth).parts
 
     def _body(self, tokens: list[str], into: Model, file: str, depth: int) -> Model:
-        """Read properties and models up to the closing bracket, or the end of the file on top level."""
+        """Read properties and models up to the closing bracket, or to the end of the file at top level."""
         if depth > MAX_DEPTH:
             raise InvalidSettings(f"{file}: models and includes must be nested at most {MAX_DEPTH} deep")
         is_top = into.kind == ""
@@ -132,7 +131,7 @@ class _Reader:
         numbers: list[float] = []
         while (word := _popped(tokens, file)) != "]":
             value = _number_or_word(word)
-            if isinstance(value, float):  # lists of names and of nested pairs have no meaning here
+            if isinstance(value, float):  # lists of names and of nested pairs are ignored
                 numbers.append(value)
         return numbers
 
@@ -164,7 +163,7 @@ def _number_or_word(word: str) -> float | str:
 
 
 def _numbers(model: Model, key: str, default: list[float]) -> list[float]:
-    """Return the numbers of a property, filled up with those of the default."""
+    """Return the numbers of a property. Missing ones are taken from the default."""
     value = model.values.get(key, default)
     if not isinstance(value, list):
         raise InvalidSettings(f"{key} of a {model.kind} must be a list of numbers, got {value!r}")
@@ -193,7 +192,7 @@ def _world(plan: Model) -> World:
         )
     shape = len(picture.colors), picture.height, picture.width
     grey = np.frombuffer(b"".join(picture.colors), np.uint8).reshape(shape).mean(axis=0)
-    # With the lowest row first, a positive turn of the array is clockwise.
+    # With the lowest row first, a positive rotation of the array is clockwise.
     walls = np.rot90(grey[::-1] < DARK_BELOW, -round(turn / 90))
     rows, columns = walls.shape
     return World.from_cells(walls, resolution, (x - columns * resolution / 2, y - rows * resolution / 2))
@@ -217,7 +216,7 @@ def _robot(model: Model, name: str) -> RobotSettings:
 
 
 def _laser(robot: Model) -> Laser | None:
-    """Return the first scanner of a robot: a `laser`, or a `ranger` with a `sensor`; None without one."""
+    """Return the first scanner of a robot, a `laser` or a `ranger` with a `sensor`; None if it has none."""
     for part in robot.parts:
         if part.kind not in ("laser", "ranger"):
             continue

@@ -1,4 +1,4 @@
-"""The program `turtlebot3_fake_node`: a robot on an empty plane, which follows `cmd_vel`."""
+"""The `turtlebot3_fake_node` program: simulates a robot on an empty plane that follows `cmd_vel`."""
 
 from __future__ import annotations
 
@@ -31,23 +31,23 @@ MODELS: Final = {
         start=_START, radius=0.220, wheel_separation=0.287, max_linear=0.26, max_angular=1.82, laser=None
     ),
 }
-"""Dimensions and highest velocities of the robots by their names; `waffle_pi` is like `waffle`."""
+"""Dimensions and maximum velocities of the robots by name; `waffle_pi` is the same as `waffle`."""
 
 
 @exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the node until it ends. Return 1 if the model is unknown."""
+    """Run the node until it is shut down. Return 1 if the model is unknown."""
     with roscpp_program("turtlebot3_fake_node", "turtlebot3_fake", argv) as (node, log):
         return run(node, log, lambda: _fake(node))
 
 
 def _fake(node: Node) -> RobotsNode:
-    """Create the robot whose model the parameter `/tb3_model` names."""
+    """Create a robot of the model in the parameter `/tb3_model`."""
     model = node.params.get("/tb3_model") if node.params.has("/tb3_model") else "burger"
     settings = MODELS.get(str(model).removesuffix("_pi"))
     if settings is None:
         raise InvalidSettings(f"/tb3_model must be burger, waffle or waffle_pi, got {model!r}")
     side = round(2 * _HALF_SIDE_M / _CELL_M)
     plane = World.from_cells(np.zeros((side, side), bool), _CELL_M, (-_HALF_SIDE_M, -_HALF_SIDE_M))
-    # A description of the robot, if one is loaded, has the frames above base_footprint.
+    # The robot description, if one is loaded, defines the frames below base_footprint in the tree.
     return RobotsNode(node, Simulation(plane, [settings]), names=Interface(base_frames=("base_footprint",)))

@@ -1,6 +1,6 @@
-"""The walls of a world: the occupied cells of a grid, prepared for rays and collisions.
+"""The walls of a world: the occupied cells of a grid, prepared for ray casting and collision checks.
 
-Positions are metres in the frame of the map, x to the right and y up. Arrays of cells have the shape (rows,
+Positions are in metres in the map frame, x to the right and y up. Arrays of cells have the shape (rows,
 columns), with row 0 at the lowest y. Unknown cells count as free. A robot cannot leave the grid, and a laser
 beam that leaves it returns no echo.
 """
@@ -17,7 +17,7 @@ from pipros.libraries.maps.map_file import Grid
 from pipros.simulation.robots.errors import InvalidSettings
 
 OCCUPIED_FROM: Final = 65
-"""Cells of a map from this value on are walls; lower than that, or -1, they are free."""
+"""Map cells with at least this value are walls; lower values, and -1, are free."""
 WALL: Final = -1
 OUTSIDE: Final = -2
 LONGEST_JUMP: Final = 128
@@ -27,13 +27,13 @@ Jumps = NDArray[np.int16]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class World:
-    """The walls.
+    """The walls of a world.
 
     Attributes:
         jumps: for each cell, and a border of one cell around the grid: WALL, OUTSIDE, or the number of cells
-            in each direction, diagonals included, that are free for certain.
+            that are certain to be free in each direction, including diagonals.
         resolution: metres per cell.
-        left, bottom: position of the lower left corner of the grid, without the border.
+        left, bottom: position of the lower left corner of the grid, excluding the border.
     """
 
     jumps: Jumps
@@ -69,7 +69,7 @@ class World:
 
     @property
     def walls(self) -> NDArray[np.bool_]:
-        """The occupied cells, without the border."""
+        """The occupied cells, excluding the border."""
         walls: NDArray[np.bool_] = self.jumps[1:-1, 1:-1] == WALL
         return walls
 
@@ -90,7 +90,7 @@ class World:
             return True
         first_row, first_column = int(row - reach), int(column - reach)
         near = self.jumps[first_row : int(row + reach) + 1, first_column : int(column + reach) + 1] == WALL
-        # The point of each cell that is closest to the centre of the disc.
+        # In each cell, the point that is closest to the centre of the disc.
         below = first_row + np.arange(near.shape[0])
         before = first_column + np.arange(near.shape[1])
         up = row - np.clip(row, below, below + 1)
@@ -127,7 +127,7 @@ def _free_distances(occupied: NDArray[np.bool_]) -> Jumps:
 
 
 def _grown(cells: NDArray[np.bool_], by: int) -> NDArray[np.bool_]:
-    """Return the cells, and those at a distance of `by` along each axis and both."""
+    """Return the cells, and those that are `by` cells away along one axis or both."""
     rows = cells.copy()
     rows[by:] |= cells[:-by]
     rows[:-by] |= cells[by:]

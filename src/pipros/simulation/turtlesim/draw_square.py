@@ -25,7 +25,7 @@ _STANDING: Final = 0.0001
 
 
 class Phase(Enum):
-    """What the turtle does: after TURNED comes FORWARD again."""
+    """What the turtle is doing. TURNED is followed by FORWARD."""
 
     FORWARD = auto()
     STOPPING_FORWARD = auto()
@@ -43,7 +43,7 @@ _SPEEDS = {Phase.FORWARD: (_SPEED, 0.0), Phase.TURN: (0.0, _TURNING)}
 
 
 class Square:
-    """Decides the velocities from the poses of the turtle."""
+    """Computes the velocities that drive the turtle along a square."""
 
     def __init__(self, log: logging.Logger) -> None:
         self._log = log
@@ -51,7 +51,7 @@ class Square:
         self._goal: tuple[float, float, float] | None = None
 
     def velocities(self, pose: Any) -> tuple[float, float]:
-        """Return the linear and angular velocity for a newest pose."""
+        """Return the linear and angular velocity for the newest pose."""
         if self._goal is None:
             self._set_goal(pose, forwards=True)
         elif self._phase in _SPEEDS:
@@ -92,7 +92,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             newest[:] = [pose]
 
         node.subscribe("turtle1/pose", pose_class, keep, queue_size=1)
-        with contextlib.suppress(PiprosError, OSError):  # as in Noetic, it does not wait for turtlesim
+        with contextlib.suppress(PiprosError, OSError):  # as in Noetic, do not wait for turtlesim
             node.client("reset", empty).call(empty._request_class(), timeout_s=RESET_S)
         square = Square(log)
         while not node.wait_for_shutdown(PERIOD_S):

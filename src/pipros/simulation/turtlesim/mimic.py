@@ -1,4 +1,4 @@
-"""`mimic`: makes a turtle repeat the movements of another one."""
+"""`mimic`: makes a turtle repeat the movements of another turtle."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pipros.node.roscpp_program import roscpp_program
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `mimic`: velocities of `input/pose` become commands on `output/cmd_vel`.
 
-    The namespaces `input` and `output` are remapped, not the topics below them.
+    Users remap the namespaces `input` and `output`, not the topics in them.
     """
     twist_class: Any = load_message_class("geometry_msgs/Twist")
     pose_class: Any = load_message_class("turtlesim/Pose")

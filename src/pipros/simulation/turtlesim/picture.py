@@ -1,7 +1,7 @@
-"""The picture that pens draw on: pixels in memory, without numpy or Pillow.
+"""The picture on which pens draw: pixels in memory, without numpy or Pillow.
 
-The colour sensor of a turtle reads it at 62.5 Hz, so a pixel must be cheap to read; a line is filled row by
-row, so that one across the whole picture takes well under a millisecond.
+The colour sensor of a turtle reads the picture at 62.5 Hz, so reading a pixel must be cheap. Lines are filled
+row by row, so that a line across the whole picture takes well under a millisecond.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ SIDE = 500
 _CHANNELS = 3
 
 Point = tuple[float, float]
-"""In pixels: x to the right, y downwards. The pixel (0, 0) covers the square around this point."""
+"""Point in pixels, x to the right and y downwards. The pixel (0, 0) is the square around the origin."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class Picture:
         self.fill(background)
 
     def fill(self, color: Color) -> None:
-        """Give all pixels one colour."""
+        """Set all pixels to one colour."""
         self._pixels = bytearray(_bytes_of(color) * (SIDE * SIDE))
 
     def color_at(self, point: Point) -> Color:
@@ -49,10 +49,10 @@ class Picture:
         return Color(*self._pixels[start : start + _CHANNELS])
 
     def draw_line(self, start: Point, end: Point, color: Color, width: int) -> None:
-        """Draw a straight line with square ends; parts outside the picture are left out.
+        """Draw a straight line with square ends; parts outside the picture are clipped.
 
-        The line is a rectangle, half of `width` longer at both ends. A row of pixels meets it in one
-        interval, between the smallest and the largest x at which the row crosses its edges.
+        The line is a rectangle, extended by half of `width` at both ends. It intersects each row of pixels in
+        one interval, between the smallest and the largest x at which the row crosses its edges.
         """
         half = max(width, 1) / 2
         length = math.hypot(end[0] - start[0], end[1] - start[1])

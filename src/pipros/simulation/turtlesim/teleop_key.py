@@ -1,4 +1,4 @@
-"""`turtle_teleop_key`: arrow keys in a terminal steer a turtle."""
+"""`turtle_teleop_key`: steers a turtle with the arrow keys in a terminal."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ Reading from keyboard
 Use arrow keys to move the turtle. 'q' to quit."""
 
 KEYS: Final = {"A": (1.0, 0.0), "B": (-1.0, 0.0), "C": (0.0, -1.0), "D": (0.0, 1.0)}
-"""The last letter of the escape sequence of an arrow key, with its share of the linear and angular scale."""
+"""Factors for the linear and the angular scale, by the last letter of an arrow key's escape sequence."""
 
 
 @exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `turtle_teleop_key`, until `q`, the end of the input, or the end of the node."""
+    """Run `turtle_teleop_key` until `q`, the end of the input, or the shutdown of the node."""
     twist_class: Any = load_message_class("geometry_msgs/Twist")
     with roscpp_program("teleop_turtle", "turtlesim", argv) as (node, _):
         linear, angular = _scale(node, "scale_linear"), _scale(node, "scale_angular")
@@ -42,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _scale(node: Node, parameter: str) -> float:
-    """Return a parameter of the namespace of the node, which launch files of courses set; 2.0 without it."""
+    """Return a parameter in the node's namespace, which launch files of courses set; 2.0 if it is not set."""
     try:
         value = node.params.get(parameter)
     except (LookupError, PiprosError):

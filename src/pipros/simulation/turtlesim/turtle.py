@@ -1,9 +1,9 @@
-"""One turtle: its pose, its pen, and what a tick does with them. No clock, no sockets.
+"""One turtle: its pose, its pen, and its movement in a tick. No clock, no sockets.
 
-Coordinates are metres from the lower left corner of the picture, x to the right and y up; angles are radians,
-0 to the right, counter-clockwise. Positions and velocities are doubles; the side of the world, the
-arguments of services and the published pose are single precision, as in the genuine turtlesim, whose numbers
-depend on it: its first turtle stands at 5.544444561004639.
+Coordinates are in metres from the lower left corner of the picture, x to the right and y up; angles are
+radians, 0 to the right, counter-clockwise. Positions and velocities are in double precision. The side of the
+world, the arguments of services and the published pose are in single precision, as in the genuine turtlesim,
+where it affects the published numbers: the first turtle is at 5.544444561004639.
 """
 
 from __future__ import annotations
@@ -34,18 +34,18 @@ PIXELS_PER_M: Final = 45.0
 SIDE_M: Final = single((SIDE - 1) / PIXELS_PER_M)
 """Width and height of the world, in metres."""
 TICK_S: Final = 0.016
-"""The time that a tick simulates, whatever time has passed."""
+"""The time that a tick simulates, regardless of the time that has passed."""
 COMMAND_S: Final = 1.0
 """How long a velocity command is valid, in wall time."""
 PEN_COLOR: Final = Color(0xB3, 0xB8, 0xFF)
 PEN_WIDTH: Final = 3
 LOOKS: Final = 14
-"""Number of drawings of turtles, of which each turtle gets one at random."""
+"""Number of turtle drawings, one of which is chosen at random for each turtle."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """The pose that a turtle publishes, in single precision; the velocities are those of the last command."""
+    """The pose that a turtle publishes, in single precision. The velocities are those of the last command."""
 
     x: float
     y: float
@@ -66,7 +66,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Teleport:
-    """A queued teleport. An absolute one gives the new pose, a relative one a turn and then a distance."""
+    """A queued teleport: to a new pose if absolute, by a turn and then a distance if relative."""
 
     is_relative: bool
     x: float
@@ -76,7 +76,7 @@ class Teleport:
 
 @dataclass(frozen=True, slots=True)
 class Pen:
-    """A turtle's pen. `width` 0 draws like width 1."""
+    """A turtle's pen. A `width` of 0 draws like 1."""
 
     color: Color = PEN_COLOR
     width: int = PEN_WIDTH
@@ -85,7 +85,7 @@ class Pen:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """Velocities: forwards and to the left (m/s), angular (rad/s); and the wall time of their arrival."""
+    """Velocities forwards and to the left (m/s), angular velocity (rad/s), and the wall time of arrival."""
 
     forwards: float
     left: float
@@ -102,32 +102,34 @@ class Turtle:
     `command`, `teleport` and `pen` may be used while another thread ticks; the rest is not thread-safe.
 
     Attributes:
-        name: as it was spawned.
-        look: the number of its drawing.
-        x, theta: part of its pose; `y` is the rest.
+        name: the name with which the turtle was spawned.
+        look: number of the turtle's drawing.
+        x, theta: parts of the pose, with `y`.
     """
 
     def __init__(
         self, name: str, pose: tuple[float, float, float], look: int, log: logging.Logger, namespace: str
     ) -> None:
-        """`pose`: x, y and theta; `look`: a number below `LOOKS`; `namespace`: of its topics, for the log."""
+        """`pose`: x, y and theta; `look`: a number below `LOOKS`; `namespace`: the topics' namespace, for the
+        log.
+        """
         self.name = name
         self.look = look
         self.pen = Pen()
         self.x, y, self.theta = pose
-        self._down = SIDE_M - y  # like genuine turtlesim, for numbers with the same last digit
+        self._down = SIDE_M - y  # computed like in genuine turtlesim, so that numbers match to the last digit
         self._log = log
         self._namespace = namespace
-        self._command = self._active = _STAND  # the newest one, and the one of the last tick
+        self._command = self._active = _STAND  # the newest command, and the one used in the last tick
         self._teleports: deque[Teleport] = deque()
 
     @property
     def teleports_waiting(self) -> int:
-        """The number of teleports since the last tick."""
+        """The number of teleports queued since the last tick."""
         return len(self._teleports)
 
     def command(self, command: Command) -> None:
-        """Set the velocities, for `COMMAND_S`."""
+        """Set the velocities, which are valid for `COMMAND_S`."""
         self._command = command
 
     def lift_pen(self) -> None:
@@ -140,7 +142,7 @@ class Turtle:
 
     @property
     def pixel(self) -> Point:
-        """The position in the picture."""
+        """The turtle's position in the picture."""
         return self.x * PIXELS_PER_M, self._down * PIXELS_PER_M
 
     @property
@@ -149,7 +151,7 @@ class Turtle:
 
     @property
     def pose(self) -> Pose:
-        """The pose to publish. The linear velocity has no sign, as in genuine turtlesim."""
+        """The pose to publish. The linear velocity is an absolute value, as in genuine turtlesim."""
         speed = math.hypot(self._active.forwards, self._active.left)
         return Pose(*map(single, (self.x, self.y, self.theta, speed, self._active.angular)))
 
@@ -206,7 +208,7 @@ class Turtle:
         )
 
     def _drawn(self, start: Point, end: Point) -> Line | None:
-        """Return the line of a move, if the pen is down."""
+        """Return the line drawn by a move if the pen is down."""
         if not self.pen.is_down or start == end:
             return None
         return Line(start, end, self.pen.color, self.pen.width)

@@ -1,6 +1,6 @@
-"""The page of a turtlesim: a canvas, arrow keys for its own turtles, and a button that ends the node.
+"""The page of a turtlesim: a canvas, arrow keys for its turtles, and a button that shuts down the node.
 
-Nothing that the page can do leaves the node: its keys move turtles of this node without a topic.
+The page affects only this node: its keys move the node's turtles without a topic.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from pipros.simulation.turtlesim.turtlesim_node import Turtlesim
 from pipros.web.server import RequestRefused, Services
 
 FRAME_S: Final = 1 / 30
-"""Shortest interval of pictures for a browser."""
+"""Minimum interval of updates for a browser."""
 
 _Drawn = tuple[int, int]
-"""What a browser has: `World.clears` and `World.lines_drawn`."""
+"""State of the picture in a browser: `World.clears` and `World.lines_drawn`."""
 
 
 class TurtlePage:
@@ -34,7 +34,7 @@ class TurtlePage:
         self._node = node
 
     def services(self) -> Services:
-        """Return them for a server."""
+        """Return the views and actions for a server."""
         return Services(
             views={"world": self.world},
             actions={"steer": self.steer, "close": self.close},
@@ -42,7 +42,7 @@ class TurtlePage:
         )
 
     async def world(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield turtles and new lines whenever something changed, and the whole picture when it must."""
+        """Yield turtles and new lines after each change, or the whole picture if new lines do not suffice."""
         drawn: _Drawn | None = None
         sent: Any = None
         while True:
@@ -60,15 +60,15 @@ class TurtlePage:
         with self._turtlesim.lock:
             turtle = self._turtlesim.world.turtles.get(str(arguments.get("turtle")))
         if turtle is None:
-            raise RequestRefused(f"there is no turtle {arguments.get('turtle')!r}")
+            raise RequestRefused(f"no turtle is named {arguments.get('turtle')!r}")
         turtle.command(Command(float(linear or 0), 0.0, float(angular or 0), time.monotonic()))
 
     async def close(self, _: Mapping[str, Any]) -> None:
-        """End the node, as closing the window of genuine turtlesim does."""
-        self._node.shutdown_async("closed on its page")
+        """Shut down the node, like closing the window of genuine turtlesim."""
+        self._node.shutdown_async("closed on the page")
 
     def _since(self, drawn: _Drawn | None) -> tuple[list[Any], dict[str, Any], _Drawn]:
-        """Return the turtles, and the changes of the picture since a former state."""
+        """Return the turtles, and the changes of the picture since an earlier state."""
         with self._turtlesim.lock:
             world = self._turtlesim.world
             now = world.clears, world.lines_drawn

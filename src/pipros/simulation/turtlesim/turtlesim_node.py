@@ -21,16 +21,16 @@ from pipros.simulation.turtlesim.turtle import TICK_S, Command, Pen, Teleport, T
 from pipros.simulation.turtlesim.world import BACKGROUND, Rejected, World
 
 LATE_TICKS: Final = 3
-"""A simulation that is later than this goes on from now: lost ticks are not made up for."""
+"""If the simulation is behind by more than this, it skips the missed ticks."""
 
 _CHANNELS: Final = ("r", "g", "b")
 
 
 class TurtleEndpoints:
-    """Topics and services of one turtle, from its spawning to its end."""
+    """Topics and services of one turtle, from its spawning to its removal."""
 
     def __init__(self, node: Node, turtle: Turtle, log: logging.Logger) -> None:
-        """Register them at the master; the names are relative to the namespace of the node."""
+        """Register the topics and services at the master. Names are relative to the node's namespace."""
         self._turtle = turtle
         self._log = log
         self._limit = node.limits.teleports
@@ -54,7 +54,7 @@ class TurtleEndpoints:
         self._commands = node.subscribe(f"{name}/cmd_vel", twist, self._command, queue_size=1)
 
     def publish(self, seen: Color) -> None:
-        """Publish the pose, and the colour that the sensor sees."""
+        """Publish the pose and the colour that the sensor measures."""
         if self._pose.connection_count:
             pose = self._turtle.pose
             self._pose.publish(
@@ -64,7 +64,7 @@ class TurtleEndpoints:
             self._color.publish(self._color_class(seen.r, seen.g, seen.b))
 
     def close(self) -> None:
-        """Unregister all of them."""
+        """Unregister the topics and services."""
         self._commands.unregister()
         self._pose.unregister()
         self._color.unregister()
@@ -102,13 +102,13 @@ class TurtleEndpoints:
 
 
 class Turtlesim:
-    """A world of turtles as a node.
+    """A ROS node around a world of turtles.
 
-    Service handlers run in threads: `_change` separates changes of the turtles, with their registrations,
-    from each other; `lock` separates changes of the world from ticks, and is not held during registrations.
+    Service handlers run in threads. `_change` is held while turtles and their registrations change; `lock` is
+    held while the world changes or ticks, but not during registrations.
 
     Attributes:
-        world: its users hold `lock`.
+        world: the world; hold `lock` while using it.
     """
 
     def __init__(self, node: Node, log: logging.Logger) -> None:
@@ -132,7 +132,7 @@ class Turtlesim:
         _serve(node, "kill", "turtlesim/Kill", self._kill)
 
     def run(self) -> None:
-        """Tick until the node ends."""
+        """Tick until the node is shut down."""
         due_s = time.monotonic()
         while not self._node.wait_for_shutdown(max(0.0, due_s - time.monotonic())):
             self.tick()
@@ -141,7 +141,7 @@ class Turtlesim:
                 due_s = time.monotonic()
 
     def tick(self) -> None:
-        """Move the turtles, and publish."""
+        """Move the turtles and publish their poses and colours."""
         with self.lock:
             seen = self.world.tick(time.monotonic())
         for turtle, color in seen:
@@ -150,7 +150,7 @@ class Turtlesim:
                 endpoints.publish(color)
 
     def _background(self) -> Color:
-        """Return the colour by the parameters; where they are missing or no numbers, the usual one."""
+        """Return the background colour from the parameters; the default for missing or invalid channels."""
         return Color(*(self._channel(channel) for channel in _CHANNELS))
 
     def _channel(self, channel: str) -> int:
@@ -190,7 +190,7 @@ class Turtlesim:
             return {"name": turtle.name}
 
     def _check_name(self, name: str) -> None:
-        """Raise `Rejected` if topics cannot have the name, or those of a turtle have another form of it."""
+        """Raise `Rejected` if a name is not legal in topics, or resolves to the topics of another turtle."""
         if name and (not names.is_legal(name) or names.is_private(name) or names.canonicalize(name) != name):
             raise Rejected(f"[{name}] is not a name for a turtle")
         taken = {self._node.resolve(turtle) for turtle in self.world.turtles if turtle != name}
@@ -205,7 +205,7 @@ class Turtlesim:
 
     @contextlib.contextmanager
     def _failures(self) -> Iterator[None]:
-        """Log a refusal of the world, and let the call fail."""
+        """Log a request that the world rejected, and let the call fail."""
         try:
             yield
         except Rejected as error:

@@ -17,11 +17,11 @@ from pipros.simulation.turtlesim.turtle import LOOKS, SIDE_M, Line, Turtle
 
 BACKGROUND: Final = Color(0x45, 0x56, 0xFF)
 LINES_KEPT: Final = 2000
-"""Number of lines kept for pages; one that falls behind further gets the whole picture again."""
+"""Number of lines kept for pages. A page that falls further behind receives the whole picture again."""
 
 
 class Rejected(PiprosError):
-    """The world cannot perform a request. The text is for its log."""
+    """The world cannot perform a request. The text is for the log."""
 
 
 class World:
@@ -48,9 +48,9 @@ class World:
 
         Args:
             background: the colour of the picture.
-            namespace: of the node, with a slash at its end; for the log.
+            namespace: namespace of the node, with a trailing slash, for the log.
             limit: the maximum number of turtles.
-            look: called for the drawing of each new turtle.
+            look: returns the number of the drawing for a new turtle.
         """
         self.turtles: dict[str, Turtle] = {}
         self.lines: deque[Line] = deque(maxlen=LINES_KEPT)
@@ -65,13 +65,13 @@ class World:
         self._spawn_first()
 
     def spawn(self, name: str, x: float, y: float, theta: float) -> Turtle:
-        """Add a turtle; an empty name is replaced by `turtle` and a new number.
+        """Add a turtle. An empty name is replaced by `turtle` and a new number.
 
         Raises:
-            Rejected: there is a turtle of this name, or there are too many.
+            Rejected: the name is taken, or there are too many turtles.
         """
         if len(self.turtles) >= self._limit:
-            raise Rejected(f"There are {self._limit} turtles already (turtles in PIPROS_LIMITS)")
+            raise Rejected(f"too many turtles; the limit is {self._limit} (turtles in PIPROS_LIMITS)")
         name = name or self._new_name()
         if name in self.turtles:
             raise Rejected(f"A turtled named [{name}] already exists")  # the genuine text
@@ -87,7 +87,7 @@ class World:
                 return name
 
     def kill(self, name: str) -> Turtle:
-        """Remove a turtle; its lines stay.
+        """Remove a turtle. Its lines remain.
 
         Raises:
             Rejected: no turtle has this name.
@@ -97,12 +97,12 @@ class World:
         return self.turtles.pop(name)
 
     def clear(self, background: Color = BACKGROUND) -> None:
-        """Remove all lines; the turtles stay."""
+        """Remove all lines. The turtles remain."""
         self._log.info("Clearing turtlesim.")
         self._clear(background)
 
     def reset(self, background: Color = BACKGROUND) -> Turtle:
-        """Remove all turtles and lines, and start again with one turtle in the middle, which is returned."""
+        """Remove all turtles and lines, spawn one turtle in the middle, and return it."""
         self._log.info("Resetting turtlesim.")
         self.turtles.clear()
         self._counter = 0
@@ -111,7 +111,7 @@ class World:
         return first
 
     def tick(self, now_s: float) -> list[tuple[Turtle, Color]]:
-        """Move all turtles. Return them with the colours that their sensors see.
+        """Move all turtles. Return them with the colours that their sensors measure.
 
         `now_s` is the wall time, by which commands expire.
         """

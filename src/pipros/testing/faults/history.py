@@ -1,6 +1,4 @@
-"""Numbered messages, and a checker that none are duplicated, reordered or torn, and that every loss is
-counted.
-"""
+"""Numbered messages, and a checker that finds duplicated, reordered or torn ones, and uncounted losses."""
 
 from __future__ import annotations
 
@@ -30,7 +28,7 @@ def numbered_text(source: str, number: int, size: int = 0) -> str:
 
 
 def read_numbered(text: str) -> tuple[str, int]:
-    """Return the source and number of a string that `numbered_text` made.
+    """Return the source and number of a string created by `numbered_text`.
 
     Raises:
         TornMessage: the text was changed or has another format.
@@ -49,7 +47,7 @@ def _checksum(source: str, number: str, filler: str) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """Messages from a source that a sink missed between two messages that it received."""
+    """Consecutive messages from a source that a sink did not receive."""
 
     sink: str
     source: str
@@ -141,7 +139,7 @@ class History:
         Args:
             counted: the number of reported drops: the sum of `dropped` for all publishers, subscribers and
                 recorders.
-            breaks: the number of links that ended and nodes that were killed. Each explains one gap.
+            breaks: the number of broken links and killed nodes, each of which explains one gap.
         """
         found = self.torn
         with self._lock:

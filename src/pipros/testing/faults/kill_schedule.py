@@ -7,7 +7,7 @@ import signal
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-# Windows has no SIGKILL; its SIGTERM is as abrupt.
+# Windows has no SIGKILL, but its SIGTERM kills the process just as abruptly.
 DEFAULT_SIGNALS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGKILL", signal.SIGTERM))
 """The signals for a shutdown requested by the user, a shutdown requested by the system, and an exit without
 any clean-up.

@@ -10,13 +10,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields
 
 _NEVER = 1 << 62
-"""The distance for a fault that never occurs."""
+"""The distance used for faults that never occur."""
 
 
 @dataclass(frozen=True, slots=True)
 class Faults:
-    """The faults in each direction of a connection. Distances are exponentially distributed with the given
-    mean.
+    """The faults in each direction of a connection.
+
+    Distances are exponentially distributed with the given mean.
 
     Attributes:
         delay_s: the delay for all bytes; their order is kept.

@@ -1,6 +1,6 @@
 """A proxy between a node and the rest of a ROS system: its master, and its peers.
 
-A node that is started with the proxy's URI as `ROS_MASTER_URI` communicates with all others through the
+A node that is started with the proxy's URI as `ROS_MASTER_URI` communicates with all other nodes through the
 proxy. Theory of operation: the proxy forwards each XML-RPC call, and replaces every address in parameters and
 results (the node's own address in registrations, addresses of publishers and services in lookups, the TCPROS
 port in the result of `requestTopic`) by the address of one of its own ports. So each connection leads to the
@@ -108,7 +108,7 @@ class FaultProxy:
         self._run(use())
 
     def cut(self, *kinds: Kind, reset: bool = True) -> int:
-        """End all open connections of these kinds (by default `topics`) and return their number.
+        """Break all open connections of these kinds (by default `topics`), and return their number.
 
         New connections are still accepted. If `reset` is false, both ends see an orderly end of the stream,
         as if the other process had been killed.
@@ -125,11 +125,13 @@ class FaultProxy:
         self._stall(kinds, stall=True)
 
     def resume(self, *kinds: Kind) -> None:
-        """End `stall` and forward the bytes that were held back."""
+        """Undo `stall`, and forward the bytes that were held back."""
         self._stall(kinds, stall=False)
 
     def refuse(self, *kinds: Kind, refuse: bool = True) -> None:
-        """Reset new connections of these kinds (by default `topics`) at once, until `refuse=False`."""
+        """Reset new connections of these kinds (by default `topics`) at once, until called with
+        `refuse=False`.
+        """
         for switch in self._chosen(kinds):
             switch.is_refusing = refuse
 

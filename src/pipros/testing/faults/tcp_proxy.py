@@ -14,7 +14,7 @@ from pipros.testing.faults.plan import Cut, Faults, FaultyStream
 _READ_BYTES = 16 * 1024
 
 _CHUNKS = 64
-"""Maximum number of chunks in flight per direction; a faster sender has to wait."""
+"""Maximum number of chunks in flight per direction; a faster sender must wait."""
 
 _WRITE_LIMIT_BYTES = 64 * 1024
 _CONNECT_LIMIT_S = 10.0
@@ -42,7 +42,7 @@ class Counts:
 class Switch:
     """Shared state of a group of proxies: the faults, the counts, and whether forwarding is stalled.
 
-    Belongs to one event loop, except for `faults` and `counts`, which may be read from any thread.
+    For use in one event loop, except for `faults` and `counts`, which may be read from any thread.
     """
 
     def __init__(self) -> None:

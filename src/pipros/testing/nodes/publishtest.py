@@ -15,9 +15,7 @@ __unittest = True
 
 
 def check(node: Node) -> None:
-    """Raise AssertionError if no message arrives on a topic, or if one arrives on a topic that must have
-    none.
-    """
+    """Raise AssertionError if an expected message does not arrive, or an unexpected one does."""
     expected = expectations(node, "~topics")
     if not expected:
         raise AssertionError("No topic is specified in rosparam.")

@@ -1,4 +1,4 @@
-"""A page of sliders and buttons for a node: those of joint_state_publisher_gui and rqt_robot_steering.
+"""A page of sliders and buttons for a node, as in joint_state_publisher_gui and rqt_robot_steering.
 
-The server and the checks are those of the rqt pages. What the sliders do is up to the node.
+The server and the checks are those of the rqt pages. The node defines the effect of the sliders.
 """

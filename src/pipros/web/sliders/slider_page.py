@@ -11,7 +11,7 @@ from typing import Any, Final
 from pipros.web.server import RequestRefused, Services
 
 PERIOD_S: Final = 0.1
-"""How soon a page shows values that something else changed."""
+"""Interval at which a page checks for values that were changed by other means."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +19,7 @@ class Slider:
     """A number with its range.
 
     Attributes:
-        unit: shown behind the number: `rad`, `m/s`.
+        unit: the unit shown after the number: `rad`, `m/s`.
     """
 
     name: str
@@ -31,15 +31,15 @@ class Slider:
 
 @dataclass(frozen=True, slots=True)
 class SliderPage:
-    """What the page shows and does. The functions are called in the thread of its server, and must not block.
+    """Content and functions of the page. The functions are called in the server's thread, and must not block.
 
     Attributes:
         title: the heading.
         node: the name of the node.
-        sliders: returns them with their current values.
-        move: sets the value of the slider with a name; the value is within the range.
+        sliders: returns the sliders with their current values.
+        move: sets the value of the slider with this name. The value is within the slider's range.
         buttons: functions by label.
-        on_left: called when a browser leaves the page.
+        on_left: called after a browser has left the page.
     """
 
     title: str
@@ -50,7 +50,7 @@ class SliderPage:
     on_left: Callable[[], object] = lambda: None
 
     def services(self) -> Services:
-        """Return them for a server."""
+        """Return the views and actions for a server."""
         return Services(
             views={"sliders": self._show},
             actions={"move": self._move, "press": self._press},
@@ -82,7 +82,7 @@ class SliderPage:
         name, value = arguments.get("slider"), arguments.get("value")
         found = next((slider for slider in self.sliders() if slider.name == name), None)
         if found is None:
-            raise RequestRefused(f"there is no slider {name!r}")
+            raise RequestRefused(f"slider {name!r} does not exist")
         if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
             raise RequestRefused(f"the value of a slider must be a finite number, got {value!r}")
         self.move(found.name, min(max(float(value), found.lowest), found.highest))

@@ -1,4 +1,4 @@
-"""Call services and publish messages by hand: `rqt_service_caller` and `rqt_publisher`."""
+"""Call services and publish messages interactively: `rqt_service_caller` and `rqt_publisher`."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class CallViews:
         if not isinstance(rate, (int, float)) or not 0.0 <= rate <= FASTEST_HZ:
             raise RequestRefused(f"rate must be from 0 to {FASTEST_HZ:.0f} Hz, got {rate!r}")
         message_class = _message_class(arguments)
-        message_from_yaml(message_class, value, time.time_ns())  # report errors before advertising anything
+        message_from_yaml(message_class, value, time.time_ns())  # raise errors before advertising the topic
         advertising = self._system.questions.start(
             self._system.node.advertise, topic, message_class, queue_size=10, latch=not rate
         )
@@ -99,7 +99,7 @@ class CallViews:
                 if not rate:
                     await asyncio.Event().wait()
                 await asyncio.sleep(max(0.0, begin_s + count / rate - time.monotonic()))
-        finally:  # immediately, even if the master has not answered yet
+        finally:  # without delay, even if the master has not answered yet
             advertising.add_done_callback(self._withdraw)
 
     def _withdraw(self, advertised: Future[Publisher[Any]]) -> None:
@@ -108,7 +108,7 @@ class CallViews:
 
 
 def _definition_of(type_name: str) -> str:
-    """Return the `.srv` file of a type; empty if there is only generated code."""
+    """Return the content of a type's `.srv` file; empty if only generated code is installed."""
     try:
         return SERVICES.text(type_name, is_raw=True)
     except PiprosError:

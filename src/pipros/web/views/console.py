@@ -30,7 +30,7 @@ from pipros.web.watched_system import WatchedSystem
 LOG_TOPIC = "/rosout_agg"
 SEND_INTERVAL_S = 0.2
 MOST_SENT_BYTES = 1_000_000
-"""Approximate size of one update. The rest follows in the next."""
+"""Approximate maximum size of one update. The rest is sent in the next update."""
 QUEUE = 20_000
 LONGEST_TEXT = 4000
 LEVELS = ("debug", "info", "warn", "error", "fatal")
@@ -63,7 +63,8 @@ class ConsoleViews:
                 while True:
                     await asyncio.sleep(SEND_INTERVAL_S)
                     entries, lost, number = log.since(number, MOST_SENT_BYTES)
-                    if history and entries:  # the file may have had an entry before this process
+                    # an entry may have been written to the file before it arrived here
+                    if history and entries:
                         written = {_identity(entry) for entry in history}
                         entries = [entry for entry in entries if _identity(entry) not in written]
                         history = []
@@ -77,7 +78,7 @@ class ConsoleViews:
             if not is_this_machine(split_uri(graph.master_uri)[0]):
                 return []
             run_id = graph.master.get_param("/run_id")
-        except (PiprosError, ValueError):  # no master, or none started by roscore
+        except (PiprosError, ValueError):  # no master, or a master that roscore did not start
             return []
         return log_history(graph.environment.log_dir.expanduser(), run_id, LONGEST_TEXT, LONGEST_NAME)
 
@@ -96,7 +97,7 @@ class ConsoleViews:
         return [{"name": logger.name, "level": logger.level} for logger in response.loggers]
 
     async def set_logger_level(self, arguments: Mapping[str, Any]) -> Any:
-        """Set the level of a logger of a node."""
+        """Set the level of a node's logger."""
         node, logger, level = topic_name(arguments), arguments.get("logger"), arguments.get("level")
         if not isinstance(logger, str) or level not in LEVELS:
             raise RequestRefused(f"level must be one of {', '.join(LEVELS)}, got {level!r}")
@@ -119,7 +120,7 @@ class Log:
     """Newest log entries of all nodes. Entries are added in the threads of the links."""
 
     def __init__(self, most_bytes: int) -> None:
-        """Create a log of at most `most_bytes`, which drops its oldest entries."""
+        """Create a log of at most `most_bytes`. When it is full, the oldest entries are dropped."""
         self._most_bytes = most_bytes
         self._lock = threading.Lock()
         self._entries: deque[tuple[int, Entry]] = deque()
@@ -154,7 +155,7 @@ class Log:
         """Return about `most_bytes` of the entries from `number` on, oldest first.
 
         Returns:
-            The entries, the number of lost entries before them, and the number to continue with.
+            The entries, the number of dropped entries before them, and the number to continue from.
         """
         entries: list[Entry] = []
         with self._lock:

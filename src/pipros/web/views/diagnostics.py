@@ -29,7 +29,7 @@ HISTORY = 60
 HISTORY_BYTES = HISTORY * 150
 LONGEST_TEXT = 1000
 MOST_SENT_BYTES = 1_000_000
-"""Approximate size of one update. The rest follows in the next."""
+"""Approximate maximum size of one update. The rest is sent in the next update."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +85,7 @@ class Statuses:
         of_values = sum(sys.getsizeof(pair) + sum(map(sys.getsizeof, pair)) for pair in values)
         self._bytes -= known.size if known else 0
         if self._bytes + of_texts + of_values > self._most_bytes:
-            values, of_values = [["…", f"left out; {limit_text('page_view_bytes', self._most_bytes)}"]], 0
+            values, of_values = [["…", f"omitted; {limit_text('page_view_bytes', self._most_bytes)}"]], 0
         size = of_texts + of_values
         self._bytes += size
         self._count += 1
@@ -131,7 +131,7 @@ class DiagnosticViews:
         self._shared = {name: Shared(lambda name=name: self._open(name)) for name in TOPICS}  # type: ignore[misc]
 
     async def diagnostics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield all components, then the changed ones, from the aggregator if there is one."""
+        """Yield all components, then changed components, from the aggregator if one is running."""
         observations = self._system.observations()
         observation = await anext(observations)
         names = [name for name in TOPICS if name in observation.state.publishers][:1] or list(TOPICS)

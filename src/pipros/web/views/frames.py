@@ -31,7 +31,7 @@ SEND_INTERVAL_S = 1.0
 POSE_INTERVAL_S = 0.2
 MOST_FRAMES = 2000
 MOST_LINKS = 50
-"""Maximum number of links of a chain that are sent."""
+"""Maximum number of links in a chain that is sent."""
 LONGEST_ERROR = 500
 
 
@@ -72,13 +72,13 @@ class FrameTree:
         self._clock_s: float | None = None
 
     def set_clock(self, clock_s: float) -> None:
-        """Measure delays by simulated time from now on. If it has jumped back, drop the transforms."""
+        """Measure delays in simulated time from now on. If that time has jumped back, drop the transforms."""
         if self._clock_s is not None and clock_s < self._clock_s:
             self.buffer.clear()
         self._clock_s = clock_s
 
     def add(self, message: Any, wall_s: float, authority: str, *, is_static: bool) -> None:
-        """Add a `tf2_msgs/TFMessage`; long names are cut."""
+        """Add the transforms of a `tf2_msgs/TFMessage`. Long names are truncated."""
         authority = authority[:LONGEST_NAME]
         now_s = wall_s if self._clock_s is None else self._clock_s
         with self._lock:
@@ -106,7 +106,7 @@ class FrameTree:
                 known.last_s, known.delay_s = wall_s, delay_s
 
     def rows(self, now_s: float) -> list[Mapping[str, Any]]:
-        """Return name, parent, rate (Hz) and age of the newest transform (s) for each frame, by name."""
+        """Return the name, parent, rate (Hz) and age of the newest transform (s) of each frame, by name."""
         with self._lock:
             return [
                 {
@@ -124,7 +124,7 @@ class FrameTree:
             ]
 
     def ancestors(self, frame: str, now_s: float) -> list[Mapping[str, Any]]:
-        """Return the links from a frame up to its root: frame, parent, sender, and age (s) if it moves."""
+        """Return the links from a frame to its root: frame, parent, sender, and age (s) if not static."""
         links: list[Mapping[str, Any]] = []
         with self._lock:
             seen: set[str] = set()
@@ -168,7 +168,7 @@ class FrameViews:
                 await asyncio.sleep(SEND_INTERVAL_S)
 
     async def transform(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the newest pose of the frame `source` in `target`, or why there is none, and both chains."""
+        """Yield the newest pose of the frame `source` in `target`, or why it is unknown, and both chains."""
         target, source = (_frame_name(arguments, key) for key in ("target", "source"))
         with self._shared.use() as (tree, _):
             while True:
@@ -192,7 +192,7 @@ class FrameViews:
 
 
 def pose_values(tree: FrameTree, target: str, source: str, now_s: float) -> Mapping[str, Any]:
-    """Return the pose of the frame `source` in `target` in metres, as quaternion and in degrees."""
+    """Return the pose of the frame `source` in `target`: metres, quaternion, and angles in degrees."""
     values: dict[str, Any] = {
         "target": tree.ancestors(target, now_s)[:MOST_LINKS],
         "source": tree.ancestors(source, now_s)[:MOST_LINKS],

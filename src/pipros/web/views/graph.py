@@ -1,4 +1,4 @@
-"""The graph, drawn when it changes, with its traffic every second; details of one node; image files."""
+"""The drawn graph, with its traffic every second; details of one node; image files."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ MOST_PARAMETERS = 200
 MOST_MEMBERS = 50
 """Maximum number of names listed for a group."""
 MOST_DRAWN = 3000
-"""Maximum number of nodes and topics that are drawn. For larger graphs, only their number is sent."""
+"""Maximum number of nodes and topics in a drawing. For larger graphs, only the number is sent."""
 MOST_CHARACTERS = 300_000
-"""Maximum total length of their names, in characters."""
+"""Maximum total length of the names in a drawing, in characters."""
 
 
 def options_from(arguments: Mapping[str, Any]) -> tuple[GraphOptions, Grouping]:
@@ -119,13 +119,13 @@ class GraphViews:
                 }
 
     def _with_removed(self, observation: Observation) -> Observation:
-        """Extend an observation, once for all browsers."""
+        """Add recently removed nodes and topics to an observation, once for all browsers."""
         if self._extended[0] is not observation:
             self._extended = observation, self._system.changes.with_removed(observation)
         return self._extended[1]
 
     async def master(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield why the master does not answer, at first and when it changes; empty if it does."""
+        """Yield the reason the master does not answer, now and after each change; empty if it answers."""
         shown = None
         async for observation in self._system.observations():
             if observation.error != shown:
@@ -133,7 +133,7 @@ class GraphViews:
                 yield {"error": shown}
 
     async def node(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield everything known about one node."""
+        """Yield the details of one node."""
         name = str(arguments["name"])
         async for observation in self._system.observations():
             yield {
@@ -146,18 +146,18 @@ class GraphViews:
         name = topic_name(arguments)
         _, failed = await self._system.questions.run(kill, self._system.graph.master, [name])
         if failed:
-            raise RequestRefused(f"cannot end {name}: {failed[name]}")
+            raise RequestRefused(f"cannot shut down {name}: {failed[name]}")
         return True
 
     async def _draw(self, graph: NodeGraph) -> Scene:
         return await self._system.computations.run(draw, graph, with_traffic=True)
 
     def _parameters(self, node: str) -> list[list[str]]:
-        """Return the private parameters of a node: names relative to it, and values as shortened JSON."""
+        """Return a node's private parameters: names relative to the node, and values as shortened JSON."""
         try:
             found = dict(params.leaves(node, params.read(self._system.graph.master, node)))
         except PiprosError:
-            return []  # none, or the master does not answer, which the observation reports
+            return []  # the node has none, or the master does not answer, which the observation reports
         names = sorted(found)[:MOST_PARAMETERS]
         return [
             [name.removeprefix(f"{node}/"), json.dumps(message_tree(found[name]), ensure_ascii=False)]
@@ -224,7 +224,7 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
 
 
 def _label_part(arrow: Arrow) -> float:
-    """Return where the label is: the arrows of a node are further apart near their topics."""
+    """Return the position of the label along the arrow. A node's arrows are further apart near the topics."""
     return 0.65 if arrow.start.kind == "node" and arrow.end.kind != "node" else 0.4
 
 
@@ -245,7 +245,8 @@ def traffic_values(observation: Observation, scene: Scene) -> list[list[float] |
         )
         for start, end in ((publisher, topic), (topic, subscriber), (publisher, subscriber)):
             total = sums.setdefault((start, end, connection.topic), [0.0, 0.0])
-            if start == publisher and end == topic:  # count once per publisher, not per subscriber
+            # count each message once per publisher, not per subscriber
+            if start == publisher and end == topic:
                 total[:] = max(total[0], traffic.rate), total[1] + traffic.bandwidth
             else:
                 total[:] = total[0] + traffic.rate, total[1] + traffic.bandwidth

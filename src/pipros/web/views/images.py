@@ -23,7 +23,7 @@ from pipros.web.watched_system import WatchedSystem
 
 SEND_INTERVAL_S = 0.1
 LARGEST_BYTES = 2_000_000
-"""Size above which raw images are subsampled to every second, third, … row and column."""
+"""Size in bytes above which raw images are subsampled to every second, third, … row and column."""
 
 _DEPTH_HEADER = struct.Struct("<iff")
 """Header of a compressed depth image: format, quotient and offset of the quantised inverse depths."""
@@ -37,7 +37,7 @@ class ImageViews:
         self._system = system
 
     async def image(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the newest image of a topic, at most ten per second: a JSON header, a newline, the pixels."""
+        """Yield the newest image of a topic up to ten times a second: a JSON header, a newline, pixels."""
         with self._system.topics.watch(topic_name(arguments)) as watch:
             number = -1
             while True:
@@ -50,7 +50,10 @@ class ImageViews:
 
 
 def decoded_image(watch: TopicWatch, message: AnyMsg) -> tuple[Mapping[str, Any], bytes]:
-    """Decode the image in a message. Refuses other types, and definitions other than the installed one."""
+    """Decode the image in a message.
+
+    Refuse other types, and definitions that differ from the installed one.
+    """
     kind = message.header.get("type", "")
     if kind not in IMAGE_TYPES:
         raise RequestRefused(f"topic type must be {' or '.join(IMAGE_TYPES)}, got {printable(kind)}")
@@ -71,11 +74,11 @@ def packed(message: Any) -> tuple[Mapping[str, Any], bytes]:
         raise RequestRefused(str(error)) from None
     is_grey = encoding.color is Color.GRAY
     if encoding.depth not in ("8U", "16U") and not (is_grey and encoding.depth == "32F"):
-        raise RequestRefused(f"the page cannot show images of the encoding [{message.encoding}]")
+        raise RequestRefused(f"the page cannot show images with the encoding [{message.encoding}]")
     width, height, step = message.width, message.height, message.step
     depth, size, plane = encoding.depth, encoding.channels * encoding.bits // 8, slice(None)
     row = width * size
-    if depth == "16U" and not is_grey:  # screens have 8 bits per colour: the more significant byte
+    if depth == "16U" and not is_grey:  # screens have 8 bits per colour, so use the more significant byte
         depth, size, plane = "8U", size // 2, slice(0 if message.is_bigendian else 1, None, 2)
     every = _step(message.encoding, width * height * size)
     data = memoryview(message.data)
@@ -95,16 +98,16 @@ def packed(message: Any) -> tuple[Mapping[str, Any], bytes]:
 
 
 def _compressed(message: Any) -> tuple[Mapping[str, Any], bytes]:
-    """Return what the browser decodes: PNG or JPEG, or the PNG of a depth image with its quantisation."""
+    """Return data that the browser decodes: PNG or JPEG, or a depth image as PNG with its quantisation."""
     name, _, how = message.format[:LONGEST_NAME].partition(";")
     data = bytes(message.data)
     head = {"compressed": "png" if "png" in how.lower() or "png" in name.lower() else "jpeg"}
     if "compressedDepth" not in how:
         return {**head, "format": message.format[:LONGEST_NAME]}, data
     if len(data) < _DEPTH_HEADER.size or name not in ("16UC1", "32FC1"):
-        raise RequestRefused(f"a compressed depth image must be of 16UC1 or 32FC1, got [{printable(name)}]")
+        raise RequestRefused(f"a compressed depth image must be 16UC1 or 32FC1, got [{printable(name)}]")
     if not data.startswith(_PNG, _DEPTH_HEADER.size):
-        raise RequestRefused("the page can show compressed depth images of PNG only, not of RVL")
+        raise RequestRefused("the page can only show compressed depth images in PNG format, not RVL")
     _, quotient, offset = _DEPTH_HEADER.unpack_from(data)
     values = {"encoding": name, "quantised": [quotient, offset] if name == "32FC1" else None}
     if not math.isfinite(quotient) or not math.isfinite(offset):

@@ -1,4 +1,4 @@
-"""Parameters of the master."""
+"""Parameters on the parameter server."""
 
 from __future__ import annotations
 

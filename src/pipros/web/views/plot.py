@@ -22,11 +22,11 @@ SEND_INTERVAL_S = 0.1
 KEPT_SAMPLES = 5000
 """Maximum number of samples queued for a slow browser."""
 MOST_FIELDS = 100
-"""Maximum number of fields offered for a topic."""
+"""Maximum number of fields suggested for a topic."""
 MOST_ELEMENTS = 10
-"""Maximum number of elements of an array among them."""
+"""Maximum number of elements of one array among the suggested fields."""
 DECODED_A_SECOND = 2000
-"""Maximum number of messages per second decoded for one curve. Further ones count as lost."""
+"""Maximum number of messages per second decoded for one curve. Further messages count as lost."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ def expand(text: str) -> Iterator[str]:
 
 
 def find_field(text: str, topics: Mapping[str, str]) -> Field | None:
-    """Return the field of the longest topic name that `text` begins with, or None.
+    """Return the field that `text` denotes, for the longest topic name with which it begins, or None.
 
     Raises:
         InvalidIndex: the brackets are malformed.
@@ -65,10 +65,10 @@ def find_field(text: str, topics: Mapping[str, str]) -> Field | None:
 
 
 class NotANumber(ValueError):
-    """The field has another type.
+    """The field is not a number.
 
     Attributes:
-        fields: paths of numbers below it, relative to it.
+        fields: paths of the numbers inside the field, relative to it.
     """
 
     def __init__(self, text: str, fields: Sequence[str]) -> None:
@@ -96,7 +96,7 @@ class PlotViews:
                 field = find_field(text, observation.types)
                 if field is not None:
                     break
-                yield {"error": f"no such topic yet: {text}"}
+                yield {"error": f"topic of {text} is not published yet"}
         if field is None:  # the server is shutting down
             return
         with self._system.topics.watch(field.topic) as watch:
@@ -115,7 +115,7 @@ class PlotViews:
 
 
 class _Curve:
-    """Decodes samples in the link's thread, and stores the last error with the fields to choose instead."""
+    """Decodes samples in the link's thread, and stores the last error with a list of valid fields."""
 
     def __init__(self, watch: TopicWatch, field: Field) -> None:
         self.samples = NewSamples(KEPT_SAMPLES)
@@ -148,7 +148,7 @@ def number_in(message: Any, field: Field) -> float | None:
     """Return the value of a field, or None for NaN and infinity, which interrupt the curve.
 
     Raises:
-        NotANumber: the field has another type.
+        NotANumber: the field is not a number.
         ValueError: an index is out of range.
     """
     from pipros.web.views.topics import percentage
@@ -166,7 +166,7 @@ def number_in(message: Any, field: Field) -> float | None:
         if level is not None:
             return level
         slots: Sequence[str] = getattr(value, "__slots__", ())
-        if len(slots) == 1:  # std_msgs/Float64 and the like
+        if len(slots) == 1:  # std_msgs/Float64 and similar types
             value = getattr(value, slots[0])
     if not isinstance(value, (int, float)):
         found = list(itertools.islice(numeric_fields(value), MOST_FIELDS))

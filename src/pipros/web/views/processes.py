@@ -20,7 +20,7 @@ from pipros.web.watched_system import WatchedSystem
 
 LOOK_INTERVAL_S = 2.0
 ASKING_S = 3.0
-"""Time for querying process ids in one update. The remaining nodes wait for the next."""
+"""Maximum time for querying process ids in one update. The remaining nodes are queried in the next update."""
 
 
 class ProcessViews:
@@ -43,7 +43,7 @@ class ProcessViews:
 
 @dataclass(slots=True)
 class _Process:
-    """Process of a node, with its last reading: load is the difference of two."""
+    """Process of a node, with its last reading. The load is computed from two readings."""
 
     pid: int
     usage: ProcessUsage
@@ -51,7 +51,7 @@ class _Process:
 
 
 class _Table:
-    """Table of processes."""
+    """Processes of all nodes."""
 
     def __init__(self, clients: NodeClients, caller_id: str) -> None:
         self._clients = clients
@@ -98,7 +98,10 @@ class _Table:
 
 
 def _figures(process: _Process) -> Mapping[str, Any]:
-    """Read a process; return nothing if it ended, or if another one has its id now."""
+    """Read the usage of a process.
+
+    Return nothing if it has ended, or its id now belongs to another process.
+    """
     usage, now_s = usage_of(process.pid), time.monotonic()
     if usage is None or usage.start != process.usage.start:
         return {}

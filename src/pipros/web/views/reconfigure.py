@@ -32,9 +32,9 @@ LOOK_INTERVAL_S = 0.1
 ANSWER_S = 10.0
 DESCRIPTIONS, UPDATES, SERVICE = "/parameter_descriptions", "/parameter_updates", "/set_parameters"
 MOST_BYTES = 1_000_000
-"""Maximum size of a server's description, and of a configuration."""
+"""Maximum size of a server's description and of a configuration, in bytes."""
 WHOLE = 2**31 - 1
-"""Bound of an int parameter without bounds."""
+"""Bound for int parameters that have no bounds of their own."""
 
 
 class ReconfigureViews:
@@ -150,7 +150,7 @@ def _shown(described: TopicWatch, updates: TopicWatch, is_changed: bool) -> Sequ
 
 def _message(watch: TopicWatch, type_name: str) -> Any:
     if watch.newest is None:
-        raise RequestRefused(f"no message received yet on {watch.topic}")
+        raise RequestRefused(f"no message has been received on {watch.topic} yet")
     message = watch.newest.message
     if len(message.body) > MOST_BYTES:
         raise RequestRefused(
@@ -164,4 +164,4 @@ def _description(watch: TopicWatch) -> Mapping[str, Any]:
         return decode_description(_message(watch, "dynamic_reconfigure/ConfigDescription"))
     except (KeyError, RecursionError) as error:
         what = f"{watch.topic} must describe parameters with bounds and defaults"
-        raise RequestRefused(f"{what}, and lacks {error}") from None
+        raise RequestRefused(f"{what}; {error} is missing") from None

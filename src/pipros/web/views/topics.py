@@ -31,10 +31,10 @@ LARGEST_COPIED_BYTES = 1_000_000
 LONGEST_DEFINITION = 200_000
 """Maximum length of the text of a definition, in characters."""
 MOST_MEASURED = 50
-"""Maximum number of topics that a browser measures at a time."""
+"""Maximum number of topics that a browser can measure at a time."""
 MEASURED_INTERVAL_S = 1.0
 UPDATE_INTERVAL_S = 0.1
-"""Interval at which a browser gets the newest message."""
+"""Interval at which the newest message is sent to a browser."""
 
 _PERCENTAGE = re.compile(r"\s*%\s*(\d{1,3}(?:\.\d+)?)\s*|\s*(\d{1,3}(?:\.\d+)?)\s*%\s*")
 
@@ -46,7 +46,7 @@ class TopicViews:
         self._system = system
 
     async def topics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield all topics with types, nodes and, as far as publishers report it, traffic."""
+        """Yield all topics with types, nodes and, if the publishers report it, traffic."""
         async for observation in self._system.observations():
             yield {"topics": bounded_list(topic_rows(observation)), "error": observation.error}
 
@@ -72,7 +72,7 @@ class TopicViews:
                 await asyncio.sleep(pause_s)
 
     async def measured(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the rates and bandwidths of up to `MOST_MEASURED` topics every second; subscribes to them."""
+        """Subscribe to up to `MOST_MEASURED` topics, and yield their rates and bandwidths every second."""
         chosen = arguments.get("names")
         if not isinstance(chosen, list) or len(chosen) > MOST_MEASURED:
             raise RequestRefused(f"names must be a list of at most {MOST_MEASURED} topics")
@@ -85,7 +85,7 @@ class TopicViews:
                 await asyncio.sleep(MEASURED_INTERVAL_S)
 
     async def message_text(self, arguments: Mapping[str, Any]) -> str:
-        """Return the whole newest message of a topic that is shown, as YAML or JSON, for the clipboard.
+        """Return the complete newest message of a displayed topic, as YAML or JSON, for the clipboard.
 
         Raises:
             RequestRefused: no message has been received, or it is too large.
@@ -96,7 +96,7 @@ class TopicViews:
         with self._system.topics.watch(name) as watch:
             newest = watch.newest
             if newest is None:
-                raise RequestRefused(f"no message received yet on {name}")
+                raise RequestRefused(f"no message has been received on {name} yet")
             if len(newest.message.body) > LARGEST_COPIED_BYTES:
                 size = len(newest.message.body)
                 raise RequestRefused(
@@ -107,7 +107,7 @@ class TopicViews:
     async def definition(self, arguments: Mapping[str, Any]) -> str:
         """Return the definition of a topic's type, with comments and the types of its fields.
 
-        That of the publisher, if a message has been received; otherwise the installed one.
+        The definition is the publisher's if a message has been received; otherwise the installed one.
         """
         name = topic_name(arguments)
         with self._system.topics.watch(name) as watch:
@@ -165,7 +165,7 @@ def plain_values(value: Any) -> Any:
 
 
 def topic_name(arguments: Mapping[str, Any]) -> str:
-    """Return the requested global name. Raise `RequestRefused` if it is not one."""
+    """Return the requested topic name. Raise `RequestRefused` if it is not a global name."""
     name = arguments.get("name")
     if not isinstance(name, str) or not names.is_legal(name) or not names.is_global(name):
         raise RequestRefused(f"name must be a global name such as /battery_topic, got {name!r:.100}")

@@ -34,7 +34,7 @@ FindPackage = Callable[[str], FoundPackage | None]
 
 
 class ReadContext:
-    """A package during the execution of its `CMakeLists.txt`.
+    """State of a package while its `CMakeLists.txt` is executed.
 
     Attributes:
         project: the contents read so far.
@@ -97,7 +97,7 @@ class ReadContext:
 
     def need_cmake(self, command: Command, what: str) -> None:
         """Record that the package uses a feature that only CMake itself provides."""
-        self.need_native_build(command, f"needs {what}, which only CMake itself carries out")
+        self.need_native_build(command, f"needs {what}, which only CMake itself can execute")
 
     def need_native_build(self, command: Command, what: str) -> None:
         """Record that genuine catkin has to build the package; `what` completes "the package [x] …"."""
@@ -121,7 +121,7 @@ class ReadContext:
 
 
 Handler = Callable[[ReadContext, Command, list[str]], None]
-"""Handler of a CMake command; called with the command's arguments as words.
+"""Handler for a CMake command, called with the command's arguments as words.
 
 Raises CMakeError, ValueError for wrong arguments, or `Unsupported` if only CMake itself can run the command.
 """
@@ -129,4 +129,4 @@ Raises CMakeError, ValueError for wrong arguments, or `Unsupported` if only CMak
 HARMLESS_MODULES = frozenset(
     ("CMakeParseArguments", "CTest", "GNUInstallDirs", "CheckCXXCompilerFlag", "CheckCCompilerFlag")
 )
-"""CMake modules whose commands have no use in a package without compiled code."""
+"""CMake modules whose commands have no effect in a package without compiled code."""

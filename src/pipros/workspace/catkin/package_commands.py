@@ -20,7 +20,7 @@ from pipros.workspace.catkin.templates import can_expand, expanded, needs_empy, 
 _HARMLESS_PACKAGES = frozenset(
     ("Boost", "Threads", "PythonInterp", "PythonLibs", "Python", "Python2", "Python3", "Eigen3", "OpenCV")
 )
-"""Packages whose commands have no use in a package without compiled code."""
+"""Packages whose commands have no effect in a package without compiled code."""
 
 _FOUND_VARIABLES: Mapping[str, Mapping[str, str]] = {
     "PythonInterp": {"PYTHONINTERP_FOUND": "1", "PYTHON_VERSION_MAJOR": "3"},

@@ -27,7 +27,7 @@ class Interface:
 
 @dataclass(frozen=True, slots=True)
 class NativeTarget:
-    """A reason to build with genuine catkin and CMake; `what` completes "the package [x] …"."""
+    """A reason to build a package with genuine catkin and CMake. `what` completes "the package [x] …"."""
 
     what: str
     file: str

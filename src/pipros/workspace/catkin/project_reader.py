@@ -1,8 +1,8 @@
 """Reads a package's `CMakeLists.txt`.
 
-The file is executed command by command, as CMake does, to the extent that packages without compiled code
-need. Commands that only CMake itself can run are recorded, with file and line. The command
-handlers are in the tables of `*_commands.py`.
+The file is executed command by command, as CMake does, as far as packages without compiled code need it.
+Commands that only CMake itself can run are recorded, with file and line. The command handlers are in the
+tables of `*_commands.py`.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def _check_known(context: ReadContext, command: Command, _words: list[str]) -> N
     near = get_close_matches(name, [*BUILTIN_COMMANDS, *CATKIN_COMMANDS], n=1, cutoff=0.8)
     if context.has_foreign_packages and not near:
         context.need_cmake(
-            command, f"{command.written_name}(), which another package brings{context.empy_hint}"
+            command, f"{command.written_name}(), which another package provides{context.empy_hint}"
         )
         return
     hint = f"\n  Did you mean {near[0]}?" if near else ""

@@ -24,7 +24,7 @@ _PREFIXES = ("CATKIN_", "CMAKE_", "PROJECT_", "PYTHON_")
 
 
 def needs_empy() -> str:
-    """Return the part of a message that says how to install empy."""
+    """Return the end of an error text that says how to install empy."""
     return f"needs empy 3 ({install_command('templates')})"
 
 
@@ -73,7 +73,7 @@ def _run(template: str, definitions: str, environment: Mapping[str, str]) -> str
             check=False,
         )
     except subprocess.TimeoutExpired:
-        raise ValueError(f"the template {template} did not end within {_TIME_LIMIT_S:.0f} s") from None
+        raise ValueError(f"the template {template} did not finish within {_TIME_LIMIT_S:.0f} s") from None
     if ended.returncode != 0:
         last_lines = ended.stderr.decode("utf-8", "replace").strip().splitlines()[-3:]
         raise ValueError(f"the template {template} failed:\n  " + "\n  ".join(last_lines))

@@ -160,7 +160,7 @@ def test_a_subscription_passes_messages_on_until_it_ends() -> None:
         assert await talk.say("unsubscribe", subscriptionIds=[7]) == []
         talk.bridge.topics.publish(b"later")
         assert talk.client.received() == []
-        assert "no subscription 7" in text_of(await talk.say("unsubscribe", subscriptionIds=[7]))
+        assert "subscription 7 does not exist" in text_of(await talk.say("unsubscribe", subscriptionIds=[7]))
 
     run(body)
 
@@ -185,7 +185,7 @@ def test_wrong_subscriptions_are_reported() -> None:
         talk = Conversation(limits=Limits(bridge_subscriptions=2))
         twice = [{"id": 1, "channelId": 1}] * 2
         assert "exists already" in text_of(await talk.say("subscribe", subscriptions=twice))
-        assert "no channel 9" in text_of(
+        assert "channel 9 does not exist" in text_of(
             await talk.say("subscribe", subscriptions=[{"id": 2, "channelId": 9}])
         )
         more = [{"id": number, "channelId": 1} for number in (2, 3)]
@@ -219,9 +219,9 @@ def test_hidden_names_cannot_be_used() -> None:
     async def body() -> None:
         talk = Conversation()
         channel = {"id": 1, "topic": "hidden", "encoding": "json", "schemaName": "std_msgs/String"}
-        assert "[/hidden] is not allowed" in text_of(await talk.say("advertise", channels=[channel]))
+        assert "not allow topic [/hidden]" in text_of(await talk.say("advertise", channels=[channel]))
         answers = await talk.say("setParameters", parameters=[{"name": "hidden", "value": 1}])
-        assert text_of(answers) == "parameter [hidden]: it is not allowed by the whitelist"
+        assert text_of(answers) == "parameter [hidden]: the whitelist does not allow it"
 
     run(body)
 

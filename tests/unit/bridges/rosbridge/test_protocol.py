@@ -203,7 +203,7 @@ def test_a_complete_operation_ends_a_text_that_was_not_complete() -> None:
     peer = Peer()
     assert peer.sends('{"op": "publish", "msg": {') == []
     status, taken = peer.sends('{"op": "subscribe", "topic": "/a"}')
-    assert "dropped" in status.operation["msg"]
+    assert "discarded" in status.operation["msg"]
     assert isinstance(taken, TakeTopic)
 
 
@@ -327,7 +327,7 @@ def test_a_second_subscription_of_another_type_is_refused() -> None:
     peer = Peer()
     peer.sends('{"op": "subscribe", "topic": "/a", "type": "std_msgs/String"}')
     answer = peer.gets('{"op": "subscribe", "topic": "/a", "type": "std_msgs/Int32", "id": 1}')
-    assert "/a is subscribed to with the type std_msgs/String, not std_msgs/Int32" in answer
+    assert "/a is already subscribed to with the type std_msgs/String, not std_msgs/Int32" in answer
 
 
 def test_a_topic_is_advertised_until_its_last_advertisement_is_withdrawn() -> None:

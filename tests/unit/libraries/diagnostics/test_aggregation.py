@@ -252,7 +252,7 @@ def test_a_regex_that_takes_too_long_is_an_error_of_its_analyzer_only() -> None:
         aggregation.take(Status(name, OK, "m"), 0.0)
 
     assert reported(aggregation, 1.0) == {
-        "/Slow": (ERROR, "A regex takes too long, and is not used any more"),
+        "/Slow": (ERROR, "A regex takes too long and is no longer used"),
         "/Slow/fine": (OK, "m"),
         "/Quick": (OK, "OK"),
         f"/Quick/{'x' * 40}!": (OK, "m"),

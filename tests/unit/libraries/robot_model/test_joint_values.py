@@ -59,7 +59,7 @@ def test_a_chain_of_dependent_joints_is_followed_to_its_root() -> None:
 @pytest.mark.parametrize("parent", ["high", "slide"])
 def test_a_circle_of_dependent_joints_is_refused(parent: str) -> None:
     dependent = {"high": {"parent": "slide"}, "slide": {"parent": parent}}
-    with pytest.raises(MimicCircle, match="mimic each other in a circle"):
+    with pytest.raises(MimicCircle, match="mimic joints form a cycle"):
         JointValues(ROBOT, JointChoices({}, dependent))
 
 

@@ -61,7 +61,7 @@ def joint(parent: str = "base", child: str = "hand", name: str = "j", more: str 
         ),
         (robot(LINKS + '<joint name="j" type="fixed"/>'), "joint j must have an element <parent link=…>"),
         (robot(LINKS + '<joint type="fixed"/>'), "line 1: <joint> must have the attribute name"),
-        (robot(LINKS + joint(child="foot")), "child of joint j is link foot, which does not"),
+        (robot(LINKS + joint(child="foot")), "joint j has the child foot, which does not"),
         (
             robot(LINKS + joint() + joint(name="k")),
             "link hand must have one parent, but joint k adds a second one",
@@ -74,7 +74,7 @@ def joint(parent: str = "base", child: str = "hand", name: str = "j", more: str 
                 + joint("b", "c", "j")
                 + joint("c", "b", "k")
             ),
-            "links form a circle: b, c",
+            "links form a cycle: b, c",
         ),
         (robot(LINKS + joint(more='<axis xyz="0 0 0"/>')), "axis of joint j must not be zero"),
         (robot(LINKS + joint(more='<axis xyz="0 1"/>')), "xyz of <axis> must be 3 finite numbers, got '0 1'"),

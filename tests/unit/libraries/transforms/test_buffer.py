@@ -151,7 +151,7 @@ def test_a_frame_that_changes_its_parent_stays_where_it_was_until_then(buffer: T
     assert buffer.lookup("map", "cup", 4 * S)[1] == pytest.approx(at(50))
 
 
-def test_a_circle_is_an_error_and_ends(buffer: TransformBuffer) -> None:
+def test_a_cycle_is_an_error_and_ends(buffer: TransformBuffer) -> None:
     for second in range(6, 8):
         buffer.insert("hand", "map", second * S, at(1), "me")
     buffer.insert("x", "y", 6 * S, at(1), "me")
@@ -234,7 +234,7 @@ def test_transforms_beyond_the_limit_replace_older_ones_of_their_frame() -> None
         buffer.lookup("map", "base", S + 1)
 
 
-def test_the_frames_in_the_error_of_a_circle_are_bounded(buffer: TransformBuffer) -> None:
+def test_the_frames_in_the_error_of_a_cycle_are_bounded(buffer: TransformBuffer) -> None:
     for number in range(1_000):
         buffer.insert("map", f"{number}" * 20, S, at(1), "me")
     buffer.insert("b", "a", S, at(1), "me")

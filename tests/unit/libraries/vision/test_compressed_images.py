@@ -119,7 +119,7 @@ def test_undecodable_images_are_refused(kind: str, data: bytes, text: str) -> No
 
 
 def test_unsupported_images_cannot_be_compressed() -> None:
-    with pytest.raises(CompressionError, match=r"jpeg must have values of 8 or 16 bits, got \[32FC1\]"):
+    with pytest.raises(CompressionError, match=r"jpeg requires values of 8 or 16 bits, got \[32FC1\]"):
         compressed(np.zeros((2, 2), np.float32), "32FC1", Settings(), PILLOW)
     with pytest.raises(CompressionError, match=r"Pillow cannot write an array of uint16.*\[vision\]"):
         compressed(np.zeros((2, 2, 3), np.uint16), "rgb16", PNG, PILLOW)
@@ -129,7 +129,7 @@ def test_unsupported_images_cannot_be_compressed() -> None:
         compressed(np.zeros((0, 0), np.uint8), "mono8", PNG, PILLOW)
     with pytest.raises(CompressionError, match="must be jpeg or png, got 'gif'"):
         Settings("gif")
-    with pytest.raises(CompressionError, match="jpeg_quality must be a whole number from 1 to 100, got 0"):
+    with pytest.raises(CompressionError, match="jpeg_quality must be an integer from 1 to 100, got 0"):
         Settings(jpeg_quality=0)
 
 
