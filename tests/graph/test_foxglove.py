@@ -231,7 +231,7 @@ def test_services_are_offered_and_called(make_node: MakeNode) -> None:
         server.endpoints.stop_serving(server.endpoints.service("/switch"))  # type: ignore[arg-type]
         client.until(lambda: "/switch" not in client.services)
         client.socket.send(struct.pack("<BIII", 2, offered["id"], 9, 4) + b"ros1")
-        assert "does not exist" in client.next("serviceCallFailure", callId=9)["message"]
+        assert "service 1 does not exist" in client.next("serviceCallFailure", callId=9)["message"]
 
 
 def test_calls_that_hang_delay_nothing_and_end_with_their_client(make_node: MakeNode) -> None:

@@ -233,7 +233,7 @@ def test_a_program_that_cannot_be_started_ends_all(
 
 def test_a_script_with_windows_line_ends_does_not_stop_other_nodes(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, node("from_windows", "a") + node("sleeper", "b"))
-    running.wait_for("ERROR: Unable to launch .*has Windows line ends")
+    running.wait_for("ERROR: Unable to launch .*has Windows line endings")
     running.wait_for("ready")
 
 

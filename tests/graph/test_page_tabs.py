@@ -42,7 +42,7 @@ def test_a_curve_of_numbers(robot: RosSystem) -> None:
 
 def test_a_curve_waits_for_its_topic_and_names_fields_that_are_not_numbers(robot: RosSystem) -> None:
     with Page(robot).connect() as browser:
-        assert "no such topic yet" in next(browser.watch("plot", field="/nothing/x"))["error"]
+        assert "is not published yet" in next(browser.watch("plot", field="/nothing/x"))["error"]
     with Page(robot).connect() as browser:
         data = first(browser.watch("plot", field="/imu/header"), lambda value: value.get("error"))
         assert "/imu/header must be a number" in data["error"]
@@ -195,7 +195,7 @@ def test_options_decide_what_a_page_may_change(robot: RosSystem, options: list[s
 @pytest.mark.parametrize(
     ("arguments", "error"),
     [
-        (["--control", "--read-only"], "--control and --read-only exclude each other"),
+        (["--control", "--read-only"], "--control and --read-only cannot be combined"),
         (["-s", "rqt_bag"], "rqt has no plugin [rqt_bag] in pipros; there are console, graph, image_view, "),
         (["-s"], "-s needs the name of a plugin"),
     ],

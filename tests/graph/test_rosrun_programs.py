@@ -54,7 +54,7 @@ def test_python_nodes_get_the_python_that_pipros_is_in(ros: RosSystem, folder: P
     ("content", "complaint", "code"),
     [
         ("import rospy\n", "make '#!/usr/bin/env python3' its first line", 126),
-        ("#!/usr/bin/env python3\r\nimport rospy\r\n", "Windows line ends", 127),
+        ("#!/usr/bin/env python3\r\nimport rospy\r\n", "Windows line endings", 127),
         ("#!/no/such/python\n", "/no/such/python, which does not exist", 127),
     ],
 )

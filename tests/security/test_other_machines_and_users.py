@@ -60,7 +60,7 @@ def test_rosnode_kill_on_another_machine_reports_the_refusal(far: FarNetwork, ro
     killed = ros.pipros.run(*far.command("rosnode", "kill", "/sleeper"), ROS_IP=far.far)
     assert killed.returncode == 1
     assert killed.stderr[0].startswith(f"ERROR: /sleeper: http://{far.near}:")
-    assert f"from the machine of this node only, not from {far.far}" in killed.stderr[0]
+    assert f"from this node's machine, not from {far.far}" in killed.stderr[0]
     assert killed.stderr[1:] == ["ERROR: Failed to kill:", " * /sleeper"]
     assert sleeper.is_running
     assert "shutdown of [/rosnode" in sleeper.wait_for(f"shutdown of .* came from {far.far}").string

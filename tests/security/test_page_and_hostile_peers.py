@@ -65,7 +65,7 @@ def test_a_definition_that_differs_is_named_in_its_tab(
         with page.connect() as browser:
             views = browser.watch(view, **({"name": topic} if view == "image" else {}))
             error = next(data["error"] for data in views if data.get("error"))
-            assert f"/liar publishes [{type_name}/{another._md5sum}], instead of [{type_name}/" in error
+            assert f"/liar publishes [{type_name}/{another._md5sum}] instead of [{type_name}/" in error
             for _ in range(20):
                 liar.advertise(topic, another, latch=True).publish(message)
             assert browser.act("about")["control"] is False

@@ -112,7 +112,7 @@ def test_an_untrusted_caller_cannot_end_a_node_and_gets_the_reason(
     node.advertise("chat", String)
     code, text, _ = call(node, "shutdown", "/rosnode", "user request")
     assert code == -1
-    assert "from the master and from the machine of this node only, not from 198.51.100.7" in text
+    assert "only accepted from the master and from this node's machine, not from 198.51.100.7" in text
     calls = master._server.rpc.calls
     asked = calls["lookupNode"]
     wait_until(lambda: calls["lookupNode"] > asked)

@@ -181,7 +181,7 @@ class Watched(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class _Adopted:
-    """A registered process, in the form that a launch watches."""
+    """Adapter for a registered process, with the interface that a launch requires."""
 
     process: Process
 

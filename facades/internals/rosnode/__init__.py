@@ -203,7 +203,7 @@ def lookup_uri(master: Any, system_state: Sequence[Sequence[Any]], topic: str, u
 
 
 def rosnode_cleanup() -> None:
-    """After confirmation on standard input, unregister nodes that do not respond from the master."""
+    """Unregister unresponsive nodes from the master, after confirmation on standard input."""
     with _graph() as graph:
         _clean_up(graph.master)
 

@@ -216,8 +216,8 @@ class Limits(NamedTuple):
         """Read `name=value` pairs, separated by commas; all other limits keep their defaults.
 
         Raises:
-            InvalidLimits: an unknown name, or a value that is not a number greater than zero. 0 is allowed if
-                it is the default.
+            InvalidLimits: a name is unknown, or a value is not a number greater than zero. 0 is allowed if it
+                is the default.
 
         Examples:
             >>> Limits.parse("frame_bytes=1000, stall_s=0.5").stall_s

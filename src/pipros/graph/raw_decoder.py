@@ -32,8 +32,8 @@ def decode_as(raw: AnyMsg, topic: str, message_class: type[Message]) -> Any:
     if header.get("md5sum") != message_class._md5sum:
         raise WrongDefinition(
             f"[{topic}]: {printable(header.get('callerid', 'a node'))} publishes "
-            f"[{printable(header.get('type'))}/{printable(header.get('md5sum'))}], "
-            f"which is not [{message_class._type}/{message_class._md5sum}]"
+            f"[{printable(header.get('type'))}/{printable(header.get('md5sum'))}] "
+            f"instead of [{message_class._type}/{message_class._md5sum}]"
         )
     return message_class._from_bytes(raw.body)
 

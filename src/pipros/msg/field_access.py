@@ -12,7 +12,9 @@ _OF_TIMES = ("secs", "nsecs", "to_sec", "to_nsec", "to_time", "is_zero")
 
 
 def field_of(value: Any, name: str) -> Any:
-    """Return a message's declared field or its `_type`, or a field or method of a time. All else is refused.
+    """Return a message's declared field or its `_type`, or a field or method of a time.
+
+    Access to anything else is refused.
 
     Raises:
         AttributeError: the field does not exist, or access to the attribute is refused.

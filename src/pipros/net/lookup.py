@@ -88,10 +88,12 @@ class Lookups:
         resolve: Resolve | None = None,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Args: limit: maximum number of simultaneous look-ups; further look-ups are queued.
-
-        `find` and `ask` have separate limits of this size, and do not wait for each other. resolve: function
-        that resolves a name; defaults to `socket.getaddrinfo`. now: the clock that the cache uses.
+        """
+        Args:
+            limit: maximum number of simultaneous look-ups; further look-ups are queued. `find` and `ask` have
+                separate limits of this size, and do not wait for each other.
+            resolve: function that resolves a name; defaults to `socket.getaddrinfo`.
+            now: the clock that the cache uses.
         """
         self._limit = limit
         self._resolve: Resolve = resolve or socket.getaddrinfo

@@ -18,8 +18,7 @@ class LastMessage:
 
 
 class LatchedFirst:
-    """Stands in for a new callback until the callback has received the latched messages, before any newer
-    messages.
+    """Stand-in for a new callback, which receives the latched messages first, and newer messages afterwards.
 
     Messages that arrive in the meantime, in the links' threads, are queued; `give` also passes them on.
     """

@@ -119,7 +119,7 @@ class Expression:
         return {node.id for node in ast.walk(self._tree) if isinstance(node, ast.Name)}
 
     def value(self, names: Mapping[str, Any]) -> Any:
-        """Return the value for these names. Raises the same errors as `evaluate`."""
+        """Evaluate the expression with these names. Raises the same errors as `evaluate`."""
         budget = guarded.Budget(self._limits)
         walk = _Walk(
             self._text,

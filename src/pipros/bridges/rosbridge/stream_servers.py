@@ -208,7 +208,7 @@ class TcpServer(_Server):
 
 
 class NotLoopback(PiprosError):
-    """UDP is requested for other machines, whose addresses could be forged."""
+    """UDP is requested for other machines, which the server could not tell apart."""
 
 
 class UdpServer(_Server):

@@ -54,7 +54,7 @@ class JsonObjects:
 
     @property
     def is_empty(self) -> bool:
-        """Whether there is no incomplete object."""
+        """Whether the buffer is empty, so that no object is incomplete."""
         return not self._depth
 
     def clear(self) -> None:

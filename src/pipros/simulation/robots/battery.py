@@ -55,7 +55,7 @@ class Battery:
 
     @property
     def is_empty(self) -> bool:
-        """Whether the battery is too empty to supply the motors."""
+        """Whether the battery is empty and not charging, so that the motors stop."""
         return self.charge_ah <= 0.0 and not self.is_charging
 
     def step(self, load: float, duration_s: float) -> None:

@@ -96,7 +96,7 @@ class PlotViews:
                 field = find_field(text, observation.types)
                 if field is not None:
                     break
-                yield {"error": f"topic of {text} is not published yet"}
+                yield {"error": f"the topic of {text} is not published yet"}
         if field is None:  # the server is shutting down
             return
         with self._system.topics.watch(field.topic) as watch:
