@@ -210,10 +210,9 @@ def row(name, home, browsers, is_stuck, seconds):
     environment.pop("ROS_IP", None)
     started = []
 
-    def start(*argv):
-        process = subprocess.Popen(
-            argv, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-        )
+    def start(*argv, read="stdout"):
+        pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, read: subprocess.PIPE}
+        process = subprocess.Popen(argv, env=environment, text=True, **pipes)
         started.append(process)
         return process
 
@@ -225,7 +224,7 @@ def row(name, home, browsers, is_stuck, seconds):
         own = psutil.Process(publisher.pid)
         own.cpu_percent()
         if browsers is not None:
-            server = start(os.path.join(SCRIPTS, "rqt_graph"), "--no-browser")
+            server = start(os.path.join(SCRIPTS, "rqt_graph"), "--no-browser", read="stderr")
             url = re.search(r"http\S+", server.stderr.readline())[0]
             process = psutil.Process(server.pid)
             received, cpu, memory = asyncio.run(look(url, process, browsers, is_stuck, seconds))
