@@ -136,10 +136,10 @@ def drawing(rounds):
             with ServerProxy(environment["ROS_MASTER_URI"]) as master:
                 fill(master, random.Random(1))  # noqa: S311 - the same graph each time
             options = [os.path.join(SCRIPTS, "rqt_graph"), "--no-browser"]
-            pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+            pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
             server = subprocess.Popen(options, env=environment, text=True, **pipes)
             started.append(server)
-            url = re.search(r"http\S+", server.stdout.readline())[0]
+            url = re.search(r"http\S+", server.stderr.readline())[0]
             with sync_playwright() as playwright:
                 browser = playwright.chromium.launch(
                     executable_path=shutil.which("chromium"), args=["--no-sandbox"]
@@ -210,10 +210,9 @@ def row(name, home, browsers, is_stuck, seconds):
     environment.pop("ROS_IP", None)
     started = []
 
-    def start(*argv):
-        process = subprocess.Popen(
-            argv, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-        )
+    def start(*argv, read="stdout"):
+        pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, read: subprocess.PIPE}
+        process = subprocess.Popen(argv, env=environment, text=True, **pipes)
         started.append(process)
         return process
 
@@ -225,8 +224,8 @@ def row(name, home, browsers, is_stuck, seconds):
         own = psutil.Process(publisher.pid)
         own.cpu_percent()
         if browsers is not None:
-            server = start(os.path.join(SCRIPTS, "rqt_graph"), "--no-browser")
-            url = re.search(r"http\S+", server.stdout.readline())[0]
+            server = start(os.path.join(SCRIPTS, "rqt_graph"), "--no-browser", read="stderr")
+            url = re.search(r"http\S+", server.stderr.readline())[0]
             process = psutil.Process(server.pid)
             received, cpu, memory = asyncio.run(look(url, process, browsers, is_stuck, seconds))
         else:

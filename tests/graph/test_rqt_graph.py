@@ -64,6 +64,21 @@ def test_other_sites_cannot_connect(ros: RosSystem) -> None:
         assert refused.value.response.status_code == 403
 
 
+def test_roslaunch_shows_the_address_but_no_log_has_the_token(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    launch = ros.home / "page.launch"
+    node = '<node name="page" pkg="rqt_graph" type="rqt_graph" args="--no-browser"/>'
+    launch.write_text(f"<launch>{node}</launch>")
+    launched = ros.pipros.start("roslaunch", launch)
+    page = Page.of(launched)
+    assert page.get("/").status == 200
+    launched.press_ctrl_c()
+    assert launched.wait() == 0
+    logs = [path for path in (ros.home / ".ros" / "log").rglob("*") if path.is_file()]
+    assert any(path.name.startswith("page-1") for path in logs)
+    assert [path for path in logs if page.token in path.read_text()] == []
+
+
 def test_the_graph_is_sent_with_traffic_and_updated(chain: RosSystem) -> None:
     page = Page(chain)
     with page.connect() as browser:

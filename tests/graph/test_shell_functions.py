@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
 import pytest
 
 from pipros.workspace.setup_files import SHELL_FOLDER
+from tests.support.environments import VENV_BIN
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
 
@@ -148,3 +150,31 @@ def test_an_environment_without_a_workspace_has_the_functions(ros: RosSystem, pr
 def test_a_plain_sh_evaluates_the_environment_without_the_functions(ros: RosSystem) -> None:
     ended = ros.pipros.run("sh", "-c", 'eval "$(pipros env)"; echo $ROS_DISTRO')
     assert ended.output.strip() == "noetic"
+
+
+@pytest.mark.parametrize("program", SHELLS)
+def test_commands_that_are_not_here_are_explained(ros: RosSystem, program: str) -> None:
+    if shutil.which(program) is None:
+        pytest.skip(f"{program} is not installed")
+    file = f"{SHELL_FOLDER}/ros.{program}"
+    script = f"source {file}; source {file}; gazebo; rosdep update; no_such_command; true"
+    options = {"bash": "--norc", "zsh": "--no-rcs", "fish": "--no-config"}
+    clean = {"PATH": f"{VENV_BIN}:{ros.home}"}  # without rosdep, which may be installed
+    typed = ros.pipros.run(shutil.which(program) or program, options[program], "-ic", script, **clean)
+    assert "gazebo: The programs of gazebo_ros are C++" in typed.output
+    assert "On this machine, roslaunch pipros_sim sim.launch" in typed.output
+    assert "rosdep: rosdep does not come with pipros, but from PyPI: pip install rosdep" in typed.output
+    assert re.search(
+        "no_such_command: command not found|(not found|Unknown command): no_such_command", typed.output
+    )
+
+
+def test_the_former_function_for_missing_commands_handles_the_others(ros: RosSystem) -> None:
+    former = 'command_not_found_handle() { echo "distribution: $1"; }'
+    load = f"{former}; source {SHELL_FOLDER}/ros.bash"
+    typed = ros.pipros.run("bash", "--norc", "-ic", f"{load}; no_such_command")
+    assert "distribution: no_such_command" in typed.stdout
+    script = ros.pipros.run(
+        "bash", "-c", f"{load}; gazebo_; declare -F _pipros_former_command_not_found_handle"
+    )
+    assert script.stdout == ["distribution: gazebo_"]

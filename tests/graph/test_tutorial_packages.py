@@ -98,6 +98,16 @@ def test_a_short_fibonacci_sequence_and_an_average(ros: RosSystem) -> None:
     client.wait_for("Action finished: (SUCCEEDED|ABORTED)")
 
 
+def test_a_client_of_actions_ends_with_one_line_after_ctrl_c(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    client = ros.pipros.start("rosrun", "actionlib_tutorials", "fibonacci_client.py")
+    ros.wait_for_subscriber("/fibonacci/status")
+    client.press_ctrl_c()
+    assert client.wait() == 1
+    assert client.output.splitlines()[-1].endswith("program interrupted before completion")
+    assert "Traceback" not in client.output
+
+
 def corners_and_turns(poses: list[Any]) -> list[tuple[float, float]]:
     """Return the length of each edge, and the angle that the turtle turned at its end."""
     edges: list[tuple[float, float]] = []

@@ -99,12 +99,11 @@ def test_image_view_opens_the_page_at_its_topic(ros: RosSystem) -> None:
         assert Page.of(shown).place == place
 
 
-def test_without_numpy_the_node_says_what_to_install(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    for name in ("usb_cam", "pipros.libraries.vision.capture", "pipros.libraries.vision.extras"):
+def test_one_command_installs_all_that_the_node_needs(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("usb_cam", "pipros.libraries.vision.capture"):
         monkeypatch.delitem(sys.modules, name, raising=False)
-    monkeypatch.setitem(sys.modules, "numpy", None)
+    for name in ("numpy", "cv2"):
+        monkeypatch.setitem(sys.modules, name, None)
 
-    with pytest.raises(SystemExit, match="ERROR: images and cameras need numpy, which is not installed"):
+    with pytest.raises(SystemExit, match=r"ERROR: usb_cam needs OpenCV, .*pip install .*\[vision\]"):
         runpy.run_path(str(SHARED_PACKAGES / "usb_cam" / "scripts" / "usb_cam_node"), run_name="__main__")

@@ -31,7 +31,9 @@ SHELLS = {
     "zsh": ("zsh", "-f", "-c", f'. "$1"; {PRINT}', "zsh"),
     "fish": ("fish", "--no-config", "-c", f"source $argv[1]; {PRINT}"),
 }
+SHELLS["setup.bash in zsh"] = SHELLS["zsh"]
 FILES = {"dash": "setup.sh", "bash": "setup.bash", "zsh": "setup.zsh", "fish": "setup.fish"}
+FILES["setup.bash in zsh"] = "setup.bash"
 
 
 def devel_space(folder: Path, underlays: tuple[Path, ...] = ()) -> Path:

@@ -87,6 +87,18 @@ def _pattern(expected: str) -> str:
     return "".join(lines)
 
 
+def test_commands_have_no_comments_which_zsh_would_pass_on() -> None:
+    commented = [
+        f"{page.name}: {line}"
+        for page in (REPOSITORY / "README.md", *sorted(DOCS.glob("*.md")))
+        for language, _, content in BLOCK.findall(page.read_text())
+        for line in content.splitlines()
+        if (language == "sh" or (language == "console" and line.startswith("$ ")))
+        and re.search(r"(^|\s)#(\s|$)", line)
+    ]
+    assert commented == []
+
+
 def test_every_block_of_every_page_is_run_by_a_test() -> None:
     missing = []
     for page in sorted(DOCS.glob("*.md")):

@@ -170,3 +170,15 @@ def test_tools_are_programs_of_their_packages(shell: Processes, tmp_path: Path) 
     assert shell.run("rostopic", "echo", "-n", "1", "/chatter").stdout[0] == 'data: "hello"'
     launch.press_ctrl_c()
     assert launch.wait() == 0
+
+
+def test_turtles_and_the_tools_of_tf_need_no_numpy(shell: Processes) -> None:
+    assert "No module named 'numpy'" in shell.run("python3", "-c", "import numpy").output
+    with Master(port=int(shell.environment["ROS_MASTER_URI"].rpartition(":")[2])):
+        shell.start("rosrun", "turtlesim", "turtlesim_node", "_headless:=true")
+        shell.start("rosrun", "turtle_tf", "turtle_tf_broadcaster.py", "_turtle:=turtle1")
+        shell.start("rosrun", "turtle_tf2", "fixed_tf2_broadcaster.py")
+        place = r"- Translation: \[5\.544, 5\.544, 0\.000\]"
+        shell.start("rosrun", "tf", "tf_echo", "world", "turtle1").wait_for(place)
+        shell.start("rosrun", "tf2_tools", "echo.py", "world", "carrot1").wait_for("Translation")
+        shell.start("rosrun", "tf", "tf_monitor").wait_for("Frame: turtle1 published by")

@@ -17,16 +17,14 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
 
 
-def commands(block: int = 0) -> dict[str, str]:
-    """Return the commands of a console example by their first two words, without comments."""
-    lines = [
-        line.removeprefix("$ ").partition("  #")[0].strip() for line in blocks("console")[block].splitlines()
-    ]
+def commands(block: int) -> dict[str, str]:
+    """Return the commands of a console example by their first two words."""
+    lines = [line.removeprefix("$ ").strip() for line in blocks("console")[block].splitlines()]
     return {" ".join(line.split()[:2]): line for line in lines}
 
 
 def test_each_command_works_in_its_own_terminal(ros: RosSystem) -> None:
-    typed = commands()
+    typed = commands(0) | commands(1)
 
     def open_terminal() -> Terminal:
         terminal = ros.pipros.open_terminal()
@@ -58,7 +56,7 @@ def test_each_command_works_in_its_own_terminal(ros: RosSystem) -> None:
 
 
 def test_the_battery_monitor_warns_is_drawn_and_acknowledged(ros: RosSystem) -> None:
-    typed = commands(1)
+    typed = commands(2)
     ros.pipros.start_master()
 
     def run(words: str, expected: str) -> None:

@@ -10,7 +10,7 @@ from std_msgs.msg import Header
 
 from cv_bridge.boost.cv_bridge_boost import CV_MAT_CNWrap, CV_MAT_DEPTHWrap, cvtColor2, getCvType
 from pipros.libraries.vision.extras import numpy as np
-from pipros.libraries.vision.extras import opencv
+from pipros.libraries.vision.opencv import opencv
 from pipros.pictures.encodings import CHANNEL_STEP, DTYPES
 
 

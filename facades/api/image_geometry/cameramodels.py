@@ -14,7 +14,7 @@ from typing import Any
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.libraries.vision.distortion import undistorted
 from pipros.libraries.vision.extras import numpy as np
-from pipros.libraries.vision.extras import opencv
+from pipros.libraries.vision.opencv import opencv
 
 _star_names(__name__, "cv2 numpy")
 

@@ -21,7 +21,6 @@ class UsbCam:
 
     Raises:
         CameraError: the camera cannot be opened.
-        ImportError: OpenCV is not installed.
     """
 
     def __init__(self) -> None:
@@ -94,7 +93,7 @@ def main() -> int:
     rospy.init_node("usb_cam")
     try:
         camera = UsbCam()
-    except (ImportError, PiprosError) as error:
+    except PiprosError as error:
         rospy.logfatal("%s", error)
         return 1
     # OpenCV may wait for an image for seconds, during which Python handles no signal in this thread.

@@ -157,13 +157,14 @@ async def _open(door: Door, options: DoorOptions, protocols: Protocols, tls: ssl
 
 
 def _announce(options: DoorOptions, port: int, page: PageServer | None, secret: Secret | None) -> None:
+    """Print the addresses on stderr: roslaunch keeps the standard output of nodes in files."""
     shown = options.shown_host
     scheme = "ws" if options.certificate is None else "wss"
     if page is not None:
         reachable = "localhost" if options.host in EVERYWHERE else shown
-        print(f"{options.tool}: {page.access.url(reachable)}")
+        print(f"{options.tool}: {page.access.url(reachable)}", file=sys.stderr)
     path = "" if secret is None else "/TOKEN" if options.token_file is not None else f"/{secret.token}"
-    print(f"{options.tool}: {scheme}://{shown}:{port}{path}", flush=True)
+    print(f"{options.tool}: {scheme}://{shown}:{port}{path}", file=sys.stderr, flush=True)
     if not options.has_control:
         print("Clients can only read. With --control they can also change the system.", file=sys.stderr)
     if options.is_local:

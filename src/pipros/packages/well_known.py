@@ -1,4 +1,4 @@
-"""Well-known packages that do not come with pipros, and advice on how to obtain them.
+"""Well-known packages and commands that do not come with pipros, and advice on what to use instead.
 
 `rosrun`, `roslaunch`, `rosmsg` and imports of messages give the same advice.
 """
@@ -10,11 +10,11 @@ from collections.abc import Iterable, Sequence
 
 _NAMES = """
     amcl carrot_planner cartographer_ros controller_manager costmap_2d depth_image_proc
-    depthimage_to_laserscan dwa_local_planner filters freenect_launch gazebo gazebo_plugins
-    gazebo_ros gazebo_ros_control global_planner gmapping hector_mapping hokuyo_node image_proc
-    image_rotate laser_assembler laser_filters move_base move_group
-    moveit_ros_move_group moveit_ros_visualization navfn nodelet octomap_server openni2_camera
-    openni2_launch pcl_ros pointcloud_to_laserscan realsense2_camera robot_localization
+    depthimage_to_laserscan dwa_local_planner explore_lite filters freenect_launch gazebo gazebo_plugins
+    gazebo_ros gazebo_ros_control global_planner gmapping hector_mapping hls_lfcd_lds_driver hokuyo_node
+    image_proc image_rotate laser_assembler laser_filters mavros move_base move_group
+    moveit_ros_move_group moveit_ros_visualization moveit_setup_assistant navfn nodelet octomap_server
+    openni2_camera openni2_launch pcl_ros pointcloud_to_laserscan realsense2_camera robot_localization
     robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros rviz slam_gmapping
     slam_karto spatio_temporal_voxel_layer stereo_image_proc teb_local_planner
     turtlebot3_gazebo urg_node uvc_camera velodyne_driver
@@ -23,6 +23,38 @@ _NAMES = """
 
 COMPILED = frozenset(_NAMES.split())
 """Noetic packages whose programs are mostly C++."""
+
+_STARTING = {
+    "hector_slam_launch": "hector_mapping and rviz",
+    "husky_gazebo": "Gazebo and rviz",
+    "turtlebot3_navigation": "amcl, move_base and rviz",
+    "turtlebot3_slam": "gmapping and rviz",
+}
+"""Packages of launch files, and the C++ programs that these start."""
+
+_SIMULATOR = "roslaunch pipros_sim sim.launch simulates robots with cmd_vel, odom and scan in a flat world."
+_KNOWN_POSES = (
+    "roslaunch pipros_sim localized.launch simulates a robot with a map and amcl_pose; it neither maps nor "
+    "plans."
+)
+_INSTEAD = {
+    **dict.fromkeys(("gazebo", "gazebo_ros", "husky_gazebo", "turtlebot3_gazebo"), _SIMULATOR),
+    **dict.fromkeys(
+        ("amcl", "gmapping", "hector_mapping", "hector_slam_launch", "move_base", "slam_gmapping"),
+        _KNOWN_POSES,
+    ),
+    **dict.fromkeys(("turtlebot3_navigation", "turtlebot3_slam"), _KNOWN_POSES),
+}
+"""What pipros has for the exercises of courses that use these packages."""
+
+_PACKAGE_OF_COMMAND = {
+    "gazebo": "gazebo_ros",
+    "gzclient": "gazebo_ros",
+    "gzserver": "gazebo_ros",
+    "rqt_bag": "rqt_bag",
+}
+_PYPI = {"catkin": "catkin-tools", "rosdep": "rosdep"}
+"""Commands of Noetic, and the distributions on PyPI that contain them."""
 
 _PYTHON_NAMES = """
     executive_smach ros_numpy rosserial_python smach smach_msgs smach_ros sound_play
@@ -54,6 +86,13 @@ def why_missing(package: str) -> str | None:
     return why_not_here(package, "")
 
 
+def why_no_command(name: str) -> str | None:
+    """Return advice on a command that the shell did not find, or None if the command is unknown."""
+    if name in _PYPI:
+        return f"{name} does not come with pipros, but from PyPI: pip install {_PYPI[name]}"
+    return why_missing(_PACKAGE_OF_COMMAND.get(name, ""))
+
+
 def why_not_here(
     package: str, program: str, arguments: Sequence[str] = (), programs: Iterable[str] = ()
 ) -> str | None:
@@ -75,10 +114,12 @@ def why_not_here(
             f"{package} is a plugin for a Qt desktop, and does not come with pipros: its rqt is a page in "
             "the browser, whose tabs pipros --help lists."
         )
-    if package not in COMPILED or is_here:
+    if (package not in COMPILED and package not in _STARTING) or is_here:
         return None
     wanted = [package]
     what = f"The programs of {package} are written in C++, and are not part of pipros, which is pure Python."
+    if package in _STARTING:
+        what = f"{package} starts {_STARTING[package]}, which are written in C++, and are not part of pipros."
     if package == "nodelet":
         what = "nodelet loads C++ plugins, which pipros, being pure Python, cannot do."
         plugin = _plugin(program, arguments)
@@ -88,9 +129,10 @@ def why_not_here(
     names = " ".join(f"ros-noetic-{name.replace('_', '-')}" for name in wanted)
     if package in _OF_DEBIAN:
         names += f", on Debian {_OF_DEBIAN[package]}"
+    here = f" On this machine, {_INSTEAD[package]}" if package in _INSTEAD else ""
     return (
         f"{what} Run it where ROS 1 is installed (apt-get install {names}): "
-        "with this machine's ROS_MASTER_URI, it joins the same graph."
+        f"with this machine's ROS_MASTER_URI, it joins the same graph.{here}"
     )
 
 

@@ -128,7 +128,8 @@ async def _start(options: PageOptions, system: WatchedSystem, server: PageServer
     names = () if shown == "localhost" else (shown.lower(), socket.gethostname().lower())
     await server.start(host, options.port, names=names, tls=tls_context(options.certificate, options.key))
     reachable = "localhost" if host in EVERYWHERE else shown
-    print(f"{options.tool}: {server.access.url(reachable, options.tab)}", flush=True)
+    # On stderr, because roslaunch keeps the standard output of nodes in files, and the address has the token.
+    print(f"{options.tool}: {server.access.url(reachable, options.tab)}", file=sys.stderr, flush=True)
     if options.permitted != CHANGING:
         print(_restriction(options.permitted), file=sys.stderr)
     if shown != "localhost":

@@ -44,6 +44,8 @@ unset _PIPROS_PREFIX _PIPROS_PYTHON _PIPROS_EXTEND _PIPROS_LOCAL
 _BASH = """\
 #!/usr/bin/env bash
 # Made by catkin_make of pipros.
+# zsh has no BASH_SOURCE. Courses say setup.bash, whatever the shell.
+if [ -n "${{ZSH_VERSION:-}}" ]; then . "$(dirname "$0")/setup.zsh"; return; fi
 CATKIN_SHELL=bash
 _CATKIN_SETUP_DIR=$(builtin cd "$(dirname "${{BASH_SOURCE[0]}}")" > /dev/null && pwd)
 . "$_CATKIN_SETUP_DIR/setup.sh"

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -8,17 +9,46 @@ from pipros.cli.rosmsg import main as rosmsg
 from pipros.cli.rosrun import main
 from pipros.launch.find_launch_files import find_in_package
 from pipros.launch.model import LaunchError
-from pipros.packages.well_known import why_missing, why_not_here
+from pipros.packages.well_known import why_missing, why_no_command, why_not_here
 from pipros.workspace.index import PackageIndex
+from pipros.workspace.setup_files import SHELL_FOLDER
 
 
 def test_a_program_in_c_plus_plus_names_its_package() -> None:
     assert why_not_here("move_base", "move_base") == (
         "The programs of move_base are written in C++, and are not part of pipros, which is pure Python. "
         "Run it where ROS 1 is installed (apt-get install ros-noetic-move-base): with this machine's "
-        "ROS_MASTER_URI, it joins the same graph."
+        "ROS_MASTER_URI, it joins the same graph. On this machine, roslaunch pipros_sim localized.launch "
+        "simulates a robot with a map and amcl_pose; it neither maps nor plans."
     )
     assert why_not_here("my_package", "node") is None
+
+
+def test_a_package_of_launch_files_names_the_programs_that_they_start() -> None:
+    advice = str(why_missing("turtlebot3_slam"))
+    assert advice.startswith("turtlebot3_slam starts gmapping and rviz, which are written in C++")
+    assert "On this machine, roslaunch pipros_sim localized.launch" in advice
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("gazebo", "On this machine, roslaunch pipros_sim sim.launch simulates robots"),
+        ("catkin", "catkin does not come with pipros, but from PyPI: pip install catkin-tools"),
+        ("rqt_bag", "its rqt is a page in the browser"),
+    ],
+)
+def test_commands_that_are_not_here_name_a_substitute(name: str, says: str) -> None:
+    assert says in str(why_no_command(name))
+    assert why_no_command("ls") is None
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh"])
+def test_the_shell_functions_know_the_same_commands(shell: str) -> None:
+    code = (SHELL_FOLDER / f"ros.{shell}").read_text()
+    names = re.search(r"(catkin \|[^)]*)\)", code)[1].split(" | ")  # type: ignore[index]
+    assert all(why_no_command(name) for name in names)
+    assert f"case {' '.join(names)}" in (SHELL_FOLDER / "ros.fish").read_text()
 
 
 def test_a_package_with_programs_of_this_machine_is_not_called_compiled() -> None:

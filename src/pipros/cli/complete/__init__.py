@@ -2,7 +2,8 @@
 
 The shell's completion passes the position of the word and all words. One candidate is printed per line. A
 multi-line candidate is printed alone, after the character 0x1f. If called with `--find PACKAGE NAME`, the
-command prints the files with that name in a package, for roscat, rosed and roscp.
+command prints the files with that name in a package, for roscat, rosed and roscp. With `--absent COMMAND`, it
+prints advice on a command that the shell did not find.
 """
 
 from __future__ import annotations
@@ -15,12 +16,17 @@ from pipros.cli.complete.candidates import candidates
 from pipros.cli.complete.running import MANY_LINES
 from pipros.cli.entry_point import command
 
+NO_SUCH_COMMAND = 127
+"""Exit code of shells for a command that they do not find."""
+
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     if arguments[:1] == ["--find"] and len(arguments) == 3:
         return _print_files(*arguments[1:])
+    if arguments[:1] == ["--absent"] and len(arguments) == 2:
+        return _print_advice(arguments[1])
     if len(arguments) < 2 or not arguments[0].isdecimal():
         print("usage: pipros-complete POSITION WORD...", file=sys.stderr)
         return 2
@@ -38,6 +44,14 @@ def _is_one_candidate(candidate: str) -> bool:
     break.
     """
     return candidate.startswith(MANY_LINES) or candidate.isprintable()
+
+
+def _print_advice(name: str) -> int:
+    from pipros.packages.well_known import why_no_command
+
+    advice = why_no_command(name)
+    print(f"{name}: {advice or 'command not found'}", file=sys.stderr)
+    return NO_SUCH_COMMAND
 
 
 def _print_files(package_name: str, name: str) -> int:

@@ -1,11 +1,13 @@
-"""Reading of images from a camera or a video file, with OpenCV."""
+"""Reading of images from a camera or a video file, with OpenCV, which is required to import this module."""
 
 from __future__ import annotations
 
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.vision.extras import opencv
+from pipros.libraries.vision.opencv import opencv
+
+cv2 = opencv("usb_cam")
 
 PIXEL_FORMATS: Final = {
     "yuyv": "YUYV",
@@ -36,20 +38,18 @@ class Capture:
 
         Raises:
             CameraError: the device or file cannot be opened, or the format is unknown.
-            ImportError: OpenCV is not installed.
         """
         if pixel_format not in PIXEL_FORMATS:
             raise CameraError(f"pixel_format must be one of {', '.join(PIXEL_FORMATS)}, got {pixel_format!r}")
-        self._cv2 = opencv("usb_cam")
         self.device = device
-        self._video = self._cv2.VideoCapture(device)
+        self._video = cv2.VideoCapture(device)
         if not self._video.isOpened():
             raise CameraError(f"cannot open the camera {device}: does it exist, and may this user read it?")
         for setting, value in (
-            (self._cv2.CAP_PROP_FOURCC, self._cv2.VideoWriter_fourcc(*PIXEL_FORMATS[pixel_format])),
-            (self._cv2.CAP_PROP_FRAME_WIDTH, width),
-            (self._cv2.CAP_PROP_FRAME_HEIGHT, height),
-            (self._cv2.CAP_PROP_FPS, rate_hz),
+            (cv2.CAP_PROP_FOURCC, cv2.VideoWriter_fourcc(*PIXEL_FORMATS[pixel_format])),
+            (cv2.CAP_PROP_FRAME_WIDTH, width),
+            (cv2.CAP_PROP_FRAME_HEIGHT, height),
+            (cv2.CAP_PROP_FPS, rate_hz),
         ):
             self._video.set(setting, value)
 
@@ -62,7 +62,7 @@ class Capture:
         is_read, image = self._video.read()
         if not is_read:
             raise CameraError(f"no image from {self.device}: unplugged, in use, or the end of a video")
-        return self._cv2.cvtColor(image, self._cv2.COLOR_BGR2RGB)
+        return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
 
     def close(self) -> None:
         """Close the device."""

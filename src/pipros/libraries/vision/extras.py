@@ -1,8 +1,6 @@
-"""Imports of numpy and OpenCV, with error messages that name the extra to install."""
+"""Import of numpy, with an error message that names the extra to install."""
 
 from __future__ import annotations
-
-from typing import Any
 
 from pipros.basics.errors import MissingExtra
 from pipros.basics.extras import install_command
@@ -14,19 +12,3 @@ except ImportError as error:
         f"images and cameras need numpy, which is not installed. Try: {install_command('numpy')}",
         name=error.name,
     ) from error
-
-
-def opencv(purpose: str) -> Any:
-    """Import and return the module `cv2`.
-
-    Raises:
-        ImportError: OpenCV is not installed. The message names `purpose` and how to install it.
-    """
-    try:
-        import cv2
-    except ImportError as error:
-        raise MissingExtra(
-            f"{purpose} needs OpenCV, which is not installed. Try: {install_command('vision')}",
-            name=error.name,
-        ) from error
-    return cv2

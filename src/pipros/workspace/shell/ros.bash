@@ -127,6 +127,27 @@ rosmv() {
   fi
 }
 
+# A command that the shell does not find, such as gazebo, is explained. The former function for such commands,
+# which distributions define, handles all others. Only in interactive shells: scripts keep their messages.
+if [[ $- == *i* && $(declare -f command_not_found_handle) != *pipros-complete* ]]; then
+  if declare -F command_not_found_handle > /dev/null; then
+    eval "_pipros_former_$(declare -f command_not_found_handle)"
+  fi
+  command_not_found_handle() {
+    case $1 in
+      catkin | gazebo | gzclient | gzserver | rosdep | rqt_bag) pipros-complete --absent "$1" ;;
+      *)
+        if declare -F _pipros_former_command_not_found_handle > /dev/null; then
+          _pipros_former_command_not_found_handle "$@"
+        else
+          echo "bash: $1: command not found" >&2
+          return 127
+        fi
+        ;;
+    esac
+  }
+fi
+
 _pipros_complete() {
   local offers
   offers=$(pipros-complete "$COMP_CWORD" "${COMP_WORDS[@]}" 2> /dev/null)

@@ -109,6 +109,26 @@ function rosmv
     end
 end
 
+# A command that the shell does not find, such as gazebo, is explained. The former function for such commands
+# handles all others. Only in interactive shells: scripts keep their messages.
+if status is-interactive; and not functions -q _pipros_former_command_not_found
+    if functions -q fish_command_not_found
+        functions -c fish_command_not_found _pipros_former_command_not_found
+    else
+        function _pipros_former_command_not_found
+            __fish_default_command_not_found_handler $argv
+        end
+    end
+    function fish_command_not_found
+        switch $argv[1]
+            case catkin gazebo gzclient gzserver rosdep rqt_bag
+                pipros-complete --absent $argv[1]
+            case '*'
+                _pipros_former_command_not_found $argv
+        end
+    end
+end
+
 function _pipros_complete
     set -l words (commandline -opc) (commandline -ct)
     pipros-complete (math (count $words) - 1) $words 2>/dev/null | string replace \x1f ''

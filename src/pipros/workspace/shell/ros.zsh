@@ -127,6 +127,27 @@ rosmv() {
   fi
 }
 
+# A command that the shell does not find, such as gazebo, is explained. The former function for such commands,
+# which distributions define, handles all others. Only in interactive shells: scripts keep their messages.
+if [[ -o interactive && ${functions[command_not_found_handler]:-} != *pipros-complete* ]]; then
+  if (( $+functions[command_not_found_handler] )); then
+    functions[_pipros_former_command_not_found_handler]=$functions[command_not_found_handler]
+  fi
+  command_not_found_handler() {
+    case $1 in
+      catkin | gazebo | gzclient | gzserver | rosdep | rqt_bag) pipros-complete --absent $1 ;;
+      *)
+        if (( $+functions[_pipros_former_command_not_found_handler] )); then
+          _pipros_former_command_not_found_handler "$@"
+        else
+          echo "zsh: command not found: $1" >&2
+          return 127
+        fi
+        ;;
+    esac
+  }
+fi
+
 _pipros_complete() {
   local offers="$(pipros-complete $((CURRENT - 1)) $words 2> /dev/null)"
   if [[ $offers == $'\x1f'* ]]; then  # one of several lines: a message to be filled in

@@ -9,7 +9,8 @@ import actionlib
 import rospy
 
 
-def ask() -> FibonacciResult:
+def ask() -> FibonacciResult | None:
+    """Return the numbers; None if the node was shut down first."""
     client = actionlib.SimpleActionClient("fibonacci", FibonacciAction)
     client.wait_for_server()
     client.send_goal(FibonacciGoal(order=20))
@@ -18,8 +19,8 @@ def ask() -> FibonacciResult:
 
 
 if __name__ == "__main__":
-    try:
-        rospy.init_node("fibonacci_client_py")
-        print("Result:", ", ".join(str(number) for number in ask().sequence))
-    except rospy.ROSInterruptException:
-        print("program interrupted before completion", file=sys.stderr)
+    rospy.init_node("fibonacci_client_py")
+    result = ask()
+    if result is None:
+        sys.exit("program interrupted before completion")
+    print("Result:", ", ".join(map(str, result.sequence)))
