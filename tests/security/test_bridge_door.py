@@ -251,6 +251,20 @@ def test_a_client_that_never_reads_costs_the_others_nothing_and_is_disconnected(
     run(body())
 
 
+def test_writing_to_a_client_that_has_vanished_logs_nothing(caplog: pytest.LogCaptureFixture) -> None:
+    async def body() -> None:
+        handler = Echo()
+        limits = Limits(bridge_queue_bytes=100_000_000)
+        async with opened(limits=limits, handler=handler) as door, connected(door) as client:
+            await condition(lambda: handler.sessions)
+            client.transport.get_extra_info("socket").shutdown(socket.SHUT_RDWR)
+            handler.sessions[0].client.outbox.put("topic", Frame((bytes(50_000_000),)))
+            await condition(lambda: handler.sessions[0].is_closed)
+
+    run(body())
+    assert not caplog.records
+
+
 def test_a_client_that_does_not_read_its_answers_is_disconnected() -> None:
     async def body() -> None:
         handler = Echo()
