@@ -53,18 +53,13 @@ class _Server:
         Raises:
             OSError: the port is in use, or the address does not belong to this machine.
         """
-        self._runtime.loop.start()
-        try:
-            port = self._runtime.loop.run(self._open())
-        except BaseException:
-            self._runtime.loop.stop()
-            raise
+        port = self._runtime.start(self._open(), self.close)
         self._topics.report([])
         return port
 
     def close(self) -> None:
         """Disconnect the clients and close the port."""
-        self._runtime.close(self._end())
+        self._runtime.close(self._end)
         self._topics.close()
 
     async def _open(self) -> int:
