@@ -9,6 +9,7 @@ import json
 import logging
 import socket
 import ssl
+import zlib
 from collections.abc import AsyncIterator, Coroutine, Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -296,6 +297,19 @@ def test_a_deflate_bomb_is_not_decompressed() -> None:
     async def body() -> None:
         async with opened() as door, connected(door, compression="deflate") as client:
             assert client.protocol.extensions == []
+
+    run(body())
+
+
+def test_a_compressed_frame_ends_the_connection() -> None:
+    async def body() -> None:
+        async with opened() as door, connected(door) as client:
+            bomb = zlib.compress(bytes(50_000), wbits=-15)
+            client.transport.write(b"\xc2" + bytes([0x80 | len(bomb)]) + bytes(4) + bomb)
+            with pytest.raises(ConnectionClosed) as closed:
+                await client.recv()
+            assert closed.value.rcvd is not None
+            assert closed.value.rcvd.code == 1002
 
     run(body())
 
