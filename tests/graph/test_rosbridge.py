@@ -159,6 +159,13 @@ def test_a_long_message_comes_in_fragments_for_that_subscription_only(url: str, 
         assert client.receive()["op"] == "publish"
 
 
+def test_cbor_is_never_split(url: str, robot: Node) -> None:
+    robot.advertise("/long", STRING, latch=True).publish(STRING("x" * 1000))
+    with RosbridgeClient(url) as client:
+        client.send("subscribe", topic="/long", compression="cbor", fragment_size=100)
+        assert client.receive(cbor2.loads)["msg"] == {"data": "x" * 1000}
+
+
 def test_messages_right_after_advertise_reach_the_subscribers(url: str, robot: Node) -> None:
     first, second = Inbox(), Inbox()
     robot.subscribe("/cmd", STRING, first)
@@ -610,6 +617,20 @@ def test_a_server_can_be_started_again_when_its_port_is_free(server_class: Any, 
             server.start()
     assert server.start() == port
     socket.create_connection(("127.0.0.1", port), 20).close()
+    server.close()
+
+
+@pytest.mark.parametrize("server_class", [WebSocketServer, TcpServer])
+def test_a_server_closes_while_its_node_shuts_down(server_class: Any, make_node: MakeNode) -> None:
+    node = make_node("ending")
+    server = server_class(node, ServerOptions(port=0))
+    with socket.create_connection(("127.0.0.1", server.start()), 20) as client:
+        node.on_shutdown(
+            lambda: ended.append(client.recv(100))
+        )  # blocks until the server ends the connection
+        ended: list[bytes] = []
+        node.shutdown()
+        assert ended == [b""]
     server.close()
 
 

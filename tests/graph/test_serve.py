@@ -141,6 +141,10 @@ def test_a_certificate_encrypts_the_connection(ros: RosSystem) -> None:
             return json.loads(await socket.recv())
 
     assert asyncio.run(info())["op"] == "serverInfo"
+    listed = ros.pipros.run("pipros", "clients", address, "--cert", cert)
+    assert "This server is not 127.0.0.2" in listed.stderr[-1]  # its answer, over TLS
+    plain = ros.pipros.run("pipros", "clients", address.removeprefix("wss://"))
+    assert "if it uses TLS, --cert FILE" in plain.stderr[-1]
 
 
 def test_one_port_has_the_page_rosbridge_and_foxglove(ros: RosSystem) -> None:
@@ -181,9 +185,10 @@ def test_one_port_has_the_page_rosbridge_and_foxglove(ros: RosSystem) -> None:
         assert listed.stdout[0] == "1 client"
         assert "1: foxglove.sdk.v1 from 127.0.0.1" in listed.stdout[2]
         assert "receives /chatter" in listed.stdout[3]
-    refused = ros.pipros.run("pipros", "clients", host)
-    assert refused.returncode == 1
-    assert "Authorization: Bearer" in refused.stderr[-1]
+    for place in (host, f"ws://{host}/", f"http://{host}/#token=x"):
+        refused = ros.pipros.run("pipros", "clients", place)
+        assert refused.returncode == 1
+        assert refused.stderr[-1].startswith(f"ERROR: {host} requires a token; --token-file FILE")
     server.press_ctrl_c()
     assert server.wait() == 0
     gone = ros.pipros.run("pipros", "clients", host)

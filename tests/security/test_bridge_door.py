@@ -9,6 +9,7 @@ import json
 import logging
 import socket
 import ssl
+import zlib
 from collections.abc import AsyncIterator, Coroutine, Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -251,6 +252,20 @@ def test_a_client_that_never_reads_costs_the_others_nothing_and_is_disconnected(
     run(body())
 
 
+def test_writing_to_a_client_that_has_vanished_logs_nothing(caplog: pytest.LogCaptureFixture) -> None:
+    async def body() -> None:
+        handler = Echo()
+        limits = Limits(bridge_queue_bytes=100_000_000)
+        async with opened(limits=limits, handler=handler) as door, connected(door) as client:
+            await condition(lambda: handler.sessions)
+            client.transport.get_extra_info("socket").shutdown(socket.SHUT_RDWR)
+            handler.sessions[0].client.outbox.put("topic", Frame((bytes(50_000_000),)))
+            await condition(lambda: handler.sessions[0].is_closed)
+
+    run(body())
+    assert not caplog.records
+
+
 def test_a_client_that_does_not_read_its_answers_is_disconnected() -> None:
     async def body() -> None:
         handler = Echo()
@@ -282,6 +297,19 @@ def test_a_deflate_bomb_is_not_decompressed() -> None:
     async def body() -> None:
         async with opened() as door, connected(door, compression="deflate") as client:
             assert client.protocol.extensions == []
+
+    run(body())
+
+
+def test_a_compressed_frame_ends_the_connection() -> None:
+    async def body() -> None:
+        async with opened() as door, connected(door) as client:
+            bomb = zlib.compress(bytes(50_000), wbits=-15)
+            client.transport.write(b"\xc2" + bytes([0x80 | len(bomb)]) + bytes(4) + bomb)
+            with pytest.raises(ConnectionClosed) as closed:
+                await client.recv()
+            assert closed.value.rcvd is not None
+            assert closed.value.rcvd.code == 1002
 
     run(body())
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import socket
 import struct
 import threading
 from collections.abc import Iterator
+from contextlib import ExitStack
 from typing import Any
 
 import bson
@@ -20,6 +22,7 @@ from pipros.node.any_msg import AnyMsg
 from tests.support.node_fixtures import make_node as make_node
 from tests.support.node_fixtures import master as master
 from tests.support.nodes import MakeNode
+from tests.support.ros import RosSystem
 from tests.support.rosbridge import RosbridgeClient, rosbridge_server
 from tests.support.waiting import wait_until
 
@@ -172,3 +175,46 @@ def test_deep_bson_is_refused(make_node: MakeNode, robot: Node) -> None:
         assert answer["op"] == "status"
         client.socket.send(bson.encode({"op": "subscribe", "topic": "/state"}))
         assert client.receive(bson.decode)["msg"] == {"data": "well"}
+
+
+def test_deep_json_and_cbor_are_refused(url: str) -> None:
+    with RosbridgeClient(url, max_queue=None) as client:
+        client.socket.send('{"a":' * 1500 + "1" + "}" * 1500)
+        assert client.wait_for("status")["level"] == "error"
+        client.socket.send('{"op": "publish", "topic": "/x", "msg": ' + "[" * 4000 + "]" * 4000 + "}")
+        assert client.wait_for("status")["level"] == "error"
+        for deep in (b"\x81" * 5000 + b"\0", b"\xa1\x61a" * 3000 + b"\0", b"\xd9\xd9\xf7" * 3000):
+            client.socket.send(deep)  # clients send CBOR in no operation
+            assert "expected a JSON object" in client.wait_for("status")["msg"]
+        assert client.call("/none")["result"] is False
+    is_served(url)
+
+
+@pytest.mark.parametrize("program", ["rosbridge_websocket", "rosbridge_tcp"])
+def test_silent_connections_beyond_the_descriptors_leave_room_for_clients(
+    ros: RosSystem, program: str
+) -> None:
+    ros.pipros.start_bare_master()
+    server = ros.pipros.start(
+        *("sh", "-c", 'ulimit -n 128; exec "$@"', "sh"), *("rosrun", "rosbridge_server", program, "_port:=0")
+    )
+    port = int(server.wait_for(r"server started on port (\d+)", 60)[1])
+    request = {"op": "call_service", "service": "/none"}
+    with ExitStack() as silent:
+        for _ in range(256):
+            connection = silent.enter_context(socket.socket())
+            connection.setblocking(False)
+            connection.connect_ex(("127.0.0.1", port))
+
+        def answer() -> bytes | str:
+            try:
+                if program == "rosbridge_tcp":
+                    with socket.create_connection(("127.0.0.1", port), 20) as client:
+                        client.sendall(json.dumps(request).encode())
+                        return client.recv(1000)
+                with RosbridgeClient(f"ws://127.0.0.1:{port}") as client:
+                    return json.dumps(client.call("/none"))
+            except (OSError, EOFError):
+                return ""
+
+        wait_until(lambda: "service_response" in str(answer()), 60)

@@ -15,14 +15,16 @@ import asyncio
 import struct
 import threading
 from collections import deque
-from collections.abc import Callable
-from typing import Final
+from collections.abc import Callable, Sequence
+from typing import Any, Final
 
 from websockets.frames import CloseCode
 from websockets.protocol import State
 
 from pipros.basics.limits import Limits
 from pipros.bridges.outbox import Frame, Outbox, Traffic
+from pipros.net import sockets
+from pipros.net.backlog import Backlog, Buffer
 from pipros.web.server_port import PortConnection
 
 JOINED_BYTES: Final = 16 * 1024
@@ -81,7 +83,10 @@ class BridgeConnection(PortConnection):
     on_room: Callable[[], object] | None = None
     on_full: Callable[[], object] | None = None
     _is_encrypted = False
-    _rest: memoryview | None = None  # unwritten part of the current large frame
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self._rest = Backlog()  # unwritten part of the current large frame
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
@@ -102,13 +107,13 @@ class BridgeConnection(PortConnection):
 
     def send_data(self) -> None:
         """Write control frames, or leave them to `_write_rest` while a large frame is incomplete."""
-        if self._rest is None:
+        if not self._rest:
             super().send_data()
 
     @property
     def has_room(self) -> bool:
         """Whether a frame may be written now."""
-        is_free = not self.paused and self._rest is None
+        is_free = not self.paused and not self._rest
         return is_free and self.protocol.state is State.OPEN and not self.transport.is_closing()
 
     def write(self, frame: Frame) -> None:
@@ -116,28 +121,30 @@ class BridgeConnection(PortConnection):
 
         Call only if `has_room` is True; it becomes False until the frame is written completely.
         """
-        head = frame_head(frame.size, is_text=frame.is_text)
+        parts = (frame_head(frame.size, is_text=frame.is_text), *frame.parts)
         if frame.size <= JOINED_BYTES:
-            self.transport.write(b"".join((head, *frame.parts)))
+            self.transport.write(b"".join(parts))
             return
-        *before, last = frame.parts
-        rest = memoryview(last)
-        self.transport.write(b"".join((head, *before, rest[:JOINED_BYTES])))
-        self._rest = rest[JOINED_BYTES:] or None
+        self._rest.append_rest(parts, self._send_now(parts))
         self._write_rest()
 
     def _write_rest(self) -> None:
         """Write as much of a large frame as the socket accepts, and then the delayed control frames."""
-        while self._rest is not None and not self.paused:
-            sent = self._send_now(self._rest)
+        while self._rest and not self.paused:
+            buffers = self._rest.next_buffers()
+            sent = self._send_now(buffers)
             if not sent:  # the transport reports when there is room again
-                sent = ENCRYPTED_BYTES if self._is_encrypted else CHUNK_BYTES
-                self.transport.write(self._rest[:sent])
-            self._rest = self._rest[sent:] or None
-            if self._rest is None:
+                if self.transport.is_closing():
+                    self._rest.clear()
+                    return
+                chunk = _first_bytes(buffers, ENCRYPTED_BYTES if self._is_encrypted else CHUNK_BYTES)
+                self.transport.write(chunk)
+                sent = len(chunk)
+            self._rest.remove_sent(sent)
+            if not self._rest:
                 self.send_data()
 
-    def _send_now(self, data: memoryview) -> int:
+    def _send_now(self, parts: Sequence[Buffer]) -> int:
         """Send as much as the socket accepts, without copying.
 
         Return the number of bytes, 0 if the socket is full.
@@ -145,9 +152,18 @@ class BridgeConnection(PortConnection):
         if self._is_encrypted or self.transport.get_write_buffer_size():
             return 0
         try:
-            return self._visitor.send(data)
+            return sockets.send_gathered(self._visitor, parts)
         except OSError:  # the socket is full or broken; the transport's next write handles either case
             return 0
+
+
+def _first_bytes(buffers: Sequence[Buffer], most: int) -> bytes:
+    """Return a copy of the first bytes of several buffers."""
+    pieces: list[memoryview] = []
+    for buffer in buffers:
+        pieces.append(memoryview(buffer)[:most])
+        most -= len(pieces[-1])
+    return b"".join(pieces)
 
 
 def frame_head(size: int, *, is_text: bool) -> bytes:

@@ -18,7 +18,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _main(argv: Sequence[str]) -> int:
-    parser = option_parser("pipros clients", "[HOST:PORT] [options]")
+    parser = option_parser("pipros clients", "[HOST:PORT or address] [options]")
     parser.add_option("--token-file", metavar="FILE", help="file with the server's tokens")
     parser.add_option(
         "--token", help="the server's token; other users of this machine can read command lines"
@@ -41,15 +41,18 @@ def _main(argv: Sequence[str]) -> int:
 
 
 def _clients(place: str, token: str | None, certificate: str | None) -> list[Mapping[str, Any]]:
-    """Return the rows of `GET /clients`."""
+    """Return the rows of `GET /clients`. `place` is HOST:PORT, or the address that a server prints."""
     import contextlib
     import http.client
     import json
     import ssl
 
+    scheme, _, place = place.rpartition("://")
+    place = place.partition("/")[0]
+    is_encrypted = certificate is not None or scheme in ("https", "wss")
     headers = {} if token is None else {"Authorization": f"Bearer {token}"}
     try:
-        if certificate is None:
+        if not is_encrypted:
             connection = http.client.HTTPConnection(place, timeout=TIMEOUT_S)
         else:
             context = ssl.create_default_context(cafile=certificate)
@@ -58,11 +61,16 @@ def _clients(place: str, token: str | None, certificate: str | None) -> list[Map
             connection.request("GET", "/clients", headers=headers)
             answer = connection.getresponse()
             text = answer.read(LIMIT_BYTES).decode("utf-8", "replace")
+        if answer.status == http.HTTPStatus.FORBIDDEN and "Authorization" in text and token is None:
+            raise CommandError(f"{place} requires a token; --token-file FILE names a file with it")
         if answer.status != http.HTTPStatus.OK:
             raise CommandError(f"{place} refuses: {text}")
         rows: list[Mapping[str, Any]] = json.loads(text)
     except (OSError, ValueError, http.client.HTTPException) as error:
-        raise CommandError(f"no bridge responds at {place}: {error}") from None
+        hint = ""
+        if isinstance(error, http.client.RemoteDisconnected) and not is_encrypted:
+            hint = "; if it uses TLS, --cert FILE names its certificate"
+        raise CommandError(f"no bridge responds at {place}: {error}{hint}") from None
     return rows
 
 

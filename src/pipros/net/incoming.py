@@ -15,6 +15,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Final
 
 from pipros.basics.errors import ProtocolError
 from pipros.net import sockets
@@ -52,6 +53,8 @@ IDLE_POLLS = 4
 
 KEEP_LARGE_S = 5.0
 """A link that is silent for this long frees the memory of its large messages."""
+
+_WAITALL: Final = socket.MSG_WAITALL
 
 
 @dataclass(slots=True)
@@ -124,11 +127,14 @@ class IncomingLink:
         on_closed: Callable[[IncomingLink, Exception | None], object],
         published: PublishCount,
         limit_bytes: int | None = None,
+        keeps_large: bool = False,
         received: bytes = b"",
     ) -> None:
         """Store the settings; `start` begins reading.
 
-        `received` contains the bytes that followed the handshake.
+        Args:
+            keeps_large: `deliver` copies messages that are not `bytes`, so pass large ones as `bytes`.
+            received: the bytes that followed the handshake.
         """
         sock.setblocking(True)
         self.peer = sockets.peer_name(sock)
@@ -140,7 +146,7 @@ class IncomingLink:
         self._deliver = deliver
         self._delivery_lock = delivery_lock
         self._on_closed = on_closed
-        self._buffer = MessageReader(limit_bytes)
+        self._buffer = MessageReader(limit_bytes, keeps_large=keeps_large)
         self._published = published
         self._published_before = 0  # the value of `published` at the last wait for a message
         self._idle_poller = PollingReceiver()  # waits for the start of a message
@@ -188,6 +194,8 @@ class IncomingLink:
         Polling within a message is learned separately, because the rest arrives soon.
         """
         buffer = self._buffer
+        if buffer.has_partial_message and (whole := buffer.whole_bytes):
+            return buffer.feed_whole(self._sock.recv(whole, _WAITALL))
         space = buffer.space()
         if buffer.has_partial_message:
             return self._mid_message_poller.receive_into(self._sock, space)
@@ -231,7 +239,7 @@ class IncomingLink:
             lock.release()
         return statistics.frames - before
 
-    def _accept(self, count: int, messages: Iterable[memoryview]) -> int:
+    def _accept(self, count: int, messages: Iterable[memoryview | bytes]) -> int:
         """Queue the messages completed by `count` received bytes, as views of the buffer.
 
         Return their number.

@@ -100,7 +100,7 @@ class Server(Protocol):
         Return False if no thread is or will be free.
         """
 
-    def answer(self, data: memoryview, fields: Mapping[str, str]) -> Reply | None:
+    def answer(self, data: memoryview | bytes, fields: Mapping[str, str]) -> Reply | None:
         """Answer one call; return None if the request was malformed and the link must end."""
 
     def forget(self, connection: ServiceConnection) -> None:
@@ -135,8 +135,8 @@ class ServiceConnection:
         self._server = server
         self._poller = PollingReceiver(REPLY_POLL_S)
         self._buffer = MessageReader(server.frame_bytes)
-        self._requests: Iterator[memoryview] = self._buffer.feed(connection.rest)
-        self._request: memoryview | None = None  # the next request, if the loop has received it
+        self._requests: Iterator[memoryview | bytes] = self._buffer.feed(connection.rest)
+        self._request: memoryview | bytes | None = None  # the next request, if the loop has received it
         self._unsent = memoryview(b"")
         self._is_answered = False
         self._moved = 0
@@ -205,7 +205,7 @@ class ServiceConnection:
         self._server.loop.call(proceed)
         return True
 
-    def _next_request(self, wait_s: float) -> memoryview | None:
+    def _next_request(self, wait_s: float) -> memoryview | bytes | None:
         """Return the next request; None if it does not arrive in time.
 
         Raises:

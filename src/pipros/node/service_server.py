@@ -137,7 +137,7 @@ class ServiceServer:
             return False
         return True
 
-    def answer(self, data: memoryview, fields: Mapping[str, str]) -> Reply | None:
+    def answer(self, data: memoryview | bytes, fields: Mapping[str, str]) -> Reply | None:
         """Handle one call; return None if the request was malformed and the link must end."""
         try:
             request = self._decode(data)

@@ -15,6 +15,7 @@ from pipros.net import tcpros
 from pipros.net.incoming import DeliveryLock, IncomingLink, ReceiveStatistics
 from pipros.net.rpc_async_client import call_async
 from pipros.net.workers import interpreter_ends
+from pipros.node.any_msg import AnyMsg
 from pipros.node.asyncio_support import MessageStream
 from pipros.node.codec import AnyMessage, decoder
 from pipros.node.context import NodeContext
@@ -209,6 +210,7 @@ class Subscription:
             on_closed=lambda link, error: self._detach(link, error, ended),
             published=self._context.published,
             limit_bytes=self._context.limits.frame_bytes,
+            keeps_large=issubclass(self.message_class, AnyMsg),
             received=connection.rest,
         )
         peer = SubscriberLink(uri, header.get("callerid", "?"), self._context.next_link_number(), link, last)

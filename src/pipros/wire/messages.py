@@ -1,8 +1,9 @@
 """TCPROS messages: a little-endian 32-bit length, then that many bytes.
 
 `MessageReader` is for topics and service requests. Sockets receive directly into memory that is reused,
-because new buffers of megabytes cause page faults, which dominate the time for large messages. `ReplyReader`
-is for service replies, which are messages preceded by a byte that says whether the call succeeded.
+because new buffers of megabytes cause page faults, which dominate the time for large messages. A receiver
+that keeps the messages would have to copy them; it gets large ones as `bytes` of their own. `ReplyReader` is
+for service replies, which are messages preceded by a byte that says whether the call succeeded.
 
 Source: http://wiki.ros.org/ROS/TCPROS
 """
@@ -45,10 +46,30 @@ class MessageReader:
     [b'hi']
     """
 
-    __slots__ = ("_end", "_largest", "_rounds", "_start", "_store", "_view", "is_large", "limit_bytes")
+    __slots__ = (
+        "_end",
+        "_expects_large",
+        "_keeps_large",
+        "_largest",
+        "_rounds",
+        "_start",
+        "_store",
+        "_view",
+        "_whole",
+        "is_large",
+        "limit_bytes",
+    )
 
-    def __init__(self, limit_bytes: int | None = None) -> None:
-        """Limit each message to `limit_bytes`; defaults to the process-wide `Limits.frame_bytes`."""
+    def __init__(self, limit_bytes: int | None = None, *, keeps_large: bool = False) -> None:
+        """Create an empty reader.
+
+        Args:
+            limit_bytes: maximum size of a message; defaults to the process-wide `Limits.frame_bytes`.
+            keeps_large: ask, by `whole_bytes`, for large messages as `bytes` of their own.
+        """
+        self._keeps_large = keeps_large
+        self._expects_large = False  # the last messages were large, and must be kept
+        self._whole: bytes | None = None  # a message that is not in the store
         self.limit_bytes = process_limits().frame_bytes if limit_bytes is None else limit_bytes
         self._use(bytearray(_INITIAL_BYTES))
         self._start = 0  # index of the first byte that is not in a yielded message
@@ -63,9 +84,10 @@ class MessageReader:
         pending = self._end - self._start
         if not pending:
             if self.is_large:
+                self._expects_large = self._keeps_large and self._end > _COMFORTABLE_BYTES
                 self._reconsider()
             self._start = self._end = 0
-            return self._view
+            return self._view[:4] if self._expects_large else self._view
         if self._start and (len(self._store) - self._end < self._missing() or self._end == len(self._store)):
             self._view[:pending] = self._view[self._start : self._end]
             self._start, self._end = 0, pending
@@ -78,13 +100,41 @@ class MessageReader:
         """Whether part of a message has arrived."""
         return self._end > self._start
 
-    def received(self, count: int) -> Iterator[memoryview]:
+    @property
+    def whole_bytes(self) -> int:
+        """Size of the next message if it should be received as `bytes`, for `feed_whole`; 0 if not.
+
+        Only the length of the message has arrived, and an earlier one was as large.
+        """
+        if self._expects_large and self._end - self._start == 4:
+            (length,) = _unpack_length(self._view, self._start)
+            if _COMFORTABLE_BYTES < length <= min(len(self._store) - 4, self.limit_bytes):
+                return int(length)
+        return 0
+
+    def feed_whole(self, data: bytes) -> int:
+        """Add `whole_bytes` bytes, or fewer, that the next `received` takes without copying them.
+
+        Return their number.
+        """
+        if len(data) == self.whole_bytes:
+            self._whole = data
+        else:
+            self.space()[: len(data)] = data
+        return len(data)
+
+    def received(self, count: int) -> Iterator[memoryview | bytes]:
         """Yield the messages completed by `count` more bytes.
 
         Raises:
             LimitExceeded: a message was announced that exceeds the limit.
         """
         self._end += count
+        if self._whole is not None:
+            whole, self._whole = self._whole, None
+            self._start = self._end
+            yield whole
+            return
         view, end = self._view, self._end
         while end - self._start >= 4:
             (length,) = _unpack_length(view, self._start)
@@ -97,7 +147,7 @@ class MessageReader:
             self._start = body + length
             yield view[body : body + length]
 
-    def feed(self, data: bytes) -> Iterator[memoryview]:
+    def feed(self, data: bytes) -> Iterator[memoryview | bytes]:
         """Yield the messages completed by `data`, which is copied at once.
 
         Raises the same errors as `received`.

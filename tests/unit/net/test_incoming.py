@@ -96,3 +96,31 @@ def test_a_link_polls_longer_for_the_next_message_after_the_node_has_published(
     link.join(10)
     few = incoming.IDLE_POLLS
     assert polled[:6] == [few, few, few, None, few, few]
+
+
+def test_a_link_that_keeps_messages_gets_large_ones_as_bytes() -> None:
+    delivered = list[memoryview | bytes]()
+    bodies = [bytes([number]) * 300_000 for number in range(5)]
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        theirs = socket.create_connection(server.getsockname())
+        ours, _ = server.accept()
+    link = IncomingLink(
+        ours,
+        name="large",
+        deliver=lambda data: delivered.append(
+            data if isinstance(data, bytes) else len(data).to_bytes(4, "big")
+        ),
+        delivery_lock=DeliveryLock(),
+        queue_size=None,
+        on_closed=lambda _, error: None,
+        published=PublishCount(),
+        keeps_large=True,
+    )
+    with theirs:
+        link.start()
+        for number, body in enumerate(bodies, 1):
+            theirs.sendall(len(body).to_bytes(4, "little") + body)
+            wait_until(lambda number=number: len(delivered) == number, what=f"message {number}")
+    link.join(10)
+    assert delivered == [(300_000).to_bytes(4, "big"), *bodies[1:]]
+    assert link.statistics.bytes == 5 * 300_004

@@ -183,3 +183,43 @@ def test_a_reply_succeeds_only_if_its_first_byte_is_one() -> None:
     reader = ReplyReader()
     reader.feed(replies_of((True, b"yes"), (False, b"no")) + struct.pack("<BI", 2, 0))
     assert taken(reader) == [(True, b"yes"), (False, b"no"), (False, b"")]
+
+
+def receive_whole(buffer: MessageReader, data: memoryview, most: int) -> list[memoryview | bytes]:
+    """Like `receive`, at most `most` bytes at a time, and large messages as bytes."""
+    messages: list[memoryview | bytes] = []
+    while data:
+        if buffer.has_partial_message and (whole := buffer.whole_bytes):
+            count = buffer.feed_whole(bytes(data[: min(most, whole)]))
+        else:
+            space = buffer.space()
+            count = min(len(space), len(data), most)
+            space[:count] = data[:count]
+        data = data[count:]
+        messages += [each if isinstance(each, bytes) else bytes(each) for each in buffer.received(count)]
+    return messages
+
+
+@given(
+    st.lists(st.sampled_from([b"", b"abc", b"x" * 140_000, bytes(300_000)]), max_size=12),
+    st.integers(1000, 400_000),
+)
+def test_large_messages_that_are_kept_survive_any_split_of_the_stream(bodies: list[bytes], most: int) -> None:
+    buffer = MessageReader(keeps_large=True)
+    assert receive_whole(buffer, memoryview(framed(*bodies)), most) == bodies
+
+
+def test_a_large_message_after_another_is_passed_without_a_copy() -> None:
+    buffer, body = MessageReader(keeps_large=True), bytes(200_000)
+    receive(buffer, framed(body))
+    receive(buffer, framed(body)[:4])
+    assert buffer.whole_bytes == len(body)
+    (message,) = buffer.received(buffer.feed_whole(body))
+    assert message is body
+
+
+def test_a_message_larger_than_all_before_is_not_received_whole() -> None:
+    buffer = MessageReader(keeps_large=True)
+    receive(buffer, framed(bytes(200_000)))
+    receive(buffer, framed(bytes(100_000_000))[:4])
+    assert not buffer.whole_bytes

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import ssl
-from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
+import threading
+import time
+from collections.abc import Callable, Collection, Coroutine, Hashable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from pipros.basics.limits import Limits
 from pipros.bridges.admission import Admission
@@ -27,6 +29,10 @@ from pipros.web.secret import Secret
 
 CLOSING_S: Final = 0.4
 """Maximum time that clients may delay the shutdown of a server."""
+ENDING_S: Final = 0.05
+"""Maximum time for the remaining tasks if the clients have used up that time."""
+
+T = TypeVar("T")
 
 
 class RosbridgeHandler:
@@ -131,6 +137,9 @@ class BridgeRuntime:
 
     def __init__(self, node: Node, options: ServerOptions) -> None:
         self.loop = BackgroundLoop("rosbridge")
+        self._node = node
+        self._closing = threading.Lock()
+        self._is_closed = False
         self.limits: Limits = node.limits
         if options.message_bytes is not None:
             self.limits = self.limits._replace(bridge_message_bytes=options.message_bytes)
@@ -144,13 +153,35 @@ class BridgeRuntime:
     def _schedule(self, delay_s: float, function: Callable[[], object]) -> None:
         self.loop.asyncio.call_later(delay_s, self._workers.run, function)
 
-    def close(self, close: Any) -> None:
-        """Close a server with the coroutine `close`, then close its clients' services and the loop."""
-        with suppress(TimeoutError):
-            self.loop.run(close, CLOSING_S)
-        self.bridge.close()
-        self.loop.stop(CLOSING_S)
-        self._workers.close()
+    def start(self, opening: Coroutine[Any, Any, T], close: Callable[[], object]) -> T:
+        """Start the loop, open a server in it and return the result. May be called again after an error.
+
+        `close` is called when the node shuts down, in a thread, so that clients do not delay the shutdown.
+        """
+        self.loop.start()
+        try:
+            opened = self.loop.run(opening)
+        except BaseException:
+            self.loop.stop()
+            raise
+        self._node.on_shutdown(threading.Thread(target=close, name="end of rosbridge", daemon=True).start)
+        return opened
+
+    def close(self, close: Callable[[], Coroutine[Any, Any, None]]) -> None:
+        """Close a server with the coroutine function `close`, then close its clients' services and the loop.
+
+        A second caller waits until the first has finished.
+        """
+        with self._closing:
+            if self._is_closed:
+                return
+            self._is_closed = True
+            end_s = time.monotonic() + CLOSING_S
+            with suppress(TimeoutError):
+                self.loop.run(close(), CLOSING_S)
+            self.bridge.close()
+            self.loop.stop(max(end_s - time.monotonic(), ENDING_S))
+            self._workers.close()
 
 
 class WebSocketServer:
@@ -175,23 +206,16 @@ class WebSocketServer:
             ssl.SSLError: the certificate cannot be used.
         """
         options = self._options
-        tls = _tls(options)
-        self._runtime.loop.start()
-        try:
-            self._runtime.loop.run(
-                self.door.open(
-                    options.host, options.port, tls=tls, ping_s=options.ping_s, pong_s=options.pong_s
-                )
-            )
-        except BaseException:
-            self._runtime.loop.stop()
-            raise
+        opening = self.door.open(
+            options.host, options.port, tls=_tls(options), ping_s=options.ping_s, pong_s=options.pong_s
+        )
+        self._runtime.start(opening, self.close)
         self._clients.report([])
         return self.door.port
 
     def close(self) -> None:
         """Disconnect the clients and close the port."""
-        self._runtime.close(self.door.close())
+        self._runtime.close(self.door.close)
         self._clients.close()
 
     def _report(self) -> None:

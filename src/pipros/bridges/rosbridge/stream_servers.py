@@ -12,15 +12,19 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.bridges.client import Wakeups
+from pipros.bridges.door import DESCRIPTORS_SHARE
 from pipros.bridges.outbox import Outbox
 from pipros.bridges.pace import Pace
 from pipros.bridges.rosbridge.server import BridgeRuntime, ClientTopics, ServerOptions
 from pipros.bridges.rosbridge.session import ClientSession
+from pipros.net import sockets
 from pipros.net.address import plain_address
 from pipros.node import Node
 from pipros.web.daemon_pool import DaemonPool
 
 CHUNK_BYTES: Final = 64 * 1024
+ENTERING: Final = 16
+"""Maximum number of connections that wait to become clients."""
 ACCEPTING_TURNS: Final = 3
 """Iterations of the event loop in which asyncio accepts a pending connection. If the server were closed
 before they have passed, the socket of that connection would stay open.
@@ -42,6 +46,8 @@ class _Server:
         self._runtime = BridgeRuntime(node, options)
         self.bridge = self._runtime.bridge
         self._limits = self._runtime.limits
+        room = sockets.connections_that_fit(DESCRIPTORS_SHARE) - ENTERING
+        self._most_clients = min(self._limits.bridge_clients, room)
         self._topics = ClientTopics(node)
         self._clients: dict[Any, tuple[str, float]] = {}
         self._threads = DaemonPool("rosbridge client", self._limits.bridge_clients)
@@ -53,18 +59,13 @@ class _Server:
         Raises:
             OSError: the port is in use, or the address does not belong to this machine.
         """
-        self._runtime.loop.start()
-        try:
-            port = self._runtime.loop.run(self._open())
-        except BaseException:
-            self._runtime.loop.stop()
-            raise
+        port = self._runtime.start(self._open(), self.close)
         self._topics.report([])
         return port
 
     def close(self) -> None:
         """Disconnect the clients and close the port."""
-        self._runtime.close(self._end())
+        self._runtime.close(self._end)
         self._topics.close()
 
     async def _open(self) -> int:
@@ -75,7 +76,7 @@ class _Server:
 
     def _connect(self, key: Any, host: str, wake: Callable[[], object]) -> ClientSession | None:
         """Return the session of a new client; None if there are too many clients."""
-        if len(self._clients) >= self._limits.bridge_clients:
+        if len(self._clients) >= self._most_clients:
             return None
         self._clients[key] = f"{host}:0", time.time()
         self._topics.report(list(self._clients.values()))
@@ -101,7 +102,7 @@ class TcpServer(_Server):
     async def _open(self) -> int:
         self._wakeups = Wakeups(asyncio.get_running_loop())
         self._server = await asyncio.start_server(
-            self._welcome, self._options.host, self._options.port, limit=CHUNK_BYTES
+            self._welcome, self._options.host, self._options.port, limit=CHUNK_BYTES, backlog=ENTERING
         )
         port: int = self._server.sockets[0].getsockname()[1]
         return port
@@ -116,6 +117,9 @@ class TcpServer(_Server):
 
     def _welcome(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Start serving a client, in a task that closes the connection even if it is cancelled at once."""
+        if len(self._connections) >= self._most_clients + ENTERING:
+            writer.transport.abort()
+            return
 
         def close(_: object) -> None:
             self._connections.pop(writer, None)
@@ -130,7 +134,7 @@ class TcpServer(_Server):
         has_data = asyncio.Event()
         host = plain_address(str(writer.get_extra_info("peername")[0]))
         async with self._entrance:
-            if len(self._clients) >= self._limits.bridge_clients:
+            if len(self._clients) >= self._most_clients:
                 await self._end_idle()
             session = self._connect(writer, host, has_data.set)
         if session is None:

@@ -254,8 +254,8 @@ def test_only_subscribed_parameters_are_shown() -> None:
         assert len(talk.client.received()[0]["parameters"]) == 3
         await talk.say("unsubscribeParameterUpdates", parameterNames=[])
         await talk.say("unsubscribeParameterUpdates", parameterNames=["/a", "/b"])
-        assert not talk.session.takes_parameters
         assert talk.bridge.watched == 4
+        assert not talk.session.takes_parameters
 
     run(body)
 

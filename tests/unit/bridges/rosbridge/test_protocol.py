@@ -11,8 +11,8 @@ from typing import Any
 import bson
 import pytest
 
+from pipros.basics.errors import InvalidName
 from pipros.basics.limits import Limits
-from pipros.basics.names import InvalidName
 from pipros.bridges.rosbridge.authentication import Authenticator
 from pipros.bridges.rosbridge.effects import (
     Advertise,
@@ -379,7 +379,7 @@ def test_a_client_that_knows_the_secret_may_go_on_and_no_other() -> None:
         claims("c", end=900),
         claims("d", mac=None),
         claims("e", mac="ä"),
-        claims("f", t="1000"),
+        {**claims("f"), "t": "1000"},
         {"op": "auth"},
     ):
         assert attempts([wrong], authenticator) == [Disconnect], wrong
