@@ -192,7 +192,7 @@ def test_findings_are_printed_with_advice(
     assert doctor.main([]) == 1
     output = capsys.readouterr().out
     assert output.startswith("ERROR Node [/ghost] is registered, but does not answer")
-    assert "\n  What to do: The node has ended without unregistering" in output
+    assert "\n  What to do: The node has exited without unregistering" in output
     assert "Found 1 error. Examined: " in output
 
 

@@ -127,7 +127,7 @@ WRONG_ARGUMENTS = {
     "relay //": 'Base name extracted from "//" is an empty string',
     "relay a!": "invalid topic name: [a!]",
     "relay a b!": "invalid topic name: [b!]",
-    "relay /1": "[/1] does not end in a name for a node",
+    "relay /1": "[/1] must end in a valid node name",
     "mux a! b": "invalid topic name: [a!]",
     "mux a b c!": "invalid topic name: [c!]",
     "mux a //": "invalid topic name: [//]",

@@ -72,7 +72,7 @@ def test_nested_loops_are_ended(tmp_path: Path, body: str) -> None:
     )
     text = f"foreach(i RANGE 99)\nforeach(j RANGE 99)\n{body}endforeach()\nendforeach()"
 
-    with pytest.raises(CMakeError, match="more than 1000 commands were carried out"):
+    with pytest.raises(CMakeError, match="more than 1000 commands were executed"):
         interpreter.run_text(text, str(tmp_path / "CMakeLists.txt"))
 
 

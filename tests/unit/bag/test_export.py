@@ -69,7 +69,7 @@ def test_topics_become_arrays(bag: Path, capsys: pytest.CaptureFixture[str]) -> 
     with numpy.load("out/joints.npz") as found:
         assert found["velocity"].tolist() == [[0.0, 2.0], [1.0, 2.0], [2.0, 2.0]]
         assert "position" not in found
-    assert "/joints: position is left out" in capsys.readouterr().err
+    assert "/joints: position is omitted" in capsys.readouterr().err
 
 
 def test_samples_are_in_the_order_of_png() -> None:
