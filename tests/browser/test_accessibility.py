@@ -36,6 +36,7 @@ TABS = {
     "diagnostics/%2FMotors%2Fright": "aside table",
     "services/%2Frobot%2Fget_loggers": "aside textarea",
     "publish": "#view",
+    "panels/row(plot/%2Fimu%2Fangular_velocity%2Fx~column(images/%2Ffront%2Fimage_raw~console))": ".entry",
 }
 
 

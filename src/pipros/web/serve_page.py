@@ -30,6 +30,7 @@ from pipros.web.views.diagnostics import DiagnosticViews
 from pipros.web.views.frames import FrameViews
 from pipros.web.views.graph import GraphViews
 from pipros.web.views.images import ImageViews
+from pipros.web.views.layouts import LayoutActions
 from pipros.web.views.params import ParamViews
 from pipros.web.views.plot import PlotViews
 from pipros.web.views.processes import ProcessViews
@@ -73,6 +74,7 @@ class PageOptions:
         certificate, key: PEM files for TLS.
         token_file: file of tokens, of which browsers must present one; None makes a new token.
         permitted: those of `CHANGING` that the page may do.
+        saves_layouts: whether browsers may store layouts of panels.
         opens_browser: whether to open the page in a browser if there is a display.
     """
 
@@ -84,6 +86,7 @@ class PageOptions:
     key: str | None = None
     token_file: str | None = None
     permitted: frozenset[str] = frozenset()
+    saves_layouts: bool = True
     opens_browser: bool = True
 
 
@@ -105,7 +108,7 @@ def serve_page(options: PageOptions) -> int:
     ):
         loop.start()
         system = WatchedSystem(graph, node)
-        server = PageServer(services(system, options.permitted), secret)
+        server = PageServer(services(system, options.permitted, saves_layouts=options.saves_layouts), secret)
         try:
             loop.run(_start(options, system, server))
             over.wait()
@@ -164,15 +167,18 @@ def set_by_signals(over: OnceEvent) -> Iterator[None]:
 def _restriction(permitted: frozenset[str]) -> str:
     if not permitted:
         return "The page is read-only. With --control it can also change the system."
-    what = " and ".join(sorted(_KINDS[name] for name in permitted))
+    what = " and ".join(sorted({_KINDS[name] for name in permitted}))
     return f"The page can {what}. With --control it can make other changes, with --read-only none."
 
 
-def services(system: WatchedSystem, permitted: frozenset[str] = frozenset()) -> Services:
-    """Return all views and actions of the page."""
+def services(
+    system: WatchedSystem, permitted: frozenset[str] = frozenset(), *, saves_layouts: bool = False
+) -> Services:
+    """Return all views and actions of the page. `saves_layouts`: see `PageOptions`."""
     frames = FrameViews(system)
     graph, topics, calls = GraphViews(system), TopicViews(system), CallViews(system)
     console, parameters, servers = ConsoleViews(system), ParamViews(system), ReconfigureViews(system)
+    layouts = LayoutActions(system, may_save=saves_layouts)
     views: Mapping[str, View] = {
         "console": console.console,
         "diagnostics": DiagnosticViews(system).diagnostics,
@@ -203,12 +209,16 @@ def services(system: WatchedSystem, permitted: frozenset[str] = frozenset()) -> 
         "about": about,
         "call_service": calls.call_service,
         "definition": topics.definition,
+        "delete_layout": layouts.delete_layout,
         "delete_param": parameters.delete_param,
         "kill_node": graph.kill_node,
+        "layout": layouts.layout,
+        "layouts": layouts.layouts,
         "loggers": console.loggers,
         "message": calls.message,
         "message_text": topics.message_text,
         "picture": graph.picture,
+        "save_layout": layouts.save_layout,
         "service": calls.service,
         "set_logger_level": console.set_logger_level,
         "set_param": parameters.set_param,

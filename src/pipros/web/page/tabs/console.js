@@ -1,6 +1,6 @@
 // The log of the system: 100,000 entries, of which only the visible ones are in the document.
 
-import { download, h, replace } from "../dom.js";
+import { download, h, replace, uniqueId } from "../dom.js";
 import { asLines, fromLines } from "../log_file.js";
 import { textFilter } from "../text_filter.js";
 
@@ -125,8 +125,8 @@ export function open(view, argument, context) {
 
   function showLoggers(ofNode = "") {
     side.hidden = false;
-    const choice = h("input", { value: ofNode, placeholder: "/node", "aria-label": "Node", list: "logger-nodes", onchange: () => list() });
-    const nodes = h("datalist", { id: "logger-nodes" }, [...new Set(entries.map((entry) => entry[NODE]))].map((name) => h("option", { value: name })));
+    const choice = h("input", { value: ofNode, placeholder: "/node", "aria-label": "Node", list: uniqueId("logger-nodes"), onchange: () => list() });
+    const nodes = h("datalist", { id: choice.getAttribute("list") }, [...new Set(entries.map((entry) => entry[NODE]))].map((name) => h("option", { value: name })));
     const found = h("div", {});
     replace(side, h("h2", {}, "Logger levels"), control ? null : h("p", { class: "key" }, "Start with --control to change levels."), choice, nodes, found, h("button", { onclick: () => { side.hidden = true; } }, "Close"));
     async function list() {

@@ -1,15 +1,15 @@
 // Publish messages by hand, once or at a rate, as long as this page is open in the browser.
 
-import { h, replace } from "../dom.js";
+import { h, replace, uniqueId } from "../dom.js";
 import { yaml } from "./services.js";
 
 export function open(view, argument, context) {
   const { control } = context;
-  const topic = h("input", { placeholder: "/topic", value: argument, "aria-label": "Topic", spellcheck: "false", list: "publish-topics", onchange: () => chosen() });
+  const topic = h("input", { placeholder: "/topic", value: argument, "aria-label": "Topic", spellcheck: "false", list: uniqueId("publish-topics"), onchange: () => chosen() });
   const type = h("input", { placeholder: "std_msgs/String", "aria-label": "Type", spellcheck: "false", onchange: () => defaults() });
   const rate = h("input", { type: "number", value: 1, min: 0, max: 1000, step: "any", "aria-label": "Rate in hertz", title: "0 publishes once" });
   const message = h("textarea", { rows: 12, class: "mono", "aria-label": "Message in YAML", spellcheck: "false" });
-  const topics = h("datalist", { id: "publish-topics" });
+  const topics = h("datalist", { id: topic.getAttribute("list") });
   const error = h("div", { class: "error", role: "alert" });
   const list = h("div", {});
   view.append(h("div", { class: "column" }, error, h("div", { class: "scroll form" },
