@@ -126,3 +126,13 @@ def test_a_search_tells_of_hidden_topics(system: RosSystem, open_tab: OpenTab) -
     expect(tab.locator('[data-key="node:/lonely"]')).to_be_visible()
     tab.get_by_label("Search nodes and topics").fill("unheard")
     expect(tab.locator(".bar [role=status]")).to_have_text("0 found, 1 hidden")
+
+
+def test_the_address_can_be_opened_again_in_the_same_tab(system: RosSystem, open_tab: OpenTab) -> None:
+    page = Page(system)
+    tab = open_tab(page, "topics//level")
+    for _ in range(3):
+        expect(tab.locator("aside")).to_contain_text("2.5")
+        tab.goto(page.url_of("plot//level/data"))
+        expect(tab.locator(".tab-plot .legend")).to_contain_text("/level/data: 2.5")
+        tab.goto(page.url_of("topics//level"))

@@ -1,7 +1,7 @@
 """Layouts of panels: stored under names, read from files, and made from perspectives of rqt.
 
-A file is JSON: `{"pipros_layout": 1, "panels": "row(plot//imu/x~console)"}`. The text of the panels is that of
-their address, which only the page interprets.
+A file is JSON: `{"pipros_layout": 1, "panels": "row(plot//imu/x~console)"}`. The text of the panels is that
+of their address, which only the page interprets.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ PLUGIN_TABS: Final[Mapping[str, str]] = {
     "rqt_publisher": "publish",
     "rqt_reconfigure": "reconfigure",
     "rqt_robot_monitor": "diagnostics",
+    "rqt_robot_steering": "teleop",
     "rqt_runtime_monitor": "diagnostics",
     "rqt_service_caller": "services",
     "rqt_tf_tree": "tf",

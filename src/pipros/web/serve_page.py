@@ -24,6 +24,7 @@ from pipros.web.desktop import open_in_browser
 from pipros.web.secret import Secret
 from pipros.web.server import Action, PageServer, Services, View
 from pipros.web.token_file import read_tokens
+from pipros.web.views.actions import ActionViews
 from pipros.web.views.calls import CallViews
 from pipros.web.views.console import ConsoleViews
 from pipros.web.views.diagnostics import DiagnosticViews
@@ -35,17 +36,22 @@ from pipros.web.views.params import ParamViews
 from pipros.web.views.plot import PlotViews
 from pipros.web.views.processes import ProcessViews
 from pipros.web.views.reconfigure import ReconfigureViews
+from pipros.web.views.teleop import TeleopViews
 from pipros.web.views.topics import TopicViews
 from pipros.web.watched_system import MASTER_DEADLINE_S, WatchedSystem
 
 _KINDS = {
+    "cancel_goal": "cancel goals",
     "kill_node": "end nodes",
     "call_service": "call services",
     "delete_param": "delete parameters",
     "publishing": "publish messages",
+    "send_goal": "send goals",
     "set_logger_level": "set logger levels",
     "set_param": "set parameters",
     "set_reconfigured": "reconfigure nodes",
+    "steer": "steer robots",
+    "teleop": "steer robots",
 }
 
 CHANGING = frozenset(_KINDS)
@@ -179,7 +185,10 @@ def services(
     graph, topics, calls = GraphViews(system), TopicViews(system), CallViews(system)
     console, parameters, servers = ConsoleViews(system), ParamViews(system), ReconfigureViews(system)
     layouts = LayoutActions(system, may_save=saves_layouts)
+    goals, teleop = ActionViews(system), TeleopViews(system)
     views: Mapping[str, View] = {
+        "action": goals.action,
+        "actions": goals.actions,
         "console": console.console,
         "diagnostics": DiagnosticViews(system).diagnostics,
         "events": graph.events,
@@ -196,6 +205,7 @@ def services(
         "reconfigurable": servers.reconfigurable,
         "reconfigure": servers.reconfigure,
         "services": calls.services,
+        "teleop": teleop.teleop,
         "topic": topics.topic,
         "topics": topics.topics,
         "transform": frames.transform,
@@ -208,6 +218,7 @@ def services(
     actions: Mapping[str, Action] = {
         "about": about,
         "call_service": calls.call_service,
+        "cancel_goal": goals.cancel_goal,
         "definition": topics.definition,
         "delete_layout": layouts.delete_layout,
         "delete_param": parameters.delete_param,
@@ -219,10 +230,12 @@ def services(
         "message_text": topics.message_text,
         "picture": graph.picture,
         "save_layout": layouts.save_layout,
+        "send_goal": goals.send_goal,
         "service": calls.service,
         "set_logger_level": console.set_logger_level,
         "set_param": parameters.set_param,
         "set_reconfigured": servers.set_reconfigured,
+        "steer": teleop.steer,
     }
     return Services(views, actions, CHANGING, permitted)
 

@@ -16,12 +16,14 @@ export const TABS = [
   ["tf", "TF"],
   ["diagnostics", "Diagnostics"],
   ["services", "Services"],
+  ["actions", "Actions"],
   ["publish", "Publish"],
+  ["teleop", "Teleop"],
   ["panels", "Panels"],
 ];
 
 // The kind of change that the controls of a tab make.
-const CHANGES = { console: "set_logger_level", params: "set_param", publish: "publishing", reconfigure: "set_reconfigured", services: "call_service" };
+const CHANGES = { actions: "send_goal", console: "set_logger_level", params: "set_param", publish: "publishing", reconfigure: "set_reconfigured", services: "call_service", teleop: "teleop" };
 const PERMITS = { call_service: "can call services", publishing: "can publish", set_logger_level: "can set logger levels", set_reconfigured: "can reconfigure" };
 
 // Sections of a tab with their own addresses.

@@ -20,8 +20,8 @@ export function open(view, argument, context) {
   const error = h("div", { class: "error", role: "alert" });
   const legend = h("div", { class: "bar legend" });
   const offered = h("div", { class: "bar offered", role: "group", "aria-label": "Fields" });
-  const chart = h("div", { class: "chart" });
-  const hint = h("div", { class: "note" }, "Type a topic and a field, such as /battery_topic or /imu/angular_velocity/x:y:z. Drag over the curves to zoom, double click to follow again.");
+  const chart = h("div", { class: "chart", tabindex: 0, role: "application", "aria-label": "Curves: the arrow keys move, + and - zoom, 0 follows again", onkeydown: (event) => onKey(event) });
+  const hint = h("div", { class: "note" }, "Type a topic and a field, such as /battery_topic or /imu/angular_velocity/x:y:z. Drag over the curves to zoom, double click to follow again; or use +, -, the arrow keys and 0.");
   view.append(h("link", { rel: "stylesheet", href: "vendor/uPlot.css" }), h("div", { class: "column" },
     h("form", { class: "bar", onsubmit: (event) => { event.preventDefault(); add(input.value); } }, input, topics, h("button", {}, "Add"), pause, h("label", {}, "Show", seconds), h("label", {}, "y from", low), h("label", {}, "to", high), h("span", { class: "spring" }), h("button", { type: "button", onclick: () => saveCsv() }, "CSV")),
     error, offered, legend, hint, chart));
@@ -137,6 +137,24 @@ export function open(view, argument, context) {
 
   const follow = () => { isZoomed = false; needsDraw = true; };
 
+  const STEPS = { ArrowLeft: [-0.2, 1], ArrowRight: [0.2, 1], "+": [0, 1 / 1.5], "=": [0, 1 / 1.5], "-": [0, 1.5], 0: [0, 0] };
+  function onKey(event) {
+    if (!plot || !(event.key in STEPS)) return;
+    event.preventDefault();
+    const [shift, factor] = STEPS[event.key];
+    const { min, max } = plot.scales.x;
+    const [middle, half] = [(min + max) / 2 + shift * (max - min), ((max - min) * factor) / 2];
+    showRange(factor ? [middle - half, middle + half] : null);
+    context.times?.tell(plot, { range: factor ? [middle - half, middle + half] : null });
+  }
+
+  // Shows a part of the time axis; with null, follows the newest samples.
+  function showRange(range) {
+    if (!range) { follow(); return; }
+    isZoomed = true;
+    plot.setScale("x", { min: range[0], max: range[1] });
+  }
+
   // The plots of other panels follow the zoom and the cursor: see time_link.js.
   let isLed = false; // by another plot
   function zoomed(own) {
@@ -152,10 +170,7 @@ export function open(view, argument, context) {
 
   context.times?.listen(view, ({ plot: other, range, time }) => {
     if (!plot || other === plot) return;
-    if (range) {
-      isZoomed = true;
-      plot.setScale("x", { min: range[0], max: range[1] });
-    } else if (range === null) follow();
+    if (range !== undefined) showRange(range);
     if (time === undefined) return;
     isLed = true;
     plot.setCursor(time === null ? { left: -10, top: -10 } : { left: plot.valToPos(time, "x"), top: 0 });

@@ -15,7 +15,8 @@ export function open(view, argument, context) {
   view.append(h("div", { class: "column" }, error, h("div", { class: "scroll form" },
     control ? null : h("p", { class: "note" }, "This page is read-only. Start it with --control to publish."),
     h("label", {}, "Topic", topic), topics, h("label", {}, "Type", type), h("label", {}, "Rate in Hz", rate), message,
-    h("p", {}, h("button", { disabled: !control, onclick: () => publish() }, "Publish"), h("span", { class: "key" }, "  A rate of 0 publishes once, for as long as this page is open.")), list)));
+    h("p", {}, h("button", { disabled: !control, onclick: () => publish() }, "Publish"), h("span", { class: "key" }, "  A rate of 0 publishes once, for as long as this page is open.")),
+    h("p", { class: "key" }, "Texts that begin with = are expressions: data: =sin(t), where t is the time in seconds and i counts the messages from 0."), list)));
   let known = [];
   context.watch("topics", {}, (data) => {
     known = data.topics;
