@@ -35,10 +35,7 @@ RELAYS = {
     "charger": ("/battery", "/charging"),
     "display": ("/detections", "/shown"),
 }
-PANELS = (
-    "panels/row(column(plot//imu/angular_velocity/x:y~console)*60"
-    "~column(images//front/image_raw~topics//battery*120)*40)"
-)
+PANELS = "panels/row(column(plot//imu/angular_velocity/x:y*54~console*46)*62~images//front/image_raw*38)"
 # The name of the picture, the tab, the colours, the expected text, and the elements to click first.
 PICTURES = (
     ("graph", "graph", "light", "text >> text=Hz", ""),

@@ -11,6 +11,7 @@ from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
 from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.support.genuine import missing_packages
 from tests.support.page import Page
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
@@ -63,6 +64,42 @@ def test_a_goal_is_sent_followed_and_cancelled(fibonacci: RosSystem, open_tab: O
     keep_screenshots(tab, "actions")
     tab.get_by_role("button", name="Cancel /").click()
     expect(side.locator(".state-preempted")).to_be_visible()
+
+
+SERVER = """
+import actionlib, rospy
+from actionlib.msg import TestAction, TestFeedback, TestResult
+
+def run(goal):
+    server.publish_feedback(TestFeedback(feedback=goal.goal + 1))
+    rate = rospy.Rate(20)
+    while not server.is_preempt_requested() and not rospy.is_shutdown():
+        rate.sleep()
+    server.set_preempted(TestResult(result=goal.goal + 2))
+
+rospy.init_node("gripper")
+server = actionlib.SimpleActionServer("grip", TestAction, run, auto_start=False)
+server.start()
+rospy.spin()
+"""
+
+
+def test_a_goal_of_genuine_actionlib_is_followed_and_cancelled(system: RosSystem, open_tab: OpenTab) -> None:
+    if missing_packages():
+        system.pipros.start(sys.executable, "-c", SERVER)
+    else:
+        system.genuine.start("/usr/bin/python3", "-c", SERVER)
+    system.wait_for_publisher("/grip/status")
+    tab = open_tab(Page(system, "--control"), "actions//grip")
+    goal = tab.get_by_label("Goal in YAML")
+    expect(goal).to_have_value("goal: 0")
+    goal.fill("goal: 40")
+    tab.get_by_role("button", name="Send goal").click()
+    side = tab.get_by_role("complementary", name="Action")
+    expect(side).to_contain_text("feedback: 41")
+    tab.get_by_role("button", name="Cancel all").click()
+    expect(side.locator(".state-preempted")).to_be_visible()
+    expect(side).to_contain_text("result: 42")
 
 
 def test_goals_need_control_and_a_server(fibonacci: RosSystem, open_tab: OpenTab) -> None:

@@ -136,3 +136,15 @@ def test_the_address_can_be_opened_again_in_the_same_tab(system: RosSystem, open
         tab.goto(page.url_of("plot//level/data"))
         expect(tab.locator(".tab-plot .legend")).to_contain_text("/level/data: 2.5")
         tab.goto(page.url_of("topics//level"))
+
+
+def test_the_focus_survives_updates_of_parameters(system: RosSystem, open_tab: OpenTab) -> None:
+    system.pipros.run("rosparam", "set", "/arm/speed", "1")
+    tab = open_tab(Page(system, "--control"), "params")
+    button = tab.get_by_role("button", name="speed: 1")
+    button.focus()
+    system.pipros.run("rosparam", "set", "/arm/angle", "2")
+    expect(tab.get_by_role("button", name="angle: 2")).to_be_visible()
+    system.pipros.run("rosparam", "set", "/leg/angle", "3")
+    expect(tab.get_by_role("button", name="angle: 3")).to_be_visible()
+    assert tab.evaluate("document.activeElement.title") == "Edit"

@@ -177,7 +177,7 @@ export function open(view, argument, context) {
     isLed = false;
   }, context.signal);
 
-  const size = () => ({ width: Math.max(200, chart.clientWidth - 8), height: Math.max(160, chart.clientHeight - 10) });
+  const size = () => ({ width: Math.max(200, chart.clientWidth - 8), height: Math.max(80, chart.clientHeight - 10) });
 
   function samples() {
     const all = [...curves.values()];

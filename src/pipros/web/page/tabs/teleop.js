@@ -34,6 +34,7 @@ export function open(view, argument, context) {
   let listeners = null;
   let wanted = [0, 0]; // forward and left, from -1 to 1
   let isSent = true; // whether the last command that was sent is zero
+  let isWaiting = false; // for the answer to a command
   const pressed = new Set();
 
   function setOn(value) {
@@ -83,12 +84,15 @@ export function open(view, argument, context) {
 
   async function send() {
     const isZero = !wanted[0] && !wanted[1];
-    if (!isOn || !live.isOpen || (isZero && isSent)) return;
+    if (!isOn || !live.isOpen || (isZero ? isSent : isWaiting)) return;
     isSent = isZero;
+    isWaiting = true; // no commands pile up on a slow connection, which would move the robot later
     try {
       await context.act("steer", { session, ...velocity() });
     } catch (problem) {
       if (isOn) replace(error, problem.message);
+    } finally {
+      isWaiting = false;
     }
   }
 
