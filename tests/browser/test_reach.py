@@ -64,6 +64,9 @@ SMALL = f"""() => [...document.querySelectorAll("{CONTROLS}")].filter((element) 
   const {{ width, height }} = target.getBoundingClientRect();
   return width < 39.5 || height < 39.5;
 }}).map((element) => element.outerHTML.slice(0, 150))"""
+# Tabs whose titles are wider than they are, and so lie over each other.
+SQUEEZED = """() => [...document.querySelectorAll("[role=tab]")]
+  .filter((tab) => tab.scrollWidth > tab.clientWidth).map((tab) => tab.textContent)"""
 MOST_STEPS = 250
 
 
@@ -112,7 +115,7 @@ def test_targets_on_a_phone_are_large_enough_for_thumbs(page: Page, open_tab: Op
         tab = open_tab(page, place, size=(390, 800))
         expect(tab.locator(element).first).to_be_attached()
         keep_screenshots(tab, f"phone-{place.partition('/')[0]}")
-        small = tab.evaluate(SMALL)
+        small = tab.evaluate(SMALL) + tab.evaluate(SQUEEZED)
         if small:
             found[place] = small
         if tab.evaluate("document.documentElement.scrollWidth") > 390:
