@@ -261,7 +261,7 @@ def test_a_launch_file_opens_a_layout_and_a_perspective(
     expect(panel(tab, "TF")).to_be_visible()
     running = {"running-plugins": {"type": "repr", "repr": "{'rqt_top/Top': [1], 'rqt_shell/Shell': [1]}"}}
     old = tmp_path / "old.perspective"
-    old.write_text(json.dumps({"mainwindow": {}, "pluginmanager": {"keys": running}}))
+    old.write_text(json.dumps({"keys": {}, "groups": {"pluginmanager": {"keys": running}}}))
     launch = tmp_path / "rqt.launch"
     launch.write_text(
         '<launch><node pkg="rqt_gui" type="rqt_gui" name="rqt" output="screen" '

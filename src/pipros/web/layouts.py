@@ -23,6 +23,7 @@ _VERSION: Final = 1
 _ENDING: Final = ".json"
 _NAME: Final = re.compile(r"[\w+-][\w .+-]{0,59}")
 _PLUGIN: Final = re.compile(r"'(rqt_\w+)/\w+': \[([^\]]*)\]")
+_SETTINGS: Final = re.compile(r'"plugin__(rqt_[a-z0-9_]+?)__\w+?": ')
 _LARGEST_PERSPECTIVE: Final = 4_000_000
 _ONE_ROW: Final = 3
 
@@ -120,20 +121,23 @@ def open_layout(path: str) -> OpenedLayout:
     values = _json(content, path)
     if "pipros_layout" in values:
         return OpenedLayout(_panels_in(content, path))
-    if not values.keys() & {"mainwindow", "pluginmanager"}:
+    groups = values.get("groups")
+    if not isinstance(groups, dict) or not groups.keys() & {"mainwindow", "pluginmanager"}:
         raise BadLayout(f"{path} is neither a layout of pipros nor a perspective of rqt")
-    return _from_perspective(values, path)
+    return _from_perspective(groups.get("pluginmanager"), path)
 
 
-def _from_perspective(values: Mapping[str, Any], path: str) -> OpenedLayout:
-    """Return a layout with a panel for each running plugin."""
+def _from_perspective(settings: Any, path: str) -> OpenedLayout:
+    """Return a layout with a panel for each running plugin, or if none is named, for each with settings."""
     try:
-        running = str(values["pluginmanager"]["keys"]["running-plugins"]["repr"])
+        running = str(settings["keys"]["running-plugins"]["repr"])
     except (KeyError, TypeError):
         running = ""
     plugins = [
         name for name, numbers in _PLUGIN.findall(running) for number in numbers.split(",") if number.strip()
     ]
+    if not plugins:
+        plugins = _SETTINGS.findall(json.dumps(settings))
     tabs = [PLUGIN_TABS[name] for name in plugins if name in PLUGIN_TABS]
     skipped = sorted({name for name in plugins if name not in PLUGIN_TABS})
     if not tabs:

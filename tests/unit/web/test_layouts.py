@@ -21,13 +21,12 @@ def layouts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> StoredLayouts:
 
 def perspective(folder: Path, running: str) -> str:
     """Write a file as rqt exports it."""
-    keys = {"running-plugins": {"type": "repr", "repr": running}}
-    values = {"keys": {}, "groups": {"mainwindow": {}, "pluginmanager": {}}}
-    values.update(
-        mainwindow={"keys": {}}, pluginmanager={"keys": keys, "groups": {"plugin__rqt_bag__Bag__1": {}}}
-    )  # type: ignore[arg-type]
+    keys = {"running-plugins": {"type": "repr", "repr": running}} if running else {}
+    plugins = {"plugin__rqt_top__Top__1": {"keys": {}, "groups": {"dock_widget__": {"keys": {}}}}}
+    window = {"keys": {"geometry": {"type": "repr(QByteArray.hex)"}}, "groups": {}}
+    groups = {"mainwindow": window, "pluginmanager": {"keys": keys, "groups": plugins}}
     file = folder / "saved.perspective"
-    file.write_text(json.dumps(values))
+    file.write_text(json.dumps({"keys": {}, "groups": groups}))
     return str(file)
 
 
@@ -100,9 +99,13 @@ def test_a_perspective_becomes_the_tabs_of_its_running_plugins(tmp_path: Path) -
 
 
 def test_many_plugins_are_arranged_in_two_rows(tmp_path: Path) -> None:
-    running = "{'rqt_plot/Plot': [1, 2, 3], 'rqt_console/Console': [1], 'rqt_graph/RosGraph': [1]}"
+    running = "{u'rqt_plot/Plot': [1, 2, 3], u'rqt_console/Console': [1], u'rqt_graph/RosGraph': [1]}"
     opened = open_layout(perspective(tmp_path, running))
     assert opened.panels == "column(row(plot~plot~plot)~row(console~graph))"
+
+
+def test_a_perspective_that_names_no_running_plugin_opens_those_with_settings(tmp_path: Path) -> None:
+    assert open_layout(perspective(tmp_path, "")) == OpenedLayout("nodes", [])
 
 
 def test_a_perspective_without_known_plugins_is_refused(tmp_path: Path) -> None:
@@ -119,7 +122,8 @@ def test_a_perspective_without_known_plugins_is_refused(tmp_path: Path) -> None:
         ("{}", "neither a layout of pipros nor a perspective"),
         ('{"pipros_layout": 2, "panels": "graph"}', "of this version"),
         ('{"pipros_layout": 1, "panels": 7}', "of this version"),
-        ('{"pluginmanager": 7}', "no plugin"),
+        ('{"groups": 7}', "neither a layout of pipros nor a perspective"),
+        ('{"groups": {"pluginmanager": 7}}', "no plugin"),
     ],
 )
 def test_other_files_are_refused(tmp_path: Path, text: str, reason: str) -> None:
