@@ -9,13 +9,15 @@ with one more browser that has stopped reading. Each row has the publisher's rat
 number of images that each browser received, and the server's processor time and memory.
 
 Before that, if Chromium and Playwright are installed, it measures the page's first paint, the time to draw a
-graph of 300 nodes and 1,000 topics, and its frame times during panning and zooming. `--quick` takes 3 seconds
-per run. Nothing else should be running.
+graph of 300 nodes and 1,000 topics, and its frame times during panning and zooming; then the frame times of
+four panels that show the curve of the number, the image, the topic and the log, and how many samples of the
+curve were lost. `--quick` takes 3 seconds per run. Nothing else should be running.
 """
 
 import argparse
 import asyncio
 import contextlib
+import itertools
 import json
 import os
 import re
@@ -95,6 +97,37 @@ VIEWS = (
 )
 
 
+PANELS = "panels/row(column(plot//number/data~images//image)~column(topics//number~console))"
+# Notes the samples of curves as the browser receives them.
+NOTE_SAMPLES = """
+window.samples = [];
+window.lost = 0;
+window.WebSocket = class extends WebSocket {
+  constructor(...args) {
+    super(...args);
+    this.addEventListener("message", ({data}) => {
+      if (typeof data !== "string" || !data.includes('"samples"')) return;
+      const {data: found} = JSON.parse(data);
+      window.lost += found.lost;
+      for (const [, value] of found.samples) window.samples.push(value);
+    });
+  }
+};
+"""
+MEASURE_FRAMES = """
+async (seconds) => {
+  const times = [];
+  const begin = await new Promise(requestAnimationFrame);
+  for (let last = begin; last - begin < seconds * 1000;) {
+    const now = await new Promise(requestAnimationFrame);
+    times.push(now - last);
+    last = now;
+  }
+  return times.sort((a, b) => a - b);
+}
+"""
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--browsers", type=int, default=20)
@@ -106,6 +139,7 @@ def main():
     seconds = 3.0 if options.quick else options.seconds
     if not options.no_drawing and shutil.which("chromium"):
         print(drawing(3 if options.quick else 9), flush=True)
+        print(four_panels(seconds), flush=True)
     titles = f"{'publisher':>9} {'its CPU':>8} {'images each':>12} {'server CPU':>11} {'server memory':>14}"
     print(f"{'':28} {titles}")
     with tempfile.TemporaryDirectory() as home:
@@ -167,6 +201,54 @@ def drawing(rounds):
         middle, most = times[len(times) // 2], times[int(len(times) * 0.99)]
         lines.append(f"frames while {what}: median {middle:.0f} ms, 99 % within {most:.0f} ms")
     return "\n".join(lines)
+
+
+def four_panels(seconds):
+    """Return the frame times of four panels, and the samples of 1,000 Hz that their curve lost."""
+    from playwright.sync_api import sync_playwright
+
+    with tempfile.TemporaryDirectory() as home:
+        port = free_port()
+        environment = {
+            **os.environ,
+            "ROS_HOME": home,
+            "ROS_MASTER_URI": f"http://127.0.0.1:{port}",
+            "PYTHONPATH": SOURCE_PATH,
+        }
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+        started = []
+
+        def start(*argv):
+            started.append(subprocess.Popen(argv, env=environment, text=True, **pipes))
+            return started[-1]
+
+        try:
+            start(os.path.join(SCRIPTS, "rosmaster"), "-p", str(port))
+            start(sys.executable, "-c", PUBLISHER).stdout.readline()
+            server = start(os.path.join(SCRIPTS, "rqt_graph"), "--no-browser")
+            url = re.search(r"http\S+", server.stdout.readline())[0]
+            with sync_playwright() as playwright:
+                browser = playwright.chromium.launch(
+                    executable_path=shutil.which("chromium"), args=["--no-sandbox"]
+                )
+                page = browser.new_page(viewport={"width": 1600, "height": 900}, bypass_csp=True)
+                page.add_init_script(NOTE_SAMPLES)
+                page.goto(f"{url.rpartition('/')[0]}/{PANELS}")
+                page.wait_for_function("window.samples.length > 1000")
+                page.locator(".picture canvas:visible").wait_for()
+                frames = page.evaluate(MEASURE_FRAMES, seconds)
+                samples, lost = page.evaluate("[window.samples, window.lost]")
+                browser.close()
+        finally:
+            for process in reversed(started):
+                process.terminate()
+                process.wait()
+    gaps = sum((after - before) % 100 != 1 for before, after in itertools.pairwise(samples))
+    middle, most = frames[len(frames) // 2], frames[int(len(frames) * 0.99)]
+    return (
+        f"four panels: frames median {middle:.0f} ms, 99 % within {most:.0f} ms; "
+        f"{len(samples)} samples of a curve, {lost + gaps} lost"
+    )
 
 
 def first_paint(browser, url):

@@ -35,18 +35,21 @@ RELAYS = {
     "charger": ("/battery", "/charging"),
     "display": ("/detections", "/shown"),
 }
+PANELS = "panels/row(column(plot//imu/angular_velocity/x:y*54~console*46)*62~images//front/image_raw*38)"
 # The name of the picture, the tab, the colours, the expected text, and the elements to click first.
 PICTURES = (
     ("graph", "graph", "light", "text >> text=Hz", ""),
-    ("topic", "graph/t%2Fbattery", "dark", "[role=meter]", ""),
+    ("topic", "graph/topic:%2Fbattery", "dark", "[role=meter]", ""),
     ("plot", "plot/%2Fimu%2Fangular_velocity%2Fx%3Ay", "light", ".u-over", ""),
     ("console", "console", "dark", ".entry >> nth=14", ""),
     ("reconfigure", "reconfigure/%2Fdrive", "light", "text=Wheels", ""),
     ("images", "images/%2Ffront%2Fimage_raw", "dark", ".bar >> text=rgb8", ""),
     ("tf", "tf", "light", "td >> text=wheel_left", ""),
     ("diagnostics", "diagnostics/%2FMotors%2Fright", "light", ".history .diagnostic-2", ""),
+    ("panels", PANELS, "light", ".panel .entry >> nth=5", ""),
+    ("teleop", "teleop", "dark", ".figures >> text=no subscribers", "text=Start"),
 )
-BATTERY_PICTURE = ("battery", "graph/t%2Fbattery_state", "light", "[role=meter]", "")
+BATTERY_PICTURE = ("battery", "graph/topic:%2Fbattery_state", "light", "[role=meter]", "")
 FILLING_S = 40
 """How long curves, logs and histories collect data before their pictures are taken."""
 COLOURS = 160

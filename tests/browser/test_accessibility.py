@@ -35,7 +35,10 @@ TABS = {
     "tf/base_link>camera": ".pair dl",
     "diagnostics/%2FMotors%2Fright": "aside table",
     "services/%2Frobot%2Fget_loggers": "aside textarea",
+    "actions": "#view",
+    "teleop": ".stick",
     "publish": "#view",
+    "panels/row(plot/%2Fimu%2Fangular_velocity%2Fx~column(images/%2Ffront%2Fimage_raw~console))": ".entry",
 }
 
 

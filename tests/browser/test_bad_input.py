@@ -181,7 +181,7 @@ def test_markup_stays_text(ros: RosSystem, open_tab: OpenTab, place: str) -> Non
     tab = open_tab(Page(ros), place)
     expect(tab.locator(TABS[place]).first).to_contain_text(MARKUP)
     if place == "diagnostics":
-        tab.locator("button.plain").first.click()
+        tab.locator(".tree button.plain").first.click()
         expect(tab.locator("aside h2")).to_have_text(MARKUP)
     assert tab.locator("#view img, #view b:not(.swatch)").count() == 0
     assert tab.title().startswith("pipros: ")

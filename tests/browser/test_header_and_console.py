@@ -93,7 +93,7 @@ def test_the_log_is_saved_and_loaded(ros: RosSystem, open_tab: OpenTab, tmp_path
 def test_all_tabs_can_be_reached_on_a_narrow_window(ros: RosSystem, open_tab: OpenTab) -> None:
     ros.pipros.start_bare_master()
     tab = open_tab(Page(ros), "graph", size=(820, 600))
-    last = tab.get_by_role("tab", name="Publish")
-    box = last.bounding_box()
-    assert box is not None
-    assert box["x"] + box["width"] <= 820
+    for title in ("Publish", "Teleop", "Panels"):
+        box = tab.get_by_role("tab", name=title).bounding_box()
+        assert box is not None
+        assert box["x"] + box["width"] <= 820

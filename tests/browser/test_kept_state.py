@@ -126,3 +126,25 @@ def test_a_search_tells_of_hidden_topics(system: RosSystem, open_tab: OpenTab) -
     expect(tab.locator('[data-key="node:/lonely"]')).to_be_visible()
     tab.get_by_label("Search nodes and topics").fill("unheard")
     expect(tab.locator(".bar [role=status]")).to_have_text("0 found, 1 hidden")
+
+
+def test_the_address_can_be_opened_again_in_the_same_tab(system: RosSystem, open_tab: OpenTab) -> None:
+    page = Page(system)
+    tab = open_tab(page, "topics//level")
+    for _ in range(3):
+        expect(tab.locator("aside")).to_contain_text("2.5")
+        tab.goto(page.url_of("plot//level/data"))
+        expect(tab.locator(".tab-plot .legend")).to_contain_text("/level/data: 2.5")
+        tab.goto(page.url_of("topics//level"))
+
+
+def test_the_focus_survives_updates_of_parameters(system: RosSystem, open_tab: OpenTab) -> None:
+    system.pipros.run("rosparam", "set", "/arm/speed", "1")
+    tab = open_tab(Page(system, "--control"), "params")
+    button = tab.get_by_role("button", name="speed: 1")
+    button.focus()
+    system.pipros.run("rosparam", "set", "/arm/angle", "2")
+    expect(tab.get_by_role("button", name="angle: 2")).to_be_visible()
+    system.pipros.run("rosparam", "set", "/leg/angle", "3")
+    expect(tab.get_by_role("button", name="angle: 3")).to_be_visible()
+    assert tab.evaluate("document.activeElement.title") == "Edit"

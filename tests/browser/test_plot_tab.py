@@ -86,3 +86,16 @@ def test_each_curve_has_a_value_at_the_cursor(ros: RosSystem, open_tab: OpenTab)
         tab.mouse.move(chart["x"] + chart["width"] * part, chart["y"] + chart["height"] / 2)
         expect(legend.locator(".at")).to_contain_text("at ")
         expect(legend).to_contain_text(re.compile(r"/fast: 1.*/vector/x: 1.*/vector/z: 3"))
+
+
+def test_the_keys_move_the_time_axis_and_follow_again(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    ros.pipros.start(sys.executable, "-c", CURVES)
+    tab = open_tab(Page(ros), "plot//fast/data")
+    wait_until(lambda: tab.evaluate(COLUMNS, FIRST) > 0.02, 30, "the curve")
+    chart = tab.get_by_role("application", name="Curves")
+    for _ in range(8):
+        chart.press("ArrowRight")
+    wait_until(lambda: tab.evaluate(COLUMNS, FIRST) == 0.0, 30, "the time after the newest sample")
+    chart.press("0")
+    wait_until(lambda: tab.evaluate(COLUMNS, FIRST) > 0.02, 30, "the curve again")

@@ -168,12 +168,14 @@ def test_the_page_can_be_used_with_keyboard_and_roles(robot: RosSystem, open_tab
     expect(tab.get_by_role("meter", name="Level")).to_have_attribute("aria-valuenow", "62.5")
     tab.get_by_role("tab", selected=True).focus()
     tab.keyboard.press("End")
-    expect(tab.get_by_role("tab", selected=True)).to_have_text("Publish")
+    expect(tab.get_by_role("tab", selected=True)).to_have_text("Panels")
     tab.keyboard.press("Home")
     expect(tab.get_by_role("tab", selected=True)).to_have_text("Graph")
 
 
-@pytest.mark.parametrize("place", ["graph", "topics", "plot", "console", "params", "reconfigure", "publish"])
+@pytest.mark.parametrize(
+    "place", ["graph", "topics", "plot", "console", "params", "reconfigure", "publish", "panels"]
+)
 def test_each_tab_fits_a_phone(robot: RosSystem, open_tab: OpenTab, place: str) -> None:
     tab = open_tab(Page(robot), place, size=(390, 800))
     expect(tab.get_by_role("tab", selected=True)).to_be_in_viewport()

@@ -120,6 +120,9 @@ CHANGES = {
     "set_logger_level": {"name": "/robot", "logger": "rosout", "level": "debug"},
     "call_service": {"name": "/robot/get_loggers", "request": ""},
     "set_reconfigured": {"name": "/robot", "changes": {"gain": 1}},
+    "send_goal": {"name": "/robot", "type": "actionlib/TestActionGoal", "goal": ""},
+    "cancel_goal": {"name": "/robot"},
+    "steer": {"session": "x", "linear": 0, "angular": 0},
 }
 
 
@@ -184,7 +187,7 @@ def test_four_commands_may_make_their_own_kind_of_change(robot: RosSystem, comma
         (["--read-only"], []),
         (["--bind", "0.0.0.0"], []),  # noqa: S104 - it must not be able to change anything there
         (["--bind", "localhost"], ["publishing"]),
-        (["--control"], sorted({*CHANGES, "publishing"})),
+        (["--control"], sorted({*CHANGES, "publishing", "teleop"})),
     ],
 )
 def test_options_decide_what_a_page_may_change(robot: RosSystem, options: list[str], may: list[str]) -> None:
@@ -198,11 +201,30 @@ def test_options_decide_what_a_page_may_change(robot: RosSystem, options: list[s
         (["--control", "--read-only"], "--control and --read-only cannot be combined"),
         (["-s", "rqt_bag"], "rqt has no plugin [rqt_bag] in pipros; there are console, graph, image_view, "),
         (["-s"], "-s needs the name of a plugin"),
+        (["--perspective-file", "/missing.json"], "cannot read /missing.json: No such file or directory"),
+        (["--perspective", "nothing"], "there is no layout [nothing]"),
     ],
 )
 def test_wrong_options_of_rqt_are_explained(robot: RosSystem, arguments: list[str], error: str) -> None:
     ended = robot.pipros.run("rqt", *arguments)
     assert (ended.returncode, error in ended.output) == (1, True)
+
+
+@pytest.mark.parametrize(
+    ("options", "may_save"),
+    [
+        ([], True),
+        (["--read-only"], False),
+        (["--bind", "0.0.0.0"], False),  # noqa: S104 - others must not be able to write files there
+        (["--bind", "0.0.0.0", "--control"], True),  # noqa: S104
+    ],
+)
+def test_options_decide_who_may_store_layouts(robot: RosSystem, options: list[str], may_save: bool) -> None:
+    with Page(robot, *options).connect() as browser:
+        assert browser.act("layouts") == {"names": [], "may_save": may_save}
+        answer = browser.act("save_layout", name="mine", panels="graph")
+        assert ("error" not in answer) == may_save
+        assert browser.act("layouts")["names"] == (["mine"] if may_save else [])
 
 
 def test_publishing_stops_when_the_browser_disconnects(robot: RosSystem) -> None:

@@ -1,4 +1,4 @@
-"""Checks of the page's JavaScript by eslint and the TypeScript compiler."""
+"""Checks of the pages' JavaScript by eslint and the TypeScript compiler."""
 
 from __future__ import annotations
 
@@ -11,8 +11,14 @@ from tests.support.environments import REPOSITORY
 from tests.support.npm import INSTALL, MODULES
 
 SETTINGS = Path("tests", "page")
-PAGE = Path("src", "pipros", "web", "page")
-VENDORED = f"{PAGE / 'vendor'}{os.sep}"
+SOURCES = Path("src", "pipros")
+PAGES = (
+    SOURCES / "web" / "page",
+    SOURCES / "web" / "sliders" / "page",
+    SOURCES / "simulation" / "robots" / "page",
+    SOURCES / "simulation" / "turtlesim" / "page",
+)
+VENDORED = f"{PAGES[0] / 'vendor'}{os.sep}"
 
 
 def missing() -> list[Path]:
@@ -23,7 +29,8 @@ def missing() -> list[Path]:
 
 def findings() -> list[str]:
     """Return the lines that the two programs print, without those on vendored files."""
-    lint = ["eslint", "--format", "stylish", "--config", str(SETTINGS / "eslint.config.cjs"), str(PAGE)]
+    config = str(SETTINGS / "eslint.config.cjs")
+    lint = ["eslint", "--format", "stylish", "--config", config, *map(str, PAGES)]
     types = ["tsc", "--pretty", "false", "--project", str(SETTINGS)]
     found = []
     for program, *words in (lint, types):

@@ -29,7 +29,7 @@ class CacheFolder:
     symbolic links. The same applies to a file that is read, which must also have only one name. Folders
     further up may be links and may belong to other users, who could replace them but cannot create folders
     that belong to this user. If a check fails, the cache is not used, and a warning is printed once. A
-    missing, full or read-only cache is ignored.
+    missing, full or read-only cache is ignored, except by the methods that say that they raise.
 
     Files are replaced atomically, so any number of processes may share the folder.
     """
@@ -42,13 +42,7 @@ class CacheFolder:
     def read(self, name: str) -> bytes | None:
         """Return the content of a file; None if it is missing or not trusted."""
         try:
-            if not HAS_OWNERS:
-                return _read_plain(os.path.join(self._path, name))
-            folder = self._open()
-            try:
-                return _read_own(name, folder, self._path)
-            finally:
-                os.close(folder)
+            return self.load(name)
         except Untrusted as error:
             _warn(error)
         except OSError:
@@ -57,21 +51,78 @@ class CacheFolder:
 
     def write(self, name: str, content: bytes) -> None:
         """Create or replace a file that only this user can read, if possible."""
-        unfinished = f".{name}.{os.urandom(6).hex()}"
         try:
-            self._make()
-            if not HAS_OWNERS:
-                _replace(os.path.join(self._path, unfinished), os.path.join(self._path, name), content, None)
-                return
-            folder = self._open()
-            try:
-                _replace(unfinished, name, content, folder)
-            finally:
-                os.close(folder)
+            self.store(name, content)
         except Untrusted as error:
             _warn(error)
         except OSError:
             pass
+
+    def load(self, name: str) -> bytes:
+        """Return the content of a file.
+
+        Raises:
+            Untrusted: another user could have written it.
+            OSError: it cannot be read.
+        """
+        if not HAS_OWNERS:
+            return _read_plain(os.path.join(self._path, name))
+        folder = self._open()
+        try:
+            return _read_own(name, folder, self._path)
+        finally:
+            os.close(folder)
+
+    def store(self, name: str, content: bytes) -> None:
+        """Create or replace a file that only this user can read.
+
+        Raises:
+            Untrusted: another user could write to the folder.
+            OSError: the file cannot be written.
+        """
+        unfinished = f".{name}.{os.urandom(6).hex()}"
+        self._make()
+        if not HAS_OWNERS:
+            _replace(os.path.join(self._path, unfinished), os.path.join(self._path, name), content, None)
+            return
+        folder = self._open()
+        try:
+            _replace(unfinished, name, content, folder)
+        finally:
+            os.close(folder)
+
+    def names(self) -> list[str]:
+        """Return the names of the files, without unfinished ones.
+
+        Raises:
+            Untrusted: another user could write to the folder.
+            OSError: the folder does not exist.
+        """
+        if not HAS_OWNERS:
+            found = os.listdir(self._path)
+        else:
+            folder = self._open()
+            try:
+                found = os.listdir(folder)
+            finally:
+                os.close(folder)
+        return [name for name in found if not name.startswith(".")]
+
+    def remove(self, name: str) -> None:
+        """Remove a file.
+
+        Raises:
+            Untrusted: another user could write to the folder.
+            OSError: it cannot be removed.
+        """
+        if not HAS_OWNERS:
+            os.unlink(os.path.join(self._path, name))
+            return
+        folder = self._open()
+        try:
+            os.unlink(name, dir_fd=folder)
+        finally:
+            os.close(folder)
 
     def _open(self) -> int:
         """Return a file descriptor for the folder.

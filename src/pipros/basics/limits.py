@@ -101,6 +101,7 @@ class Limits(NamedTuple):
         page_message_bytes: a message that a page decodes.
         page_view_bytes: data that a page keeps for one of its tabs, such as log entries, diagnostics or
             parameters.
+        page_layout_bytes: a layout of panels, which a browser stores or a file contains.
         page_topics: topics that all browsers connected to a page watch together.
         bridge_clients: clients of rosbridge and Foxglove servers of a process.
         bridge_topics: topics that all these clients receive together.
@@ -188,6 +189,7 @@ class Limits(NamedTuple):
     bus_answer_bytes: int = 8 * _MIB
     page_message_bytes: int = 128 * _MIB
     page_view_bytes: int = 8 * _MIB
+    page_layout_bytes: int = 65_536
     page_topics: int = 500
     bridge_clients: int = 250
     bridge_topics: int = 1000

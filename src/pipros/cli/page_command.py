@@ -61,6 +61,7 @@ def show(tool: str, tab: str, options: Any, usual: str = "") -> int:
             options.key,
             options.token_file,
             permitted=permitted,
+            saves_layouts=not options.read_only and (_is_loopback(host) or options.control),
             opens_browser=not options.no_browser,
         )
     )

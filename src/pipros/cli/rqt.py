@@ -10,7 +10,7 @@ from urllib.parse import quote
 from pipros.cli.entry_point import command
 from pipros.cli.page_command import page_parser, show, without_remappings
 from pipros.cli.rqt_graph import main as rqt_graph
-from pipros.cli.runner import CommandError, run
+from pipros.cli.runner import CommandError, add_flag, run
 from pipros.graph.client import GraphClient
 
 Main = Callable[[Sequence[str] | None], int]
@@ -46,7 +46,6 @@ def _resolved(graph: GraphClient, word: str) -> str:
     return graph.resolve(word[:end]) + word[end:]
 
 
-_graph = _tool("rqt", "graph")
 rqt_console = _tool("rqt_console", "console")
 rqt_image_view = _tool("rqt_image_view", "images", "[topic]")
 rqt_logger_level = _tool("rqt_logger_level", "console", "[node]", change="set_logger_level")
@@ -89,7 +88,8 @@ _PLUGINS: Mapping[str, Main] = {
 def rqt(argv: Sequence[str] | None = None) -> int:
     """Run `rqt`.
 
-    With `-s NAME` (`--standalone`), run one plugin's command; otherwise, open the page at its graph.
+    With `-s NAME` (`--standalone`), run one plugin's command; with `--perspective-file FILE` or `-p NAME`,
+    open the page at a layout of panels; otherwise, at its graph.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     return run(lambda: _run_plugin(arguments))
@@ -98,13 +98,46 @@ def rqt(argv: Sequence[str] | None = None) -> int:
 def _run_plugin(arguments: list[str]) -> int:
     plugin, rest = _standalone(arguments)
     if plugin is None:
-        return _graph(rest)
+        return _show_layout(rest)
     # Noetic takes any part of a plugin's name: rqt_graph, rqt_graph/RosGraph, rqt_graph.ros_graph.RosGraph.
     name = re.split(r"[/.]", plugin)[0].lower().removeprefix("rqt_")
     if name not in _PLUGINS:
         known = ", ".join(sorted(_PLUGINS))
         raise CommandError(f"rqt has no plugin [{plugin}] in pipros; there are {known}")
     return _PLUGINS[name](rest)
+
+
+def _show_layout(arguments: list[str]) -> int:
+    parser = page_parser("rqt", "[options]")
+    parser.add_option(
+        "--perspective-file", metavar="FILE", help="a layout of panels, or a perspective of rqt"
+    )
+    parser.add_option("-p", "--perspective", metavar="NAME", help="a stored layout of panels")
+    add_flag(parser, "--clear-config", help="ignored, because the page keeps no configuration")
+    options, words = parser.parse_args(without_remappings(arguments))
+    if words:
+        parser.error(f"unexpected argument: {words[0]}")
+    if options.perspective and options.perspective_file:
+        parser.error("--perspective and --perspective-file exclude each other")
+    panels = _panels(options.perspective, options.perspective_file)
+    return show("rqt", f"panels/{quote(panels, safe='')}" if panels else "graph", options)
+
+
+def _panels(name: str | None, file: str | None) -> str:
+    """Return the text of a stored layout or of one in a file; empty without either."""
+    from pipros.web.layouts import StoredLayouts, open_layout
+
+    try:
+        if name is not None:
+            return StoredLayouts().load(name)
+        if file is None:
+            return ""
+        opened = open_layout(file)
+    except OSError as error:
+        raise CommandError(f"cannot read {error.filename or name}: {error.strerror or error}") from None
+    if opened.skipped:
+        print(f"rqt: the page has no tab for {', '.join(opened.skipped)}", file=sys.stderr)
+    return opened.panels
 
 
 def _standalone(arguments: list[str]) -> tuple[str | None, list[str]]:

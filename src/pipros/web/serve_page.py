@@ -24,27 +24,34 @@ from pipros.web.desktop import open_in_browser
 from pipros.web.secret import Secret
 from pipros.web.server import Action, PageServer, Services, View
 from pipros.web.token_file import read_tokens
+from pipros.web.views.actions import ActionViews
 from pipros.web.views.calls import CallViews
 from pipros.web.views.console import ConsoleViews
 from pipros.web.views.diagnostics import DiagnosticViews
 from pipros.web.views.frames import FrameViews
 from pipros.web.views.graph import GraphViews
 from pipros.web.views.images import ImageViews
+from pipros.web.views.layouts import LayoutActions
 from pipros.web.views.params import ParamViews
 from pipros.web.views.plot import PlotViews
 from pipros.web.views.processes import ProcessViews
 from pipros.web.views.reconfigure import ReconfigureViews
+from pipros.web.views.teleop import TeleopViews
 from pipros.web.views.topics import TopicViews
 from pipros.web.watched_system import MASTER_DEADLINE_S, WatchedSystem
 
 _KINDS = {
+    "cancel_goal": "cancel goals",
     "kill_node": "end nodes",
     "call_service": "call services",
     "delete_param": "delete parameters",
     "publishing": "publish messages",
+    "send_goal": "send goals",
     "set_logger_level": "set logger levels",
     "set_param": "set parameters",
     "set_reconfigured": "reconfigure nodes",
+    "steer": "steer robots",
+    "teleop": "steer robots",
 }
 
 CHANGING = frozenset(_KINDS)
@@ -73,6 +80,7 @@ class PageOptions:
         certificate, key: PEM files for TLS.
         token_file: file of tokens, one of which browsers must present; None creates a new token.
         permitted: the views and actions in `CHANGING` that the page may use.
+        saves_layouts: whether browsers may store layouts of panels.
         opens_browser: whether to open the page in a browser if there is a display.
     """
 
@@ -84,6 +92,7 @@ class PageOptions:
     key: str | None = None
     token_file: str | None = None
     permitted: frozenset[str] = frozenset()
+    saves_layouts: bool = True
     opens_browser: bool = True
 
 
@@ -105,7 +114,7 @@ def serve_page(options: PageOptions) -> int:
     ):
         loop.start()
         system = WatchedSystem(graph, node)
-        server = PageServer(services(system, options.permitted), secret)
+        server = PageServer(services(system, options.permitted, saves_layouts=options.saves_layouts), secret)
         try:
             loop.run(_start(options, system, server))
             over.wait()
@@ -165,16 +174,22 @@ def set_by_signals(over: OnceEvent) -> Iterator[None]:
 def _restriction(permitted: frozenset[str]) -> str:
     if not permitted:
         return "The page is read-only. With --control, it can also change the system."
-    what = " and ".join(sorted(_KINDS[name] for name in permitted))
+    what = " and ".join(sorted({_KINDS[name] for name in permitted}))
     return f"The page can {what}. With --control it can make other changes, with --read-only none."
 
 
-def services(system: WatchedSystem, permitted: frozenset[str] = frozenset()) -> Services:
-    """Return all views and actions of the page."""
+def services(
+    system: WatchedSystem, permitted: frozenset[str] = frozenset(), *, saves_layouts: bool = False
+) -> Services:
+    """Return all views and actions of the page. `saves_layouts`: see `PageOptions`."""
     frames = FrameViews(system)
     graph, topics, calls = GraphViews(system), TopicViews(system), CallViews(system)
     console, parameters, servers = ConsoleViews(system), ParamViews(system), ReconfigureViews(system)
+    layouts = LayoutActions(system, may_save=saves_layouts)
+    goals, teleop = ActionViews(system), TeleopViews(system)
     views: Mapping[str, View] = {
+        "action": goals.action,
+        "actions": goals.actions,
         "console": console.console,
         "diagnostics": DiagnosticViews(system).diagnostics,
         "events": graph.events,
@@ -191,6 +206,7 @@ def services(system: WatchedSystem, permitted: frozenset[str] = frozenset()) -> 
         "reconfigurable": servers.reconfigurable,
         "reconfigure": servers.reconfigure,
         "services": calls.services,
+        "teleop": teleop.teleop,
         "topic": topics.topic,
         "topics": topics.topics,
         "transform": frames.transform,
@@ -203,17 +219,24 @@ def services(system: WatchedSystem, permitted: frozenset[str] = frozenset()) -> 
     actions: Mapping[str, Action] = {
         "about": about,
         "call_service": calls.call_service,
+        "cancel_goal": goals.cancel_goal,
         "definition": topics.definition,
+        "delete_layout": layouts.delete_layout,
         "delete_param": parameters.delete_param,
         "kill_node": graph.kill_node,
+        "layout": layouts.layout,
+        "layouts": layouts.layouts,
         "loggers": console.loggers,
         "message": calls.message,
         "message_text": topics.message_text,
         "picture": graph.picture,
+        "save_layout": layouts.save_layout,
+        "send_goal": goals.send_goal,
         "service": calls.service,
         "set_logger_level": console.set_logger_level,
         "set_param": parameters.set_param,
         "set_reconfigured": servers.set_reconfigured,
+        "steer": teleop.steer,
     }
     return Services(views, actions, CHANGING, permitted)
 

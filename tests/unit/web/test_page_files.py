@@ -8,6 +8,7 @@ import re
 import pytest
 
 from tests.support.environments import REPOSITORY
+from tests.support.page_checks import PAGES
 
 PAGE = REPOSITORY / "src" / "pipros" / "web" / "page"
 CHECKSUMS = {
@@ -15,7 +16,7 @@ CHECKSUMS = {
     "uPlot.css": "df630c6a8d6f8eeaff264b50f73ce5b114f646ffd9a0bb74f049b0a00135fa04",
     "uPlot.LICENSE": "8f989229699b4fe2f1a0432d0e9edc338a8a911e250e2d1b01ecd770a5f5b1bd",
 }
-OWN = sorted(file for file in PAGE.rglob("*.js") if file.parent.name != "vendor")
+OWN = sorted(file for file in (REPOSITORY / "src").rglob("*.js") if file.parent.name != "vendor")
 
 
 @pytest.mark.parametrize("name", CHECKSUMS)
@@ -28,6 +29,11 @@ def test_third_party_code_is_listed() -> None:
     files = {file.name for file in (PAGE / "vendor").iterdir()} - {"README.md"}
     assert files == set(CHECKSUMS)
     assert all(f"`{name}`" in listed for name in files)
+
+
+def test_the_checks_cover_all_pages() -> None:
+    folders = [REPOSITORY / folder for folder in PAGES]
+    assert [file for file in OWN if not any(file.is_relative_to(folder) for folder in folders)] == []
 
 
 @pytest.mark.parametrize("file", OWN, ids=lambda file: file.name)

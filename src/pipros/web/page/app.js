@@ -5,7 +5,7 @@ import { h, replace } from "./dom.js";
 import { currentPlace, placeOf } from "./place.js";
 import { TabContext } from "./tab_context.js";
 
-const TABS = [
+export const TABS = [
   ["graph", "Graph"],
   ["topics", "Topics"],
   ["plot", "Plot"],
@@ -16,11 +16,14 @@ const TABS = [
   ["tf", "TF"],
   ["diagnostics", "Diagnostics"],
   ["services", "Services"],
+  ["actions", "Actions"],
   ["publish", "Publish"],
+  ["teleop", "Teleop"],
+  ["panels", "Panels"],
 ];
 
 // The kind of change that the controls of a tab make.
-const CHANGES = { console: "set_logger_level", params: "set_param", publish: "publishing", reconfigure: "set_reconfigured", services: "call_service" };
+const CHANGES = { actions: "send_goal", console: "set_logger_level", params: "set_param", publish: "publishing", reconfigure: "set_reconfigured", services: "call_service", teleop: "teleop" };
 const PERMITS = { call_service: "can call services", publishing: "can publish", set_logger_level: "can set logger levels", set_reconfigured: "can reconfigure" };
 
 // Sections of a tab with their own addresses.
@@ -33,6 +36,7 @@ const view = document.getElementById("view");
 const tabs = document.getElementById("tabs");
 /** @type {HTMLAnchorElement[]} */
 const links = [];
+const toPanels = /** @type {HTMLAnchorElement} */ (document.getElementById("to-panels"));
 const system = document.getElementById("system");
 const locked = document.getElementById("locked");
 const opened = new Map(); // name to {element, context, handle, argument}; hidden tabs keep what they show
@@ -58,6 +62,7 @@ async function show() {
     view.setAttribute("aria-labelledby", link.id);
     link.scrollIntoView({ block: "nearest", inline: "nearest" });
   }
+  linkToPanels(name, argument);
   document.title = `pipros: ${TABS.find(([each]) => each === tab)[1]}`;
   const [module] = await Promise.all([import(`./tabs/${name}.js`), known]);
   if (place()[0] !== name || place()[1] !== argument) return;
@@ -72,11 +77,22 @@ async function show() {
   shown.handle.go?.(argument);
 }
 
+// Lets the button in the head put what a tab shows beside what the panels show.
+async function linkToPanels(name, argument) {
+  toPanels.hidden = name === "panels";
+  const { layoutText, leaf } = await import("./panels/layout.js");
+  toPanels.href = placeOf("panels", `+${layoutText(leaf(name, argument))}`);
+}
+
+// Whether a tab may change the system.
+export const mayControl = (name) => Boolean(about?.control || about?.may?.includes(CHANGES[name]));
+
 function open(name, argument, module) {
   const element = h("div", { class: `tab tab-${name}` });
   const entry = { element, argument };
-  entry.context = new TabContext(name, Boolean(about?.control || about?.may?.includes(CHANGES[name])), (next) => {
+  entry.context = new TabContext(name, mayControl(name), (next) => {
     entry.argument = next;
+    linkToPanels(name, next);
     links.find((link) => link.dataset.tab === (PARTS[name] ?? name)).href = placeOf(name, next);
   });
   opened.set(name, entry);

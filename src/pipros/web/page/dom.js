@@ -16,6 +16,10 @@ function fill(element, attributes, children) {
 export const h = (name, attributes, ...children) => fill(document.createElement(name), attributes, children);
 export const s = (name, attributes, ...children) => fill(document.createElementNS(SVG, name), attributes, children);
 
+// An id that no other element has: a view can be shown several times.
+let lastId = 0;
+export const uniqueId = (prefix) => `${prefix}-${lastId += 1}`;
+
 export function replace(element, ...children) {
   element.replaceChildren(...children.flat(Infinity).filter((child) => child !== null && child !== undefined));
 }

@@ -1,13 +1,13 @@
 // The newest transform between two frames, and the links that connect them.
 
-import { h, morph, replace } from "./dom.js";
+import { h, morph, replace, uniqueId } from "./dom.js";
 
 const BETWEEN = ">"; // in addresses: target>source
 
 // Returns controls, an element and functions; `onChoose` is called with the text of a pair that the user chose.
 export function framePair(context, onChoose) {
-  const names = h("datalist", { id: "frame-names" });
-  const input = (label) => h("input", { list: "frame-names", size: 16, spellcheck: "false", "aria-label": label, placeholder: label, onchange: () => chosen() });
+  const names = h("datalist", { id: uniqueId("frame-names") });
+  const input = (label) => h("input", { list: names.id, size: 16, spellcheck: "false", "aria-label": label, placeholder: label, onchange: () => chosen() });
   const [target, source] = [input("In frame"), input("Pose of frame")];
   const bar = h("div", { class: "bar" }, h("span", {}, "Pose of"), source, h("span", {}, "in"), target, names);
   const body = h("div", {});

@@ -26,6 +26,7 @@ class Live extends EventTarget {
   connect() {
     clearTimeout(this.retry);
     this.isRefused = currentProof() === null;
+    if (this.isOpen) this.setOpen(false); // an address with a token was opened in this tab
     if (this.isRefused) {
       this.setOpen(false);
       return;

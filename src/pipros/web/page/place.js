@@ -6,8 +6,11 @@ export const placeOf = (tab, argument = "") => `#${tab}${argument ? `/${encoded(
 const encoded = (text) => encodeURIComponent(text).replaceAll("%2F", "/").replaceAll("%3A", ":");
 
 // Returns the tab and the argument of the current address.
-export function currentPlace() {
-  const [tab, ...rest] = location.hash.slice(1).split("/");
+export const currentPlace = () => placeIn(location.hash);
+
+// Returns the tab and the argument of an address.
+export function placeIn(address) {
+  const [tab, ...rest] = address.slice(1).split("/");
   const argument = rest.join("/");
   try {
     return [tab, decodeURIComponent(argument)];

@@ -11,6 +11,19 @@ export class TabContext {
     this.onRemember = onRemember;
     this.watches = new Set(); // {begin, stop, isAlways}
     this.isShown = true;
+    this.times = null; // what links the time axis to those of other panels
+    this.onShown = (_isShown) => {}; // called when the tab is shown or hidden
+    this.ending = new AbortController();
+  }
+
+  // Aborted when the view is closed: for listeners outside of it.
+  get signal() {
+    return this.ending.signal;
+  }
+
+  // Whether a key that was pressed anywhere on the page is meant for this view.
+  hears(_event) {
+    return this.isShown;
   }
 
   // Subscribes to a view, as live.watch does. With `always` the subscription continues while the tab is hidden.
@@ -28,11 +41,12 @@ export class TabContext {
     return live.act(action, args);
   }
 
-  // Puts what the user chose in the tab into the address; Back returns to what it showed before.
-  remember(argument) {
+  // Puts what the user chose in the tab into the address; Back returns to what it showed before, unless this replaces it.
+  remember(argument, { isReplacing = false } = {}) {
     this.onRemember(argument);
     const place = placeOf(this.name, argument);
-    if (location.hash !== place) history.pushState(null, "", place);
+    if (isReplacing) history.replaceState(null, "", place);
+    else if (location.hash !== place) history.pushState(null, "", place);
   }
 
   hide() {
@@ -42,14 +56,17 @@ export class TabContext {
       watch.stop?.();
       watch.stop = null;
     }
+    this.onShown(false);
   }
 
   show() {
     this.isShown = true;
     for (const watch of this.watches) watch.stop ??= watch.begin();
+    this.onShown(true);
   }
 
   close() {
+    this.ending.abort();
     for (const watch of this.watches) watch.stop?.();
     this.watches.clear();
   }

@@ -15,20 +15,28 @@ export function topicPanel(side, name, context, onClose) {
   const message = copiesValues(h("div", { class: "message" }, h("div", {})), showError);
   const copy = (title) => copyButton(title, () => context.act("message_text", { name, format: title.toLowerCase() }), showError);
   const definitionText = h("pre", { class: "mono whole" });
-  const definition = h("details", { class: "definition", ontoggle: async () => {
-    if (!definition.open) return;
+  let definedType = ""; // whose definition is shown
+  let type = ""; // empty until it is known
+  const definition = h("details", { class: "definition", ontoggle: () => define() }, h("summary", {}, "Definition"), definitionText);
+
+  async function define() {
+    if (!definition.open || !type || type === definedType) return;
+    definedType = type;
     try {
       replace(definitionText, await context.act("definition", { name }));
     } catch (problem) {
       replace(definitionText, problem.message);
     }
-  } }, h("summary", {}, "Definition"), definitionText);
+  }
+
   side.append(panelHead(name, onClose), figures, error, gauge, curve.element, definition,
     h("div", { class: "panel-head" }, h("h3", {}, "Newest message"), h("span", { class: "buttons" }, copy("YAML"), copy("JSON"))), message);
 
   return context.watch("topic", { name }, (topic) => {
     morph(figures.firstChild, h("dl", {}, figuresOf(topic).map(([key, value]) => [h("dt", {}, key), h("dd", {}, value)])));
     replace(error, topic.error ?? "");
+    type = topic.type;
+    define();
     if (!("message" in topic)) {
       const text = topic.count ? "cannot be decoded" : "none came yet";
       if (!topic.count || topic.error) morph(message.firstChild, h("div", {}, h("span", { class: "key" }, text)));

@@ -18,6 +18,7 @@ from pipros.node.publisher import Publisher
 from pipros.node.service_client import ErrorReply, OpenCalls
 from pipros.safe.yaml import load
 from pipros.web.bounded_list import bounded_list
+from pipros.web.message_pattern import MessagePattern
 from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused
 from pipros.web.service_calls import CALL_BY_HAND_S
@@ -57,7 +58,7 @@ class CallViews:
 
     async def call_service(self, arguments: Mapping[str, Any]) -> Any:
         """Call a service with a request in YAML."""
-        name, value = topic_name(arguments), _yaml(arguments, "request")
+        name, value = topic_name(arguments), yaml_in(arguments, "request")
 
         def call(master: MasterClient, calls: OpenCalls) -> Any:
             caller = ServiceCaller(master, name, calls=calls)
@@ -72,16 +73,24 @@ class CallViews:
 
     async def message(self, arguments: Mapping[str, Any]) -> Any:
         """Return a message of a type with default values."""
-        return message_tree(_message_class(arguments)())
+        return message_tree(message_class_in(arguments)())
 
     async def publishing(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Publish a message at a rate (Hz) while the view is open. A rate of 0 publishes once."""
-        topic, value = topic_name(arguments), _yaml(arguments, "message")
+        """Publish a message at a rate (Hz) while the view is open. A rate of 0 publishes once.
+
+        Texts that begin with "=" are expressions of `i`, which counts the messages from 0, and `t`, the
+        seconds since the first one.
+        """
+        topic, value = topic_name(arguments), yaml_in(arguments, "message")
         rate = arguments.get("rate", 1.0)
         if not isinstance(rate, (int, float)) or not 0.0 <= rate <= FASTEST_HZ:
             raise RequestRefused(f"rate must be from 0 to {FASTEST_HZ:.0f} Hz, got {rate!r}")
-        message_class = _message_class(arguments)
-        message_from_yaml(message_class, value, time.time_ns())  # raise errors before advertising the topic
+        message_class, pattern = message_class_in(arguments), MessagePattern(value)
+
+        def message(number: int, seconds: float) -> Any:
+            return message_from_yaml(message_class, pattern.value(number, seconds), time.time_ns())
+
+        message(0, 0.0)  # raise errors before advertising the topic
         advertising = self._system.questions.start(
             self._system.node.advertise, topic, message_class, queue_size=10, latch=not rate
         )
@@ -90,7 +99,7 @@ class CallViews:
             count = 0
             begin_s = told_s = time.monotonic()
             while True:
-                publisher.publish(message_from_yaml(message_class, value, time.time_ns()))
+                publisher.publish(message(count, count / rate if rate else 0.0))
                 count += 1
                 now_s = time.monotonic()
                 if not rate or now_s - told_s >= TELL_INTERVAL_S or count == 1:
@@ -100,11 +109,13 @@ class CallViews:
                     await asyncio.Event().wait()
                 await asyncio.sleep(max(0.0, begin_s + count / rate - time.monotonic()))
         finally:  # without delay, even if the master has not answered yet
-            advertising.add_done_callback(self._withdraw)
+            advertising.add_done_callback(lambda done: withdraw(self._system, done))
 
-    def _withdraw(self, advertised: Future[Publisher[Any]]) -> None:
-        if not advertised.cancelled() and advertised.exception() is None:
-            self._system.questions.start(advertised.result().unregister)
+
+def withdraw(system: WatchedSystem, advertised: Future[Publisher[Any]]) -> None:
+    """Unregister what a thread has advertised, in a thread."""
+    if not advertised.cancelled() and advertised.exception() is None:
+        system.questions.start(advertised.result().unregister)
 
 
 def _definition_of(type_name: str) -> str:
@@ -115,7 +126,8 @@ def _definition_of(type_name: str) -> str:
         return ""
 
 
-def _message_class(arguments: Mapping[str, Any]) -> Any:
+def message_class_in(arguments: Mapping[str, Any]) -> Any:
+    """Return the class of the `type` in the arguments of a request."""
     name = arguments.get("type")
     if not isinstance(name, str) or name.count("/") != 1:
         raise RequestRefused(f"type must be a message type such as std_msgs/String, got {name!r}")
@@ -125,7 +137,8 @@ def _message_class(arguments: Mapping[str, Any]) -> Any:
         raise RequestRefused(f"cannot load type {name}: {error}") from None
 
 
-def _yaml(arguments: Mapping[str, Any], key: str) -> Any:
+def yaml_in(arguments: Mapping[str, Any], key: str) -> Any:
+    """Return the value of a YAML text in the arguments of a request."""
     text = arguments.get(key, "")
     if not isinstance(text, str):
         raise RequestRefused(f"{key} must be a YAML string, got {type(text).__name__}")

@@ -8,7 +8,7 @@ const ANGULAR = 1;
 const KEYS = { ArrowUp: [LINEAR, 0], ArrowDown: [-LINEAR, 0], ArrowLeft: [0, ANGULAR], ArrowRight: [0, -ANGULAR] };
 const LONGEST_SIDE = 800; // pixels
 
-const element = (id) => document.getElementById(id);
+const element = (id) => /** @type {any} */ (document.getElementById(id));
 const canvas = element("canvas");
 const screen = canvas.getContext("2d");
 let walls = null;

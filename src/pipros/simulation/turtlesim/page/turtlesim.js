@@ -7,7 +7,7 @@ const SPEED = 2.0; // of turtle_teleop_key
 const KEYS = { ArrowUp: [SPEED, 0], ArrowDown: [-SPEED, 0], ArrowLeft: [0, SPEED], ArrowRight: [0, -SPEED] };
 const LOOKS = 14;
 
-const element = (id) => document.getElementById(id);
+const element = (id) => /** @type {any} */ (document.getElementById(id));
 const canvas = element("canvas");
 const screen = canvas.getContext("2d");
 const picture = document.createElement("canvas");

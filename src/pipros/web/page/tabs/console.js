@@ -1,11 +1,12 @@
 // The log of the system: 100,000 entries, of which only the visible ones are in the document.
 
-import { download, h, replace } from "../dom.js";
+import { download, h, replace, uniqueId } from "../dom.js";
 import { asLines, fromLines } from "../log_file.js";
 import { textFilter } from "../text_filter.js";
 
 const KEPT = 100000;
-const ROW = 22;
+const phone = matchMedia("(max-width: 700px)");
+const rowHeight = () => (phone.matches ? 40 : 22); // as in style.css: on a phone, an entry has two lines
 const HELP = "A part of the text; -part excludes; /regular expression/";
 const LEVELS = [[1, "Debug"], [2, "Info"], [4, "Warn"], [8, "Error"], [16, "Fatal"]];
 const [LEVEL, NODE, TEXT, STAMP, FILE, LINE, FUNCTION] = [0, 1, 2, 3, 4, 5, 6];
@@ -70,7 +71,7 @@ export function open(view, argument, context) {
       entries = entries.slice(-KEPT);
       shown = entries.filter(matches);
     }
-    const isAtEnd = scroll.scrollTop + scroll.clientHeight >= scroll.scrollHeight - ROW * 2;
+    const isAtEnd = scroll.scrollTop + scroll.clientHeight >= scroll.scrollHeight - rowHeight() * 2;
     draw();
     if (isAtEnd) scroll.scrollTop = scroll.scrollHeight;
   }
@@ -83,15 +84,15 @@ export function open(view, argument, context) {
   }
 
   function draw() {
-    space.style.height = `${shown.length * ROW}px`;
+    space.style.height = `${shown.length * rowHeight()}px`;
     replace(count, `${shown.length} of ${entries.length}${lost ? `, ${lost} lost` : ""}`);
     drawRows();
   }
 
   function drawRows() {
-    const first = Math.max(0, Math.floor(scroll.scrollTop / ROW) - 5);
-    const last = Math.min(shown.length, first + Math.ceil(scroll.clientHeight / ROW) + 10);
-    rows.style.transform = `translateY(${first * ROW}px)`;
+    const first = Math.max(0, Math.floor(scroll.scrollTop / rowHeight()) - 5);
+    const last = Math.min(shown.length, first + Math.ceil(scroll.clientHeight / rowHeight()) + 10);
+    rows.style.transform = `translateY(${first * rowHeight()}px)`;
     replace(rows, shown.slice(first, last).map((entry) => h("div", { class: `entry level-${entry[LEVEL]}${entry === selected ? " selected" : ""}`, onclick: () => showEntry(entry) },
       h("span", { class: "when" }, time(entry[STAMP])), h("span", { class: "kind" }, levelName(entry[LEVEL])), h("span", { class: "node" }, entry[NODE]), h("span", { class: "text" }, entry[TEXT].replaceAll("\n", " ⏎ ")))));
   }
@@ -101,9 +102,9 @@ export function open(view, argument, context) {
     const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
     if (!step || !shown.length) return;
     event.preventDefault();
-    const at = selected ? shown.indexOf(selected) + step : Math.floor((scroll.scrollTop + scroll.clientHeight) / ROW) - 1;
+    const at = selected ? shown.indexOf(selected) + step : Math.floor((scroll.scrollTop + scroll.clientHeight) / rowHeight()) - 1;
     const next = Math.min(shown.length - 1, Math.max(0, at));
-    scroll.scrollTop = Math.min(next * ROW, Math.max(scroll.scrollTop, (next + 1) * ROW - scroll.clientHeight));
+    scroll.scrollTop = Math.min(next * rowHeight(), Math.max(scroll.scrollTop, (next + 1) * rowHeight() - scroll.clientHeight));
     showEntry(shown[next]);
   }
 
@@ -125,8 +126,8 @@ export function open(view, argument, context) {
 
   function showLoggers(ofNode = "") {
     side.hidden = false;
-    const choice = h("input", { value: ofNode, placeholder: "/node", "aria-label": "Node", list: "logger-nodes", onchange: () => list() });
-    const nodes = h("datalist", { id: "logger-nodes" }, [...new Set(entries.map((entry) => entry[NODE]))].map((name) => h("option", { value: name })));
+    const choice = h("input", { value: ofNode, placeholder: "/node", "aria-label": "Node", list: uniqueId("logger-nodes"), onchange: () => list() });
+    const nodes = h("datalist", { id: choice.getAttribute("list") }, [...new Set(entries.map((entry) => entry[NODE]))].map((name) => h("option", { value: name })));
     const found = h("div", {});
     replace(side, h("h2", {}, "Logger levels"), control ? null : h("p", { class: "key" }, "Start with --control to change levels."), choice, nodes, found, h("button", { onclick: () => { side.hidden = true; } }, "Close"));
     async function list() {
@@ -150,6 +151,7 @@ export function open(view, argument, context) {
     if (isPaused) waiting = waiting.concat(data.entries).slice(-KEPT);
     else take(data.entries);
   }, (problem) => replace(error, problem), { always: true });
+  phone.addEventListener("change", () => draw(), { signal: context.signal });
   new ResizeObserver(() => drawRows()).observe(scroll);
   if (argument) showLoggers(argument);
 }

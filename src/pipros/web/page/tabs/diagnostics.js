@@ -1,18 +1,32 @@
 // Components with their levels, values and history.
 
-import { h, replace } from "../dom.js";
+import { h, morph, replace } from "../dom.js";
+import { dataTable } from "../table.js";
 
 const LEVELS = ["OK", "Warning", "Error", "Stale"];
 const STALE = 3;
+const GRAVITY = [0, 1, 3, 2]; // by level: errors, then what is stale, then warnings
+const MOST_PROBLEMS = 200;
+const PROBLEM_COLUMNS = [
+  { title: "Level", text: ({ level }) => h("span", {}, dot(level), LEVELS[level] ?? String(level)), order: ({ level, name }) => `${9 - (GRAVITY[level] ?? 9)} ${name}` },
+  { title: "Component", kind: "long", text: ({ name }) => name, order: ({ name }) => name },
+  { title: "Message", kind: "long", text: ({ message }) => message, order: ({ message }) => message },
+];
+
+// The colour of a level with its first letter.
+const dot = (level) => h("span", { class: `dot lettered diagnostic-${level}`, title: LEVELS[level] ?? level }, LEVELS[level]?.[0] ?? "?");
 const DEEPEST = 50; // nodes choose the names; deeper levels are shown as one part
 
 export function open(view, argument, context) {
   const error = h("div", { class: "error", role: "alert" });
   const counts = h("div", { class: "bar" });
-  const body = h("div", { class: "scroll params" });
-  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Component" });
+  const problems = dataTable(PROBLEM_COLUMNS, { label: "Problems", keyOf: ({ name }) => name, onChoose: (name) => choose(name === selected ? "" : name), most: MOST_PROBLEMS, sortBy: "Level" });
+  const worstFirst = h("div", { class: "scroll problems", hidden: true }, problems.element);
+  const body = h("div", { class: "scroll params" }, h("ul", { class: "tree" }));
+  const about = h("div", {});
+  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Component" }, about, h("button", { onclick: () => { choose(""); } }, "Close"));
   const hint = h("div", { class: "note" });
-  view.append(h("div", { class: "column" }, counts, error, hint, body), side);
+  view.append(h("div", { class: "column" }, counts, error, hint, worstFirst, body), side);
   let selected = argument;
   let components = [];
   let known = new Map(); // by name
@@ -22,6 +36,10 @@ export function open(view, argument, context) {
     const numbers = [0, 0, 0, 0];
     for (const component of components) numbers[component.level] += 1;
     replace(counts, LEVELS.map((name, level) => h("span", { class: numbers[level] ? `badge diagnostic-${level}` : "badge none" }, `${name}: ${numbers[level]}`)));
+    const bad = components.filter(({ level }) => level > 0);
+    worstFirst.hidden = bad.length === 0;
+    problems.show(bad);
+    problems.mark(selected);
     const root = { below: new Map() };
     for (const component of components) {
       let branch = root;
@@ -33,20 +51,30 @@ export function open(view, argument, context) {
       }
       branch.component = component;
     }
-    replace(body, tree(root, ""));
+    morph(body.firstChild, tree(root, ""));
+    for (const details of body.querySelectorAll("details")) details.open = !closed.has(details.dataset.path);
     drawSide();
   }
+
+  body.addEventListener("click", (event) => {
+    const button = event.target instanceof Element ? event.target.closest("button") : null;
+    if (button) choose(button.dataset.name);
+  });
+  body.addEventListener("toggle", ({ target }) => {
+    if (!(target instanceof HTMLDetailsElement)) return;
+    if (target.open) closed.delete(target.dataset.path);
+    else closed.add(target.dataset.path);
+  }, { capture: true });
 
   const worst = (branch) => Math.max(branch.component?.level ?? 0, ...[...branch.below.values()].map(worst));
 
   function tree(branch, path) {
     return h("ul", { class: "tree" }, [...branch.below].sort(([a], [b]) => a.localeCompare(b)).map(([part, below]) => {
       const own = `${path}/${part}`;
-      const label = [h("span", { class: `dot diagnostic-${worst(below)}` }), below.component
-        ? h("button", { class: "plain", onclick: () => { choose(below.component.name); } }, part, h("span", { class: "key" }, ` ${below.component.message}`)) : part];
+      const label = [dot(worst(below)), below.component
+        ? h("button", { class: "plain", "data-name": below.component.name }, part, h("span", { class: "key" }, ` ${below.component.message}`)) : part];
       if (!below.below.size) return h("li", {}, label);
-      const details = h("details", { open: !closed.has(own), ontoggle: () => { if (details.isConnected) { if (details.open) closed.delete(own); else closed.add(own); } } }, h("summary", {}, label), tree(below, own));
-      return h("li", {}, details);
+      return h("li", {}, h("details", { "data-path": own }, h("summary", {}, label), tree(below, own)));
     }));
   }
 
@@ -64,11 +92,10 @@ export function open(view, argument, context) {
     const component = components.find((each) => each.name === selected);
     side.hidden = !component;
     if (!component) return;
-    replace(side, h("h2", {}, component.name), h("p", {}, h("span", { class: `badge diagnostic-${component.level}` }, LEVELS[component.level] ?? component.level), ` ${component.message}`),
+    morph(about, h("div", {}, h("h2", {}, component.name), h("p", {}, h("span", { class: `badge diagnostic-${component.level}` }, LEVELS[component.level] ?? component.level), ` ${component.message}`),
       h("dl", {}, h("dt", {}, "Hardware"), h("dd", {}, component.hardware || "–"), h("dt", {}, "Age"), h("dd", {}, `${component.age} s`)),
       h("h3", {}, "History"), h("div", { class: "history", role: "img", "aria-label": `The newest ${component.history.length} levels` }, component.history.map(([when, level]) => h("span", { class: `dot diagnostic-${level}`, title: new Date(when * 1000).toLocaleTimeString() }))),
-      h("h3", {}, "Values"), h("table", {}, component.values.map(([key, value]) => h("tr", {}, h("td", { class: "key" }, key), h("td", {}, value)))),
-      h("button", { onclick: () => { choose(""); } }, "Close"));
+      h("h3", {}, "Values"), h("table", {}, component.values.map(([key, value]) => h("tr", {}, h("td", { class: "key" }, key), h("td", {}, value))))));
   }
 
   context.watch("diagnostics", {}, (data) => {

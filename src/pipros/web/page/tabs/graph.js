@@ -120,12 +120,12 @@ export function open(view, argument, context) {
   }
 
   document.addEventListener("keydown", (event) => {
-    if (view.hidden || isTyping(event.target)) return;
+    if (!context.hears(event) || isTyping(event.target)) return;
     if (event.key === "/") search.focus();
     else if (event.key === "Escape" && selected) choose("");
     else if (!canvas.onKey(event)) return;
     event.preventDefault();
-  });
+  }, { signal: context.signal });
 
   async function save(format) {
     try {

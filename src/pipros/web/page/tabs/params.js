@@ -1,6 +1,6 @@
 // Parameters as a tree, with recent changes marked.
 
-import { h, replace } from "../dom.js";
+import { h, morph, replace } from "../dom.js";
 import { sections } from "../sections.js";
 
 const MARKED_MS = 4000;
@@ -9,7 +9,7 @@ export function open(view, argument, context) {
   const { control } = context;
   const search = h("input", { type: "search", placeholder: "Search", value: argument, "aria-label": "Search parameters", oninput: () => draw() });
   const error = h("div", { class: "error", role: "alert" });
-  const body = h("div", { class: "scroll params" });
+  const body = h("div", { class: "scroll params" }, h("div", {}));
   const name = h("input", { placeholder: "/name", "aria-label": "Name", spellcheck: "false" });
   const value = h("input", { placeholder: "value in YAML", "aria-label": "Value", spellcheck: "false", size: 24 });
   view.append(h("div", { class: "column" }, h("div", { class: "bar" }, sections("params"), search, h("span", { class: "spring" }),
@@ -41,8 +41,20 @@ export function open(view, argument, context) {
       }
       level.set(key.slice(key.lastIndexOf("/") + 1), key);
     }
-    replace(body, names.length ? branch(root, "") : h("div", { class: "note" }, wanted ? "No parameter matches." : "There are no parameters."));
+    const none = h("div", { class: "note" }, wanted ? "No parameter matches." : "There are no parameters.");
+    morph(body.firstChild, h("div", {}, names.length ? branch(root, "") : none));
+    for (const details of body.querySelectorAll("details")) details.open = !closed.has(details.dataset.path);
   }
+
+  body.addEventListener("click", (event) => {
+    const button = event.target instanceof Element ? event.target.closest("button") : null;
+    if (button) edit(button.dataset.name);
+  });
+  body.addEventListener("toggle", ({ target }) => {
+    if (!(target instanceof HTMLDetailsElement)) return;
+    if (target.open) closed.delete(target.dataset.path);
+    else closed.add(target.dataset.path);
+  }, { capture: true });
 
   function edit(key) {
     name.value = key;
@@ -54,11 +66,10 @@ export function open(view, argument, context) {
     return h("ul", { class: "tree" }, [...level].map(([part, below]) => {
       const path = `${ns}/${part}`;
       if (below instanceof Map) {
-        const details = h("details", { open: !closed.has(path), ontoggle: () => { if (details.isConnected) { if (details.open) closed.delete(path); else closed.add(path); } } }, h("summary", {}, `${part}/`), branch(below, path));
-        return h("li", {}, details);
+        return h("li", {}, h("details", { "data-path": path }, h("summary", {}, `${part}/`), branch(below, path)));
       }
       const text = [h("span", { class: "key" }, `${part}: `), params[below]];
-      return h("li", { class: changed.has(below) ? "changed" : "" }, control ? h("button", { class: "plain", title: "Edit", onclick: () => edit(below) }, text) : text);
+      return h("li", { class: changed.has(below) ? "changed" : "" }, control ? h("button", { class: "plain", title: "Edit", "data-name": below }, text) : text);
     }));
   }
 

@@ -1,6 +1,6 @@
 // Live curves of numbers in messages. The address contains the fields: #plot/field,field
 
-import { download, h, replace } from "../dom.js";
+import { download, h, replace, uniqueId } from "../dom.js";
 import uPlot from "../vendor/uPlot.js";
 
 const COLOURS = ["#2f6fb3", "#c0392b", "#1a7f37", "#9a6700", "#7d4cdb", "#00838f", "#ad1457", "#5d6d7e"];
@@ -11,8 +11,8 @@ const TIMES = [[3600, "{HH}:{mm}", null, null, null, null, null, null, 1], [60, 
 
 export function open(view, argument, context) {
   const curves = new Map(); // field to {field, times, values, close, colour, lost}
-  const input = h("input", { size: 34, placeholder: "/topic/field or /topic/pose/x:y:z", "aria-label": "Topic and field", spellcheck: "false", list: "plot-topics" });
-  const topics = h("datalist", { id: "plot-topics" });
+  const input = h("input", { size: 34, placeholder: "/topic/field or /topic/pose/x:y:z", "aria-label": "Topic and field", spellcheck: "false", list: uniqueId("plot-topics") });
+  const topics = h("datalist", { id: input.getAttribute("list") });
   const seconds = h("select", { "aria-label": "Time span", onchange: () => draw() }, [10, 30, 60, 300, 1800].map((span) => h("option", { value: span, selected: span === 30 }, span < 60 ? `${span} s` : `${span / 60} min`)));
   const low = h("input", { size: 6, placeholder: "auto", "aria-label": "Lowest value", onchange: () => rebuild() });
   const high = h("input", { size: 6, placeholder: "auto", "aria-label": "Highest value", onchange: () => rebuild() });
@@ -20,8 +20,8 @@ export function open(view, argument, context) {
   const error = h("div", { class: "error", role: "alert" });
   const legend = h("div", { class: "bar legend" });
   const offered = h("div", { class: "bar offered", role: "group", "aria-label": "Fields" });
-  const chart = h("div", { class: "chart" });
-  const hint = h("div", { class: "note" }, "Type a topic and a field, such as /battery_topic or /imu/angular_velocity/x:y:z. Drag over the curves to zoom, double click to follow again.");
+  const chart = h("div", { class: "chart", tabindex: 0, role: "application", "aria-label": "Curves: the arrow keys move, + and - zoom, 0 follows again", onkeydown: (event) => onKey(event) });
+  const hint = h("div", { class: "note" }, "Type a topic and a field, such as /battery_topic or /imu/angular_velocity/x:y:z. Drag over the curves to zoom, double click to follow again; or use +, -, the arrow keys and 0.");
   view.append(h("link", { rel: "stylesheet", href: "vendor/uPlot.css" }), h("div", { class: "column" },
     h("form", { class: "bar", onsubmit: (event) => { event.preventDefault(); add(input.value); } }, input, topics, h("button", {}, "Add"), pause, h("label", {}, "Show", seconds), h("label", {}, "y from", low), h("label", {}, "to", high), h("span", { class: "spring" }), h("button", { type: "button", onclick: () => saveCsv() }, "CSV")),
     error, offered, legend, hint, chart));
@@ -129,13 +129,55 @@ export function open(view, argument, context) {
       } } },
       legend: { show: false },
       cursor: { drag: { x: true, y: false } },
-      hooks: { setSelect: [(own) => { isZoomed = own.select.width > 0; }], setCursor: [() => drawLegend()] },
+      hooks: { setSelect: [(own) => zoomed(own)], setCursor: [(own) => pointed(own)] },
     }, samples(), chart);
-    chart.ondblclick = () => { isZoomed = false; needsDraw = true; };
+    chart.ondblclick = () => { follow(); context.times?.tell(plot, { range: null }); };
     needsDraw = true;
   }
 
-  const size = () => ({ width: Math.max(200, chart.clientWidth - 8), height: Math.max(160, chart.clientHeight - 10) });
+  const follow = () => { isZoomed = false; needsDraw = true; };
+
+  const STEPS = { ArrowLeft: [-0.2, 1], ArrowRight: [0.2, 1], "+": [0, 1 / 1.5], "=": [0, 1 / 1.5], "-": [0, 1.5], 0: [0, 0] };
+  function onKey(event) {
+    if (!plot || !(event.key in STEPS)) return;
+    event.preventDefault();
+    const [shift, factor] = STEPS[event.key];
+    const { min, max } = plot.scales.x;
+    const [middle, half] = [(min + max) / 2 + shift * (max - min), ((max - min) * factor) / 2];
+    showRange(factor ? [middle - half, middle + half] : null);
+    context.times?.tell(plot, { range: factor ? [middle - half, middle + half] : null });
+  }
+
+  // Shows a part of the time axis; with null, follows the newest samples.
+  function showRange(range) {
+    if (!range) { follow(); return; }
+    isZoomed = true;
+    plot.setScale("x", { min: range[0], max: range[1] });
+  }
+
+  // The plots of other panels follow the zoom and the cursor: see time_link.js.
+  let isLed = false; // by another plot
+  function zoomed(own) {
+    isZoomed = own.select.width > 0;
+    const times = [own.select.left, own.select.left + own.select.width].map((at) => own.posToVal(at, "x"));
+    if (isZoomed) context.times?.tell(own, { range: times });
+  }
+
+  function pointed(own) {
+    drawLegend();
+    if (!isLed) context.times?.tell(own, { time: own.cursor.left >= 0 ? own.posToVal(own.cursor.left, "x") : null });
+  }
+
+  context.times?.listen(view, ({ plot: other, range, time }) => {
+    if (!plot || other === plot) return;
+    if (range !== undefined) showRange(range);
+    if (time === undefined) return;
+    isLed = true;
+    plot.setCursor(time === null ? { left: -10, top: -10 } : { left: plot.valToPos(time, "x"), top: 0 });
+    isLed = false;
+  }, context.signal);
+
+  const size = () => ({ width: Math.max(200, chart.clientWidth - 8), height: Math.max(80, chart.clientHeight - 10) });
 
   function samples() {
     const all = [...curves.values()];
@@ -150,7 +192,8 @@ export function open(view, argument, context) {
     replace(error, "");
     plot.setData(samples(), false);
     if (!isZoomed) {
-      const end = Math.max(...[...curves.values()].map((curve) => curve.times.at(-1) ?? 0));
+      const newest = Math.max(...[...curves.values()].map((curve) => curve.times.at(-1) ?? 0));
+      const end = context.times?.end(view, newest) ?? newest;
       if (end) plot.setScale("x", { min: end - Number(seconds.value), max: end });
     } else plot.redraw();
   }
@@ -180,11 +223,12 @@ export function open(view, argument, context) {
   }
 
   requestAnimationFrame(function onFrame() {
-    if (needsDraw && !isPaused && !view.hidden) draw();
+    if (context.signal.aborted) return;
+    if (needsDraw && !isPaused && context.isShown) draw();
     requestAnimationFrame(onFrame);
   });
   new ResizeObserver(() => plot?.setSize(size())).observe(chart);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", rebuild);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", rebuild, { signal: context.signal });
   if (argument) show(argument);
   return { go };
 }

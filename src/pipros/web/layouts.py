@@ -1,0 +1,191 @@
+"""Layouts of panels: stored under names, read from files, and made from perspectives of rqt.
+
+A file is JSON: `{"pipros_layout": 1, "panels": "row(plot//imu/x~console)"}`. The text of the panels is that
+of their address, which only the page interprets.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from pipros.basics.cache_files import CacheFolder
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import limit_text, process_limits
+from pipros.packages import cache_folder
+
+MOST_LAYOUTS: Final = 100
+_VERSION: Final = 1
+_ENDING: Final = ".json"
+_NAME: Final = re.compile(r"[\w+-][\w .+-]{0,59}")
+_PLUGIN: Final = re.compile(r"'(rqt_\w+)/\w+': \[([^\]]*)\]")
+_SETTINGS: Final = re.compile(r'"plugin__(rqt_[a-z0-9_]+?)__\w+?": ')
+_LARGEST_PERSPECTIVE: Final = 4_000_000
+_ONE_ROW: Final = 3
+
+PLUGIN_TABS: Final[Mapping[str, str]] = {
+    "rqt_console": "console",
+    "rqt_graph": "graph",
+    "rqt_image_view": "images",
+    "rqt_logger_level": "console",
+    "rqt_plot": "plot",
+    "rqt_publisher": "publish",
+    "rqt_reconfigure": "reconfigure",
+    "rqt_robot_monitor": "diagnostics",
+    "rqt_robot_steering": "teleop",
+    "rqt_runtime_monitor": "diagnostics",
+    "rqt_service_caller": "services",
+    "rqt_tf_tree": "tf",
+    "rqt_top": "nodes",
+    "rqt_topic": "topics",
+}
+"""The tabs of the page that replace plugins of rqt."""
+
+
+class BadLayout(PiprosError, ValueError):
+    """A layout or its name is malformed, or there are too many."""
+
+
+@dataclass(frozen=True, slots=True)
+class OpenedLayout:
+    """A layout from a file.
+
+    Attributes:
+        panels: its text.
+        skipped: plugins of a perspective that the page does not have.
+    """
+
+    panels: str
+    skipped: Sequence[str] = ()
+
+
+class StoredLayouts:
+    """The layouts in `$ROS_HOME/pipros/layouts`. Only files that no other user could have written are used.
+
+    All methods block, and raise `OSError` if the folder cannot be used.
+    """
+
+    def __init__(self) -> None:
+        self._folder = CacheFolder(os.path.abspath(cache_folder("layouts")))
+
+    def names(self) -> list[str]:
+        """Return the names of all layouts."""
+        try:
+            found = self._folder.names()
+        except FileNotFoundError:
+            return []
+        return sorted(name.removesuffix(_ENDING) for name in found if name.endswith(_ENDING))[:MOST_LAYOUTS]
+
+    def load(self, name: object) -> str:
+        """Return the text of a layout. Raise `BadLayout` if there is none of that name."""
+        file = _file_of(name)
+        try:
+            content = self._folder.load(file)
+        except FileNotFoundError:
+            raise BadLayout(f"there is no layout [{name}]") from None
+        return _panels_in(content, str(name))
+
+    def save(self, name: object, panels: object) -> None:
+        """Create or replace a layout. Raise `BadLayout` if it is malformed, or if there are too many."""
+        file = _file_of(name)
+        if not isinstance(panels, str) or not panels:
+            raise BadLayout("a layout needs at least one panel")
+        content = json.dumps({"pipros_layout": _VERSION, "panels": panels}).encode()
+        _check_size(content)
+        others = [other for other in self.names() if other != name]
+        if len(others) >= MOST_LAYOUTS:
+            raise BadLayout(f"there are {MOST_LAYOUTS} layouts already; delete one")
+        self._folder.store(file, content)
+
+    def delete(self, name: object) -> None:
+        """Delete a layout. Raise `BadLayout` if there is none of that name."""
+        try:
+            self._folder.remove(_file_of(name))
+        except FileNotFoundError:
+            raise BadLayout(f"there is no layout [{name}]") from None
+
+
+def open_layout(path: str) -> OpenedLayout:
+    """Read a file with a layout, or a perspective of rqt, of whose plugins the tabs are shown side by side.
+
+    Raises:
+        BadLayout: the file is neither.
+        OSError: it cannot be read.
+    """
+    with open(path, "rb") as file:
+        content = file.read(_LARGEST_PERSPECTIVE + 1)
+    values = _json(content, path)
+    if "pipros_layout" in values:
+        return OpenedLayout(_panels_in(content, path))
+    groups = values.get("groups")
+    if not isinstance(groups, dict) or not groups.keys() & {"mainwindow", "pluginmanager"}:
+        raise BadLayout(f"{path} is neither a layout of pipros nor a perspective of rqt")
+    return _from_perspective(groups.get("pluginmanager"), path)
+
+
+def _from_perspective(settings: Any, path: str) -> OpenedLayout:
+    """Return a layout with a panel for each running plugin, or if none is named, for each with settings."""
+    try:
+        running = str(settings["keys"]["running-plugins"]["repr"])
+    except (KeyError, TypeError):
+        running = ""
+    plugins = [
+        name for name, numbers in _PLUGIN.findall(running) for number in numbers.split(",") if number.strip()
+    ]
+    if not plugins:
+        plugins = _SETTINGS.findall(json.dumps(settings))
+    tabs = [PLUGIN_TABS[name] for name in plugins if name in PLUGIN_TABS]
+    skipped = sorted({name for name in plugins if name not in PLUGIN_TABS})
+    if not tabs:
+        what = f"only {', '.join(skipped)}" if skipped else "no plugin"
+        raise BadLayout(f"{path} has {what}, for which the page has no tab")
+    return OpenedLayout(_arranged(tabs), skipped)
+
+
+def _arranged(tabs: Sequence[str]) -> str:
+    """Return a layout with one row of panels, or with two rows if there are more than three."""
+    if len(tabs) > _ONE_ROW:
+        middle = (len(tabs) + 1) // 2
+        return f"column({_arranged_row(tabs[:middle])}~{_arranged_row(tabs[middle:])})"
+    return _arranged_row(tabs)
+
+
+def _arranged_row(tabs: Sequence[str]) -> str:
+    return f"row({'~'.join(tabs)})" if len(tabs) > 1 else tabs[0]
+
+
+def _panels_in(content: bytes, name: str) -> str:
+    _check_size(content)
+    values = _json(content, name)
+    panels = values.get("panels")
+    if values.get("pipros_layout") != _VERSION or not isinstance(panels, str):
+        raise BadLayout(f"{name} is not a layout of this version of pipros")
+    return panels
+
+
+def _json(content: bytes, name: str) -> dict[str, Any]:
+    try:
+        values = json.loads(content)
+    except (ValueError, RecursionError) as error:
+        raise BadLayout(f"{name} is not JSON: {error}") from None
+    if not isinstance(values, dict):
+        raise BadLayout(f"{name} is not a layout")
+    return values
+
+
+def _check_size(content: bytes) -> None:
+    most = process_limits().page_layout_bytes
+    if len(content) > most:
+        raise BadLayout(f"the layout has {len(content)} bytes; {limit_text('page_layout_bytes', most)}")
+
+
+def _file_of(name: object) -> str:
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        raise BadLayout(
+            f"the name of a layout must have up to 60 letters, digits, spaces or . _ + -, got {name!r}"
+        )
+    return name + _ENDING

@@ -1,0 +1,43 @@
+"""Messages whose values change with time: YAML with expressions, evaluated without running Python code."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.safe.expr import Expression
+
+
+class MessagePattern:
+    """A YAML value in which texts that begin with "=" are expressions of `i` and `t`.
+
+    Texts that begin with "==" are not evaluated. `pipros.safe.expr` describes the functions, such as `sin`.
+
+    >>> MessagePattern({"x": "=2 * i", "name": "arm", "all": ["=round(sin(t))"]}).value(3, 0.0)
+    {'x': 6, 'name': 'arm', 'all': [0]}
+    """
+
+    def __init__(self, value: Any) -> None:
+        """Parse the expressions. Raise `ExpressionError` if one is malformed."""
+        self._value = _parsed(value)
+
+    def value(self, number: int, seconds: float) -> Any:
+        """Return the value for a count and a time. Raise `ExpressionError` if an evaluation fails."""
+        return _evaluated(self._value, {"i": number, "t": seconds})
+
+
+def _parsed(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _parsed(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_parsed(item) for item in value]
+    if isinstance(value, str) and value.startswith("=") and not value.startswith("=="):
+        return Expression(value[1:])
+    return value
+
+
+def _evaluated(value: Any, names: dict[str, float]) -> Any:
+    if isinstance(value, dict):
+        return {key: _evaluated(item, names) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_evaluated(item, names) for item in value]
+    return value.value(names) if isinstance(value, Expression) else value

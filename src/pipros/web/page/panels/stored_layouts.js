@@ -1,0 +1,55 @@
+// Layouts kept by the server under names, and as files.
+
+import { download, h, replace } from "../dom.js";
+
+const VERSION = 1;
+const LARGEST_FILE = 100000;
+
+// Returns controls. `current()` is the text of the layout; `onOpen(text)` opens another, `onError(text)` shows an error.
+export function storedLayouts(context, current, onOpen, onError) {
+  let may = false;
+  const choice = h("select", { "aria-label": "Stored layouts", onchange: () => attempt(async () => {
+    name.value = choice.value;
+    onOpen((await context.act("layout", { name: choice.value })).panels);
+  }) });
+  const name = h("input", { size: 12, placeholder: "Name", "aria-label": "Name of the layout", spellcheck: "false", maxlength: 60 });
+  const save = h("button", { onclick: () => attempt(async () => list(await context.act("save_layout", { name: name.value.trim(), panels: current() }), name.value.trim())) }, "Save");
+  const remove = h("button", { onclick: () => attempt(async () => list(await context.act("delete_layout", { name: name.value.trim() }))) }, "Delete");
+  const file = h("input", { type: "file", hidden: true, "aria-label": "Layout file", accept: ".json", onchange: () => attempt(load) });
+
+  async function attempt(work) {
+    try {
+      await work();
+      onError("");
+    } catch (problem) {
+      onError(problem.message);
+    }
+  }
+
+  function list({ names, may_save: maySave }, chosen = "") {
+    may = maySave;
+    replace(choice, h("option", { value: "", disabled: true, selected: !chosen }, names.length ? "Open a layout" : "No layouts stored"),
+      names.map((each) => h("option", { value: each, selected: each === chosen }, each)));
+    for (const each of [name, save, remove]) each.disabled = !may;
+    save.title = may ? "Store the layout on the server" : "This page may not store layouts; export it instead";
+  }
+
+  async function load() {
+    const [chosen] = file.files;
+    file.value = "";
+    if (chosen.size > LARGEST_FILE) throw new Error(`${chosen.name} is too large for a layout`);
+    const content = JSON.parse(await chosen.text());
+    if (content?.pipros_layout !== VERSION || typeof content.panels !== "string") throw new Error(`${chosen.name} is not a layout of pipros`);
+    onOpen(content.panels);
+  }
+
+  function saveFile() {
+    const content = JSON.stringify({ pipros_layout: VERSION, panels: current() });
+    download(`${name.value.trim() || "layout"}.json`, `${content}\n`, "application/json");
+  }
+
+  context.act("layouts").then(list, (problem) => onError(problem.message));
+  return h("span", { class: "choices stored", role: "group", "aria-label": "Layouts" }, choice, name, save, remove,
+    h("button", { title: "Save the layout as a file", onclick: saveFile }, "Export"),
+    h("button", { title: "Open the layout of a file", onclick: () => file.click() }, "Import"), file);
+}

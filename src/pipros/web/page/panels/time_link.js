@@ -1,0 +1,26 @@
+// Time axes that move together: the zoom, the end, and the cursor of several plots.
+
+export class TimeLink extends EventTarget {
+  constructor() {
+    super();
+    this.isOn = true;
+    this.ends = new Map(); // view to the time of its newest sample
+  }
+
+  // Tells all plots what the user did in one of them: {range: [from, to] or null} or {time: seconds or null}.
+  tell(plot, change) {
+    if (this.isOn) this.dispatchEvent(new CustomEvent("change", { detail: { plot, ...change } }));
+  }
+
+  // Calls `onChange({plot, range} or {plot, time})` when a plot tells something, until the signal is aborted.
+  listen(view, onChange, signal) {
+    this.addEventListener("change", (event) => onChange(/** @type {CustomEvent} */ (event).detail), { signal });
+    signal.addEventListener("abort", () => this.ends.delete(view));
+  }
+
+  // Notes the time of a view's newest sample, and returns where its axis ends: at the newest sample of all.
+  end(view, time) {
+    this.ends.set(view, time);
+    return this.isOn ? Math.max(...this.ends.values()) : time;
+  }
+}

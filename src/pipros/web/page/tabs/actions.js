@@ -1,0 +1,107 @@
+// Actions: their goals with feedback and results, and goals sent by hand.
+
+import { copiesValues } from "../copy.js";
+import { h, morph, panelHead, replace, uniqueId } from "../dom.js";
+import { dataTable } from "../table.js";
+import { tree } from "../message_values.js";
+import { yaml } from "./services.js";
+
+const MOST_ROWS = 500;
+const ENDING = /ActionGoal$/;
+const COLUMNS = [
+  { title: "Action", kind: "name", text: ([name]) => name, order: ([name]) => name },
+  { title: "Type", kind: "name mono", text: ([, type]) => type.replace(ENDING, "Action"), order: ([, type]) => type },
+  { title: "Node", kind: "name", text: ([, , node]) => node, order: ([, , node]) => node },
+];
+
+export function open(view, argument, context) {
+  const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter actions", oninput: () => draw() });
+  const error = h("div", { class: "error", role: "alert" });
+  const none = h("div", { class: "note", hidden: true }, "There are no actions.");
+  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Action", onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
+  const table = dataTable(COLUMNS, { label: "Actions", keyOf: ([name]) => name, onChoose: (name) => choose(name === selected ? "" : name), most: MOST_ROWS, sortBy: "Action" });
+  table.element.classList.add("fixed");
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("span", { class: "spring" }), table.csvButton("actions")), error, none,
+    h("div", { class: "scroll" }, table.element)), side);
+  let actions = [];
+  let selected = "";
+  let shownType = null; // of the selected action; its server may come later
+  let closePanel = () => {};
+
+  function draw() {
+    const wanted = filter.value.trim().toLowerCase();
+    none.hidden = actions.length > 0;
+    table.show(actions.filter((row) => row.join(" ").toLowerCase().includes(wanted)));
+  }
+
+  function choose(name) {
+    context.remember(name);
+    go(name);
+  }
+
+  const typeOf = (name) => actions.find(([each]) => each === name)?.[1] ?? "";
+
+  function go(name) {
+    selected = name;
+    shownType = typeOf(name);
+    table.mark(name);
+    closePanel();
+    closePanel = () => {};
+    side.hidden = !name;
+    replace(side);
+    if (name) closePanel = actionPanel(side, name, shownType, context, () => choose(""));
+  }
+
+  context.watch("actions", {}, (data) => {
+    actions = data.actions;
+    replace(error, data.error ? `The master does not answer: ${data.error}` : "");
+    draw();
+    if (selected && typeOf(selected) !== shownType) go(selected);
+  }, (problem) => replace(error, problem));
+  if (argument) go(argument);
+  return { go };
+}
+
+// Fills `side`; returns a function that stops the updates.
+function actionPanel(side, name, type, context, onClose) {
+  const error = h("p", { class: "error", role: "alert" });
+  const showError = (text) => replace(error, text);
+  const label = uniqueId("goal");
+  const goal = h("textarea", { rows: 6, class: "mono", id: label, "aria-label": "Goal in YAML", spellcheck: "false" });
+  const attempt = async (work) => {
+    try {
+      await work();
+      showError("");
+    } catch (problem) {
+      showError(problem.message);
+    }
+  };
+  const cancel = (id) => attempt(() => context.act("cancel_goal", { name, id }));
+  const send = h("button", { disabled: !context.control || !type, onclick: () => attempt(() => context.act("send_goal", { name, type, goal: goal.value })) }, "Send goal");
+  const cancelAll = h("button", { disabled: !context.control, onclick: () => cancel("") }, "Cancel all");
+  const live = copiesValues(h("div", {}, h("div", {})), showError);
+  live.addEventListener("click", (event) => {
+    const button = event.target instanceof Element ? event.target.closest("button[data-goal]") : null;
+    if (button) cancel(button.getAttribute("data-goal"));
+  });
+  side.append(panelHead(name, onClose), h("dl", {}, h("dt", {}, "Type"), h("dd", {}, type.replace(ENDING, "Action") || "unknown")),
+    h("h3", {}, "Goal"), goal, h("p", {}, send, " ", cancelAll, context.control ? "" : " Start with --control to send goals."), error, live);
+  if (type) attempt(async () => { goal.value = yaml(await context.act("message", { type: type.replace(ENDING, "Goal") })); });
+  return context.watch("action", { name }, (data) => morph(live.firstChild, h("div", {}, contents(data, context.control))), showError);
+}
+
+function contents({ goals, feedback, result }, control) {
+  return [
+    h("h3", {}, "Goals"), goals.length ? h("ul", { class: "tree goals" }, goals.map((goal) => goalEntry(goal, control))) : h("span", { class: "key" }, "none"),
+    h("h3", {}, "Newest feedback"), content(feedback),
+    h("h3", {}, "Newest result"), content(result),
+  ];
+}
+
+const goalEntry = (goal, control) => h("li", {},
+  h("span", { class: `state-${goal.open ? "open" : goal.status}` }, goal.status), " ", goal.id, goal.text ? h("span", { class: "key" }, ` ${goal.text}`) : "", " ",
+  h("button", { "data-goal": goal.id, hidden: !goal.open || !control, "aria-label": `Cancel ${goal.id}` }, "Cancel"));
+
+const content = (found) => (found
+  ? h("div", {}, found.goal ? h("p", { class: "key" }, `${found.goal.status}: ${found.goal.id} ${found.goal.text}`) : "", tree(found.message))
+  : h("span", { class: "key" }, "none came yet"));

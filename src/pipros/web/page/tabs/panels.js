@@ -1,0 +1,207 @@
+// Views side by side. The address has the layout: see panels/layout.js.
+
+import { mayControl, TABS } from "../app.js";
+import { h, replace } from "../dom.js";
+import { appended, beside, layoutText, leaf, leavesOf, MOST_PANELS, moved, parsedLayout, placesOf, resized, withLeaf, without } from "../panels/layout.js";
+import { panel } from "../panels/panel.js";
+import { storedLayouts } from "../panels/stored_layouts.js";
+import { TimeLink } from "../panels/time_link.js";
+
+const KEEP = "pipros.panels";
+const STEP = 2; // percent that an arrow key moves a border
+const FIRST = "row(topics~plot)";
+const TITLES = [...TABS.filter(([name]) => name !== "panels"), ["reconfigure", "Reconfigure"]];
+const NAMES = TITLES.map(([name]) => name);
+
+export function open(view, argument, context) {
+  const times = new TimeLink();
+  const error = h("div", { class: "error", role: "alert" });
+  const stage = h("div", { class: "panels" });
+  const adder = h("select", { "aria-label": "Add a panel", onchange: () => {
+    add(leaf(adder.value));
+    adder.value = "";
+  } }, h("option", { value: "" }, "Add a panel"), TITLES.map(([name, title]) => h("option", { value: name }, title)));
+  const isLinked = h("input", { type: "checkbox", checked: true, onchange: () => { times.isOn = isLinked.checked; } });
+  const hint = h("div", { class: "note" }, "Add a panel to begin.");
+  const stored = storedLayouts(context, () => layoutText(layout), (text) => { if (go(text)) remember(); }, (text) => replace(error, text));
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, adder, h("label", {}, isLinked, "Link time axes"), h("span", { class: "spring" }), stored), error, hint, stage));
+
+  let layout = null;
+  let enlarged = null; // id of a leaf
+  const panels = new Map(); // id to panel
+  const board = {
+    times, mayControl,
+    change: (next) => { show(withLeaf(layout, next)); remember(); },
+    split(id, side) {
+      if (isFull()) return;
+      enlarged = null;
+      show(beside(layout, id, side, leaf(panels.get(id).leaf.tab)));
+      remember();
+    },
+    close(id) {
+      if (enlarged === id) enlarged = null;
+      show(without(layout, id));
+      remember();
+    },
+    enlarge(id) {
+      enlarged = enlarged === id ? null : id;
+      place();
+    },
+    move(id, target, side) {
+      show(moved(layout, id, target, side));
+      remember();
+    },
+    step(id, side) {
+      const near = neighbour(id, side);
+      if (near !== null) board.move(id, near, "centre");
+    },
+    // Shows a place in the panel of its tab, if there is one: the panel that asks, or the first one.
+    follow(from, tab, wanted) {
+      const isPart = (name) => name === "params" || name === "reconfigure";
+      const target = from.tab === tab || (isPart(tab) && isPart(from.tab)) ? from : leavesOf(layout).find((each) => each.tab === tab);
+      if (!target) return false;
+      board.change({ ...target, tab, argument: wanted });
+      return true;
+    },
+  };
+
+  function isFull() {
+    const full = leavesOf(layout).length >= MOST_PANELS;
+    replace(error, full ? `There can be at most ${MOST_PANELS} panels.` : "");
+    return full;
+  }
+
+  function add(added) {
+    if (isFull()) return;
+    enlarged = null;
+    show(appended(layout, added));
+    remember();
+  }
+
+  function remember({ isReplacing = false } = {}) {
+    const text = layoutText(layout);
+    localStorage.setItem(KEEP, text);
+    context.remember(text, { isReplacing });
+  }
+
+  // Creates, updates and closes panels so that there is one for each leaf.
+  function show(next) {
+    layout = next;
+    const leaves = leavesOf(layout);
+    const wanted = new Set(leaves.map(({ id }) => id));
+    for (const [id, each] of panels) {
+      if (wanted.has(id)) continue;
+      each.close();
+      panels.delete(id);
+    }
+    leaves.forEach((each) => {
+      if (!panels.has(each.id)) panels.set(each.id, panel(each, TITLES, board));
+      panels.get(each.id).show(each);
+    });
+    place();
+  }
+
+  const borders = [];
+  function place() {
+    const places = placesOf(layout);
+    hint.hidden = layout !== null;
+    for (const border of borders.splice(0)) border.remove();
+    let last = null; // in reading order, for the keyboard; only what is out of order moves, as moving loses scroll positions
+    for (const { leaf: own, box } of places.panels) {
+      const { element, setEnlarged, setShown } = panels.get(own.id);
+      element.dataset.id = own.id;
+      position(element, box);
+      setEnlarged(own.id === enlarged);
+      element.hidden = enlarged !== null && own.id !== enlarged;
+      setShown(!element.hidden && context.isShown);
+      const after = last ? last.nextElementSibling : stage.firstElementChild;
+      if (after !== element) stage.insertBefore(element, after);
+      last = element;
+    }
+    if (enlarged === null) borders.push(...places.borders.map(borderElement));
+    stage.append(...borders);
+  }
+
+  function position(element, { x, y, w, h: height }) {
+    Object.assign(element.style, { left: `${x}%`, top: `${y}%`, width: `${w}%`, height: `${height}%` });
+  }
+
+  function borderElement({ path, index, direction, box, share, size }) {
+    const isRow = direction === "row";
+    const move = (percent) => { layout = resized(layout, path, index, percent); };
+    const border = h("div", { class: `border ${direction}`, role: "separator", tabindex: 0, "data-at": [...path, index].join("."), "aria-label": "Border between panels", "aria-orientation": isRow ? "vertical" : "horizontal", "aria-valuemin": 0, "aria-valuemax": 100, "aria-valuenow": Math.round(size), onkeydown: (event) => {
+      const sign = { [isRow ? "ArrowLeft" : "ArrowUp"]: -1, [isRow ? "ArrowRight" : "ArrowDown"]: 1 }[event.key];
+      if (!sign) return;
+      event.preventDefault();
+      move(sign * STEP);
+      place();
+      remember({ isReplacing: true });
+      stage.querySelector(`.border[data-at="${border.dataset.at}"]`)?.focus();
+    } });
+    position(border, box);
+    border.addEventListener("pointerdown", (event) => {
+      event.preventDefault();
+      border.setPointerCapture(event.pointerId);
+      let at = isRow ? event.clientX : event.clientY;
+      const drag = (moving) => {
+        const now = isRow ? moving.clientX : moving.clientY;
+        move(((now - at) / (isRow ? stage.clientWidth : stage.clientHeight)) * 100 * (100 / share));
+        at = now;
+        const places = placesOf(layout);
+        for (const { leaf: own, box: next } of places.panels) position(panels.get(own.id).element, next);
+        places.borders.forEach((each, number) => position(borders[number], each.box));
+      };
+      border.addEventListener("pointermove", drag);
+      border.addEventListener("lostpointercapture", () => {
+        border.removeEventListener("pointermove", drag);
+        remember();
+      }, { once: true });
+    });
+    return border;
+  }
+
+  // The id of the panel at a side of another one: the nearest whose centre is there.
+  function neighbour(id, side) {
+    const all = placesOf(layout).panels.map(({ leaf: own, box }) => ({ id: own.id, x: box.x + box.w / 2, y: box.y + box.h / 2 }));
+    const own = all.find((each) => each.id === id);
+    const [dx, dy] = { left: [-1, 0], right: [1, 0], above: [0, -1], below: [0, 1] }[side];
+    const distance = (each) => Math.hypot(each.x - own.x, each.y - own.y);
+    const ahead = all.filter((each) => (each.x - own.x) * dx + (each.y - own.y) * dy > 1);
+    return ahead.sort((one, other) => distance(one) - distance(other))[0]?.id ?? null;
+  }
+
+  // Shows the layout of an address, in the panels that are open already as far as they fit. "+view" adds to the layout.
+  // Returns whether the text is a layout.
+  function go(text) {
+    try {
+      if (text.startsWith("+")) {
+        const added = parsedLayout(text.slice(1), NAMES);
+        if (!layout) show(parsedLayout(localStorage.getItem(KEEP) ?? "", NAMES));
+        if (added && !isFull()) show(appended(layout, added));
+        remember({ isReplacing: true });
+        return true;
+      }
+      const next = parsedLayout(text, NAMES);
+      const free = [...panels.values()].map((each) => each.leaf);
+      for (const isSame of [(one, other) => one.argument === other.argument, () => true]) {
+        for (const each of leavesOf(next)) {
+          if (panels.has(each.id)) continue;
+          const found = free.findIndex((old) => old.tab === each.tab && isSame(old, each));
+          if (found >= 0) [each.id] = free.splice(found, 1).map(({ id }) => id);
+        }
+      }
+      enlarged = null;
+      show(next);
+      replace(error, "");
+      return true;
+    } catch (problem) {
+      replace(error, problem.message);
+      return false;
+    }
+  }
+
+  context.onShown = (isShown) => { for (const each of panels.values()) each.setShown(isShown && !each.element.hidden); };
+  if (argument) go(argument);
+  else if (go(localStorage.getItem(KEEP) || FIRST)) remember({ isReplacing: true });
+  return { go: (text) => text && go(text) };
+}

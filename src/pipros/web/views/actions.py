@@ -1,0 +1,148 @@
+"""Actions: their servers and goals, and goals sent and cancelled by hand."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import itertools
+import time
+from collections.abc import AsyncIterator, Mapping, Sequence
+from typing import Any
+
+from pipros.basics.errors import PiprosError
+from pipros.graph.message_from_yaml import message_from_yaml
+from pipros.graph.observer import Observation
+from pipros.libraries.actions.status import TERMINAL, Status
+from pipros.msg import load_message_class
+from pipros.web.bounded_list import bounded_list
+from pipros.web.known_topic import LONGEST_NAME
+from pipros.web.message_tree import message_tree
+from pipros.web.server import RequestRefused
+from pipros.web.topic_watch import TopicWatch
+from pipros.web.views.calls import message_class_in, withdraw, yaml_in
+from pipros.web.views.topics import topic_name
+from pipros.web.watched_system import WatchedSystem
+
+TOPICS = ("goal", "cancel", "status", "feedback", "result")
+CONNECTING_S = 5.0
+"""How long the server of an action has to connect before a goal is given up."""
+UPDATE_INTERVAL_S = 0.1
+
+
+class ActionViews:
+    """The views and actions of the Actions tab."""
+
+    def __init__(self, system: WatchedSystem) -> None:
+        self._system = system
+        self._numbers = itertools.count(1)
+
+    async def actions(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield all actions with the types of their goal topics and the nodes that serve them."""
+        async for observation in self._system.observations():
+            yield {"actions": bounded_list(action_rows(observation)), "error": observation.error}
+
+    async def action(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the goals of an action, the newest feedback and the newest result."""
+        name = topic_name(arguments)
+        with contextlib.ExitStack() as stack:
+            status, feedback, result = (
+                stack.enter_context(self._system.topics.watch(f"{name}/{part}")) for part in TOPICS[2:]
+            )
+            sent = None
+            while True:
+                state = await self._system.computations.run(_state, status, feedback, result)
+                if state != sent:
+                    sent = state
+                    yield state
+                await asyncio.sleep(UPDATE_INTERVAL_S)
+
+    async def send_goal(self, arguments: Mapping[str, Any]) -> Any:
+        """Send a goal in YAML once the action's server has connected, and return the id of the goal."""
+        name, value, goal_class = (
+            topic_name(arguments),
+            yaml_in(arguments, "goal"),
+            message_class_in(arguments),
+        )
+        now_ns = time.time_ns()
+        goal_id = f"{self._system.node.name}-{next(self._numbers)}-{now_ns / 1e9:.3f}"
+        values = {"header": "auto", "goal_id": {"stamp": "now", "id": goal_id}, "goal": value or {}}
+        await self._publish(f"{name}/goal", goal_class, message_from_yaml(goal_class, values, now_ns))
+        return {"id": goal_id}
+
+    async def cancel_goal(self, arguments: Mapping[str, Any]) -> Any:
+        """Ask for the cancellation of a goal; without an id, of all goals."""
+        goal_id = arguments.get("id", "")
+        if not isinstance(goal_id, str):
+            raise RequestRefused(f"id must be a string, got {goal_id!r}")
+        message_class = load_message_class("actionlib_msgs/GoalID")
+        message = message_from_yaml(message_class, {"id": goal_id}, time.time_ns())
+        await self._publish(f"{topic_name(arguments)}/cancel", message_class, message)
+        return {}
+
+    async def _publish(self, topic: str, message_class: Any, message: Any) -> None:
+        """Publish one message once all known subscribers have connected, or some before the deadline."""
+        system = self._system
+        advertising = system.questions.start(system.node.advertise, topic, message_class, queue_size=10)
+        try:
+            publisher = await asyncio.wrap_future(advertising)
+            deadline = time.monotonic() + CONNECTING_S
+            wanted = len(system.observation.state.subscribers.get(topic, ())) or 1
+            while publisher.connection_count < wanted and time.monotonic() < deadline:
+                await asyncio.sleep(0.02)
+            if not publisher.connection_count:
+                raise RequestRefused(
+                    f"no action server has subscribed to {topic} within {CONNECTING_S:.0f} s"
+                )
+            publisher.publish(message)
+        finally:
+            advertising.add_done_callback(lambda done: withdraw(system, done))
+
+
+def action_rows(observation: Observation) -> list[Sequence[str]]:
+    """Return name, type of the goal topic, and serving nodes of each action, sorted."""
+    topics = frozenset(observation.state.topics())
+    bases = (topic.removesuffix("/goal") for topic in topics if topic.endswith("/goal"))
+    return [
+        (
+            base,
+            observation.types.get(f"{base}/goal", ""),
+            ", ".join(observation.state.publishers.get(f"{base}/status", ())),
+        )
+        for base in sorted(bases)
+        if base and topics.issuperset(f"{base}/{part}" for part in TOPICS)
+    ]
+
+
+def _state(status: TopicWatch, feedback: TopicWatch, result: TopicWatch) -> Mapping[str, Any]:
+    goals = _goals(status)
+    return {"goals": goals, "feedback": _newest(feedback, "feedback"), "result": _newest(result, "result")}
+
+
+def _goals(watch: TopicWatch) -> list[Mapping[str, Any]]:
+    """Return id, status and text of each goal that the server reports, the newest first."""
+    if watch.newest is None:
+        return []
+    array = watch.decode_as(watch.newest.message, load_message_class("actionlib_msgs/GoalStatusArray"))
+    rows = [_goal(each) for each in array.status_list]
+    return bounded_list(reversed(rows))
+
+
+def _goal(status: Any) -> Mapping[str, Any]:
+    known = status.status in Status.__members__.values()
+    return {
+        "id": status.goal_id.id[:LONGEST_NAME],
+        "status": Status(status.status).name.lower() if known else str(status.status),
+        "open": known and Status(status.status) not in TERMINAL,
+        "text": status.text[:LONGEST_NAME],
+    }
+
+
+def _newest(watch: TopicWatch, part: str) -> Mapping[str, Any] | None:
+    """Return the goal and the content of the newest feedback or result."""
+    if watch.newest is None:
+        return None
+    try:
+        message: Any = watch.decode(watch.newest.message)
+        return {"goal": _goal(message.status), "message": message_tree(getattr(message, part))}
+    except (AttributeError, PiprosError) as error:
+        return {"goal": None, "message": str(error)}

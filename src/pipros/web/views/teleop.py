@@ -1,0 +1,100 @@
+"""Steer a robot from the page.
+
+The browser sends the wanted velocity ten times a second. A task of the server publishes it, so that a robot
+is stopped even if the connection to the browser hangs: see `pipros.web.steering`.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+import time
+from collections.abc import AsyncIterator, Iterator, Mapping
+from typing import Any
+
+from pipros.msg import load_message_class
+from pipros.node.publisher import Publisher
+from pipros.web.server import RequestRefused
+from pipros.web.steering import Velocity, VelocityCommands
+from pipros.web.views.calls import withdraw
+from pipros.web.views.topics import topic_name
+from pipros.web.watched_system import WatchedSystem
+
+PERIOD_S = 0.1
+REPORT_INTERVAL_S = 0.25
+LONGEST_SESSION = 64
+"""Maximum length of the name of a session, in characters."""
+
+
+class TeleopViews:
+    """The view and the action of the Teleop tab, which belong together by the name of a session."""
+
+    def __init__(self, system: WatchedSystem) -> None:
+        self._system = system
+        self._sessions: dict[str, VelocityCommands] = {}
+
+    async def teleop(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Publish `geometry_msgs/Twist` while the view is open, and yield the published velocity."""
+        topic = topic_name(arguments)
+        most = Velocity(_number(arguments, "linear"), _number(arguments, "angular"))
+        system, twist = self._system, load_message_class("geometry_msgs/Twist")
+        with self._session(arguments, VelocityCommands(most)) as commands:
+            advertising = system.questions.start(system.node.advertise, topic, twist, queue_size=1)
+            try:
+                publisher = await asyncio.wrap_future(advertising)
+                driving = asyncio.create_task(_drive(publisher, twist, commands))
+                try:
+                    while not driving.done():
+                        yield {"listeners": publisher.connection_count}
+                        await asyncio.sleep(REPORT_INTERVAL_S)
+                    driving.result()
+                finally:
+                    driving.cancel()
+                    _publish(publisher, twist, commands.end())
+            finally:
+                advertising.add_done_callback(lambda done: withdraw(system, done))
+
+    async def steer(self, arguments: Mapping[str, Any]) -> Any:
+        """Set the wanted velocity of a session."""
+        commands = self._sessions.get(str(arguments.get("session")))
+        if commands is None:
+            raise RequestRefused("this session of steering has ended")
+        commands.steer(
+            Velocity(_number(arguments, "linear"), _number(arguments, "angular")), time.monotonic()
+        )
+        return {}
+
+    @contextlib.contextmanager
+    def _session(
+        self, arguments: Mapping[str, Any], commands: VelocityCommands
+    ) -> Iterator[VelocityCommands]:
+        name = arguments.get("session")
+        if not isinstance(name, str) or not name or len(name) > LONGEST_SESSION or name in self._sessions:
+            raise RequestRefused("session must be a new name")
+        self._sessions[name] = commands
+        try:
+            yield commands
+        finally:
+            del self._sessions[name]
+
+
+async def _drive(publisher: Publisher[Any], twist: Any, commands: VelocityCommands) -> None:
+    while True:
+        _publish(publisher, twist, commands.due(time.monotonic()))
+        await asyncio.sleep(PERIOD_S)
+
+
+def _publish(publisher: Publisher[Any], twist: Any, velocity: Velocity | None) -> None:
+    if velocity is None:
+        return
+    message = twist()
+    message.linear.x, message.angular.z = velocity.linear, velocity.angular
+    publisher.publish(message)
+
+
+def _number(arguments: Mapping[str, Any], key: str) -> float:
+    value = arguments.get(key)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise RequestRefused(f"{key} must be a number, got {value!r}")
+    return float(value)

@@ -1,0 +1,231 @@
+"""Actions, steering and expressions: the tabs that make a robot move, and stop it."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page as Tab
+from playwright.sync_api import expect
+
+from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.support.genuine import missing_packages
+from tests.support.page import Page
+from tests.support.processes import Process
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+ROBOT = Path(__file__).parent / "programs" / "robot_program.py"
+SESSION = {"session": "test", "linear": 0.5, "angular": 1.0}
+
+
+@pytest.fixture
+def system(ros: RosSystem) -> RosSystem:
+    ros.pipros.start_bare_master()
+    return ros
+
+
+@pytest.fixture
+def fibonacci(system: RosSystem) -> RosSystem:
+    system.pipros.start("rosrun", "actionlib_tutorials", "fibonacci_server")
+    system.wait_for_publisher("/fibonacci/status")
+    return system
+
+
+@pytest.fixture
+def speeds(system: RosSystem) -> Process:
+    """Print the velocity commands."""
+    return system.pipros.start("rostopic", "echo", "-p", "/cmd_vel")
+
+
+def speeds_of(process: Process) -> list[float]:
+    """Return the commanded speeds so far."""
+    rows = [row.split(",") for row in process.output.splitlines() if row[:1].isdigit()]
+    return [float(row[1]) for row in rows]
+
+
+def test_a_goal_is_sent_followed_and_cancelled(fibonacci: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(fibonacci, "--control"), "actions//fibonacci")
+    row = tab.locator("tr[data-name='/fibonacci']")
+    expect(row).to_contain_text("actionlib_tutorials/FibonacciAction")
+    goal = tab.get_by_label("Goal in YAML")
+    expect(goal).to_have_value("order: 0")
+    goal.fill("order: 3")
+    tab.get_by_role("button", name="Send goal").click()
+    side = tab.get_by_role("complementary", name="Action")
+    expect(side).to_contain_text("sequence: [0, 1, 1")
+    expect(side.locator(".state-succeeded")).to_be_visible()
+    expect(side).to_contain_text(re.compile(r"Newest result.*sequence: \[0, 1, 1, 2\]"))
+    goal.fill("order: 300")
+    tab.get_by_role("button", name="Send goal").click()
+    expect(side.locator(".state-open")).to_have_text("active")
+    keep_screenshots(tab, "actions")
+    tab.get_by_role("button", name="Cancel /").click()
+    expect(side.locator(".state-preempted")).to_be_visible()
+
+
+SERVER = """
+import actionlib, rospy
+from actionlib.msg import TestAction, TestFeedback, TestResult
+
+def run(goal):
+    server.publish_feedback(TestFeedback(feedback=goal.goal + 1))
+    rate = rospy.Rate(20)
+    while not server.is_preempt_requested() and not rospy.is_shutdown():
+        rate.sleep()
+    server.set_preempted(TestResult(result=goal.goal + 2))
+
+rospy.init_node("gripper")
+server = actionlib.SimpleActionServer("grip", TestAction, run, auto_start=False)
+server.start()
+rospy.spin()
+"""
+
+
+def test_a_goal_of_genuine_actionlib_is_followed_and_cancelled(system: RosSystem, open_tab: OpenTab) -> None:
+    if missing_packages():
+        system.pipros.start(sys.executable, "-c", SERVER)
+    else:
+        system.genuine.start("/usr/bin/python3", "-c", SERVER)
+    system.wait_for_publisher("/grip/status")
+    tab = open_tab(Page(system, "--control"), "actions//grip")
+    goal = tab.get_by_label("Goal in YAML")
+    expect(goal).to_have_value("goal: 0")
+    goal.fill("goal: 40")
+    tab.get_by_role("button", name="Send goal").click()
+    side = tab.get_by_role("complementary", name="Action")
+    expect(side).to_contain_text("feedback: 41")
+    tab.get_by_role("button", name="Cancel all").click()
+    expect(side.locator(".state-preempted")).to_be_visible()
+    expect(side).to_contain_text("result: 42")
+
+
+def test_goals_need_control_and_a_server(fibonacci: RosSystem, open_tab: OpenTab) -> None:
+    page = Page(fibonacci)
+    tab = open_tab(page, "actions//fibonacci")
+    expect(tab.get_by_role("button", name="Send goal")).to_be_disabled()
+    with page.connect() as browser:
+        for action in ("send_goal", "cancel_goal"):
+            assert "read-only" in browser.act(action, name="/fibonacci")["error"]
+    kind = "actionlib_tutorials/FibonacciActionGoal"
+    with Page(fibonacci, "--control").connect() as browser:
+        answer = browser.act("send_goal", name="/nobody", type=kind, goal="order: 1")
+        assert "no action server has subscribed to /nobody/goal" in answer["error"]
+        answer = browser.act("send_goal", name="/fibonacci", type=kind, goal="disorder: 1")
+        assert "disorder" in answer["error"]
+
+
+def test_the_keys_steer_and_letting_go_stops(system: RosSystem, speeds: Process, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(system, "--control"), "teleop")
+    tab.get_by_label("Highest speed in m/s").fill("0.25")
+    tab.get_by_role("button", name="Start").click()
+    expect(tab.locator(".figures")).to_contain_text("1 subscriber")
+    tab.keyboard.down("ArrowUp")
+    wait_until(lambda: 0.25 in speeds_of(speeds), 30, "the commanded speed")
+    keep_screenshots(tab, "teleop")
+    tab.keyboard.up("ArrowUp")
+    wait_until(lambda: 0.0 in speeds_of(speeds), 30, "the command that stops the robot")
+    assert set(speeds_of(speeds)) == {0.25, 0.0}
+    assert speeds_of(speeds)[-1] == 0.0
+
+
+def test_the_stick_steers_under_a_finger(system: RosSystem, speeds: Process, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(system, "--control"), "teleop", size=(390, 800))
+    tab.get_by_role("button", name="Start").click()
+    expect(tab.locator(".figures")).to_contain_text("1 subscriber")
+    box = tab.locator(".stick").bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    session = tab.context.new_cdp_session(tab)
+    for kind, at in (("touchStart", y), ("touchMove", y - 10), ("touchMove", box["y"])):
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": at}]})
+    wait_until(lambda: 0.5 in speeds_of(speeds), 30, "the highest speed")
+    session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    wait_until(lambda: speeds_of(speeds)[-1] == 0.0, 30, "the command that stops the robot")
+
+
+def test_leaving_the_tab_stops_the_robot(system: RosSystem, speeds: Process, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(system, "--control"), "teleop")
+    tab.get_by_role("button", name="Start").click()
+    expect(tab.locator(".figures")).to_contain_text("1 subscriber")
+    tab.keyboard.down("w")
+    wait_until(lambda: 0.5 in speeds_of(speeds), 30, "the commanded speed")
+    tab.get_by_role("tab", name="Console").click()
+    wait_until(lambda: speeds_of(speeds)[-1] == 0.0, 30, "the command that stops the robot")
+    tab.get_by_role("tab", name="Teleop").click()
+    expect(tab.get_by_role("button", name="Start")).to_be_visible()
+
+
+def test_a_silent_browser_stops_the_robot_once(system: RosSystem, speeds: Process) -> None:
+    with Page(system, "--control").connect() as browser:
+        state = browser.watch("teleop", name="/cmd_vel", **SESSION)
+        wait_until(lambda: next(state)["listeners"] == 1, 30, "the subscribers")
+        assert browser.act("steer", session="test", linear=9.0, angular=0.0) == {}
+        wait_until(lambda: 0.0 in speeds_of(speeds), 30, "the command that stops the robot")
+        assert browser.act("steer", session="test", linear=0.2, angular=0.0) == {}
+        wait_until(lambda: speeds_of(speeds)[-1] == 0.2, 30, "the next command")
+    wait_until(lambda: speeds_of(speeds)[-1] == 0.0, 30, "the command after the end of the connection")
+    assert speeds_of(speeds).count(0.0) == 2
+    assert max(speeds_of(speeds)) == 0.5  # the limit of the session
+
+
+def test_the_end_of_the_server_stops_the_robot(system: RosSystem, speeds: Process) -> None:
+    page = Page(system, "--control")
+    with page.connect() as browser:
+        state = browser.watch("teleop", name="/cmd_vel", **SESSION)
+        wait_until(lambda: next(state)["listeners"] == 1, 30, "the subscribers")
+        assert browser.act("steer", session="test", linear=0.4, angular=0.0) == {}
+        wait_until(lambda: 0.4 in speeds_of(speeds), 30, "the command")
+        page.process.press_ctrl_c()
+    wait_until(lambda: speeds_of(speeds)[-1] == 0.0, 30, "the command that stops the robot")
+
+
+def test_steering_needs_control_and_a_session(system: RosSystem, open_tab: OpenTab) -> None:
+    page = Page(system)
+    tab = open_tab(page, "teleop")
+    expect(tab.get_by_role("button", name="Start")).to_be_disabled()
+    with page.connect() as browser:
+        assert "read-only" in browser.act("steer", session="x", linear=1, angular=0)["error"]
+        assert "read-only" in next(browser.watch("teleop", name="/cmd_vel", **SESSION))["error"]
+    with Page(system, "--control").connect() as browser:
+        assert "has ended" in browser.act("steer", session="x", linear=1, angular=0)["error"]
+        endless = next(browser.watch("teleop", name="/cmd_vel", session="x", linear="1", angular=0))
+        assert "linear must be a number" in endless["error"]
+
+
+def publish(tab: Tab, text: str) -> None:
+    tab.get_by_label("Topic", exact=True).fill("/wave")
+    tab.get_by_label("Type", exact=True).fill("std_msgs/Float64")
+    tab.get_by_label("Type", exact=True).press("Tab")
+    message = tab.get_by_label("Message in YAML")
+    expect(message).to_have_value("data: 0")
+    message.fill(text)
+    tab.get_by_label("Rate in hertz").fill("20")
+    tab.get_by_role("button", name="Publish").click()
+
+
+def test_expressions_of_count_and_time_are_published(system: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(system, "--control"), "publish")
+    publish(tab, "data: =2.0 * i")
+    rows = system.pipros.run("rostopic", "echo", "-n3", "/wave/data").stdout
+    first, second, third = (float(row) for row in rows if row[:1].isdigit())
+    assert (second - first, third - second) == (2.0, 2.0)
+    tab.get_by_label("Message in YAML").fill("data: =unknown(t)")
+    tab.get_by_role("button", name="Publish").click()
+    expect(tab.locator(".tab-publish .error")).to_contain_text("unknown")
+
+
+def test_diagnostics_list_errors_first_with_letters(system: RosSystem, open_tab: OpenTab) -> None:
+    system.pipros.start(sys.executable, ROBOT, "robot")
+    tab = open_tab(Page(system), "diagnostics")
+    rows = tab.get_by_role("grid", name="Problems").locator("tbody tr")
+    expect(rows).to_have_count(2)
+    expect(rows.nth(0)).to_have_attribute("data-name", "/Motors/right")
+    expect(rows.nth(0)).to_contain_text("Error")
+    expect(rows.nth(0).locator(".dot")).to_have_text("E")
+    expect(rows.nth(1).locator(".dot")).to_have_text("W")
+    keep_screenshots(tab, "diagnostics")
+    rows.nth(1).click()
+    expect(tab.get_by_role("complementary", name="Component")).to_contain_text("/Motors/left")

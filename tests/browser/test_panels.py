@@ -1,0 +1,272 @@
+"""Views side by side: arranging them, what they share, and layouts that are stored and opened."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+from playwright.sync_api import Locator, expect
+from playwright.sync_api import Page as Tab
+
+from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.support.page import Page
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+ROBOT = Path(__file__).parent / "programs" / "robot_program.py"
+SIZE, SMALL_SIZE = re.compile("96 . 64"), re.compile("8 . 4")
+TWO_PLOTS = "panels/row(plot//imu/angular_velocity/x~plot//imu/angular_velocity/y)"
+FOUR = (
+    "panels/column(row(plot//imu/angular_velocity/x~images//front/image_raw)*60"
+    "~row(images//camera/image_raw~console)*40)"
+)
+
+
+@pytest.fixture
+def robot(ros: RosSystem) -> RosSystem:
+    """A master and `/robot`."""
+    ros.pipros.start_master()
+    ros.pipros.start(sys.executable, ROBOT, "robot")
+    ros.wait_for_publisher("/imu")
+    return ros
+
+
+def panel(tab: Tab, name: str, number: int = 0) -> Locator:
+    return tab.get_by_role("region", name=name, exact=True).nth(number)
+
+
+def layout_of(tab: Tab) -> str:
+    """Return the layout in the address, without the sizes."""
+    return re.sub(r"\*[\d.]+", "", unquote(tab.url.partition("#")[2]))
+
+
+def left_of(locator: Locator) -> float:
+    box = locator.bounding_box()
+    assert box is not None
+    return box["x"]
+
+
+def test_several_plots_and_images_show_data_at_once(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), FOUR)
+    expect(tab.locator(".panel")).to_have_count(4)
+    expect(panel(tab, "Plot").locator(".legend")).to_contain_text(re.compile(r"x: -?\d"))
+    expect(panel(tab, "Images", 0)).to_contain_text(SIZE)
+    expect(panel(tab, "Images", 1)).to_contain_text(SMALL_SIZE)
+    expect(panel(tab, "Console").locator(".entry").first).to_be_visible()
+    keep_screenshots(tab, "panels")
+    tab.reload()
+    expect(panel(tab, "Images", 1)).to_contain_text(SMALL_SIZE)
+    assert layout_of(tab) == re.sub(r"\*[\d.]+", "", FOUR)
+
+
+def test_panels_are_split_enlarged_and_closed(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), "panels/console")
+    console = panel(tab, "Console")
+    console.get_by_role("button", name="Split: another panel below").click()
+    expect(tab.locator(".panel")).to_have_count(2)
+    panel(tab, "Console", 1).get_by_label("View", exact=True).select_option("tf")
+    expect(panel(tab, "TF")).to_contain_text("wheel_left")
+    assert layout_of(tab) == "panels/column(console~tf)"
+    panel(tab, "TF").get_by_role("button", name="Enlarge").click()
+    expect(console).to_be_hidden()
+    panel(tab, "TF").get_by_role("button", name="Enlarge").click()
+    expect(console).to_be_visible()
+    panel(tab, "TF").get_by_role("button", name="Close", exact=True).click()
+    expect(tab.locator(".panel")).to_have_count(1)
+    tab.go_back()
+    expect(panel(tab, "TF")).to_contain_text("wheel_left")
+
+
+def test_a_panel_is_dragged_to_an_edge_of_another(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), "panels/row(console~tf)")
+    expect(panel(tab, "TF")).to_contain_text("wheel_left")
+    box = panel(tab, "TF").bounding_box()
+    assert box is not None
+    panel(tab, "Console").get_by_role("button", name="Move Console").hover()
+    tab.mouse.down()
+    tab.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] - 20, steps=5)
+    expect(panel(tab, "TF")).to_have_attribute("data-drop", "below")
+    tab.mouse.up()
+    assert layout_of(tab) == "panels/column(tf~console)"
+    expect(panel(tab, "TF")).not_to_have_attribute("data-drop", "below")
+
+
+def test_panels_are_moved_and_resized_with_the_keyboard(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), "panels/row(console~tf)")
+    expect(panel(tab, "TF")).to_contain_text("wheel_left")
+    panel(tab, "Console").get_by_role("button", name="Move Console").press("ArrowRight")
+    assert layout_of(tab) == "panels/row(tf~console)"
+    expect(panel(tab, "Console").get_by_role("button", name="Move Console")).to_be_focused()
+    before = left_of(panel(tab, "Console"))
+    border = tab.get_by_role("separator")
+    border.press("ArrowLeft")
+    border.press("ArrowLeft")
+    assert left_of(panel(tab, "Console")) < before
+    expect(border).to_have_attribute("aria-valuenow", "46")
+
+
+def test_a_border_is_dragged(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), "panels/row(console~tf)")
+    expect(panel(tab, "TF")).to_contain_text("wheel_left")
+    tab.get_by_role("separator").hover()
+    tab.mouse.down()
+    tab.mouse.move(300, 300, steps=3)
+    tab.mouse.up()
+    assert left_of(panel(tab, "TF")) == pytest.approx(300, abs=6)
+    wait_until(lambda: "*25~" in unquote(tab.url), 10, "the new sizes in the address")
+
+
+RANGE = """panel => {
+  const over = panel.querySelector(".u-over").getBoundingClientRect();
+  return [over.left, over.top, over.width, over.height];
+}"""
+
+
+def drag_over(tab: Tab, plot: Locator) -> None:
+    """Zoom a plot to the last part of its time axis."""
+    left, top, width, height = plot.evaluate(RANGE)
+    tab.mouse.move(left + width * 0.9, top + height / 2)
+    tab.mouse.down()
+    tab.mouse.move(left + width * 0.95, top + height / 2, steps=4)
+    tab.mouse.up()
+
+
+def labels(plot: Locator) -> str:
+    """Return a picture of the time axis; it changes as long as the plot follows."""
+    return str(plot.locator("canvas").evaluate("canvas => canvas.toDataURL()"))
+
+
+def is_still(tab: Tab, plot: Locator) -> bool:
+    """Return whether a plot stays as it is while new samples arrive."""
+    before = labels(plot)
+    legend = plot.locator(".legend")
+    value = legend.inner_text()
+    wait_until(lambda: legend.inner_text() != value, 30, "a new sample")
+    tab.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    return labels(plot) == before
+
+
+def test_linked_plots_zoom_together_and_follow_again(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), TWO_PLOTS)
+    first, second = panel(tab, "Plot", 0), panel(tab, "Plot", 1)
+    for plot in (first, second):
+        expect(plot.locator(".legend")).to_contain_text(re.compile(r": -?\d"))
+    assert not is_still(tab, second)
+    drag_over(tab, first)
+    expect(second.locator(".legend .at")).to_contain_text("at ")  # the cursor, too
+    tab.mouse.move(5, 5)
+    wait_until(lambda: is_still(tab, second), 30, "the zoom of the other plot")
+    first.locator(".u-over").dblclick()
+    tab.mouse.move(5, 5)
+    wait_until(lambda: not is_still(tab, second), 30, "the other plot to follow")
+    tab.get_by_label("Link time axes").uncheck()
+    drag_over(tab, first)
+    tab.mouse.move(5, 5)
+    assert not is_still(tab, second)
+
+
+def test_a_number_in_one_panel_leads_to_the_plot_beside(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), "panels/row(topics//imu~plot)")
+    panel(tab, "Topics").get_by_title("Plot /imu/angular_velocity/y").click()
+    expect(panel(tab, "Plot").locator(".legend")).to_contain_text(re.compile(r"y: -?\d"))
+    assert layout_of(tab) == "panels/row(topics//imu~plot//imu/angular_velocity/y)"
+    panel(tab, "Topics").get_by_title("Plot /imu/angular_velocity/x").click()
+    expect(panel(tab, "Plot").locator(".legend .curve")).to_have_count(2)
+
+
+def test_any_tab_is_added_to_the_panels(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), "panels/console")
+    expect(panel(tab, "Console").locator(".entry").first).to_be_visible()
+    tab.get_by_role("tab", name="Images").click()
+    tab.get_by_label("Topic", exact=True).select_option("/front/image_raw")
+    tab.get_by_role("link", name="Add this view to the panels").click()
+    expect(panel(tab, "Images")).to_contain_text(SIZE)
+    assert layout_of(tab) == "panels/row(console~images//front/image_raw)"
+    tab.get_by_label("Add a panel").select_option("nodes")
+    expect(panel(tab, "Nodes")).to_contain_text("/robot")
+
+
+def test_hidden_panels_pause_and_curves_go_on(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), "panels/row(topics//battery~plot//imu/angular_velocity/x)")
+    expect(panel(tab, "Topics").get_by_role("meter")).to_be_visible()
+    expect(panel(tab, "Plot").locator(".legend")).to_contain_text(re.compile(r": -?\d"))
+    tab.get_by_role("tab", name="Publish").click()
+    expect(tab.locator(".panels")).to_be_hidden()
+
+    def subscribers(topic: str) -> str:
+        return "\n".join(robot.pipros.run("rostopic", "info", topic).stdout)
+
+    wait_until(lambda: "rqt_graph" not in subscribers("/battery"), 30, "the end of the subscription")
+    assert "rqt_graph" in subscribers("/imu")
+    tab.get_by_role("tab", name="Panels").click()
+    wait_until(lambda: "rqt_graph" in subscribers("/battery"), 30, "the subscription of the panel")
+
+
+def test_layouts_are_stored_for_all_browsers(robot: RosSystem, open_tab: OpenTab) -> None:
+    page = Page(robot)
+    tab = open_tab(page, "panels/row(console~tf)")
+    tab.get_by_label("Name of the layout").fill("driving")
+    tab.get_by_role("button", name="Save", exact=True).first.click()
+    expect(tab.get_by_label("Stored layouts").locator("option")).to_have_text(["Open a layout", "driving"])
+    other = open_tab(page, "panels/graph")
+    other.get_by_label("Stored layouts").select_option("driving")
+    expect(panel(other, "TF")).to_be_visible()
+    assert layout_of(other) == "panels/row(console~tf)"
+    other.get_by_role("button", name="Delete", exact=True).click()
+    expect(other.get_by_label("Stored layouts").locator("option")).to_have_text("No layouts stored")
+
+
+def test_layouts_are_exported_and_imported(robot: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    page = Page(robot, "--read-only")
+    tab = open_tab(page, "panels/row(console~tf//base>camera)")
+    expect(tab.get_by_role("button", name="Delete", exact=True)).to_be_disabled()
+    with page.connect() as browser:
+        answer = browser.act("save_layout", name="x", panels="graph")
+    assert "may not store layouts" in answer["error"]
+    with tab.expect_download() as download:
+        tab.get_by_role("button", name="Export").click()
+    file = tmp_path / "mine.json"
+    download.value.save_as(file)
+    other = open_tab(page, "panels/graph")
+    other.get_by_label("Layout file").set_input_files(file)
+    expect(panel(other, "TF")).to_be_visible()
+    assert layout_of(other) == "panels/row(console~tf//base>camera)"
+    file.write_text("{}")
+    other.get_by_label("Layout file").set_input_files(file)
+    expect(other.get_by_role("alert").first).to_have_text("mine.json is not a layout of pipros")
+    expect(panel(other, "TF")).to_be_visible()
+
+
+def test_a_malformed_layout_is_explained(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), "panels/row(console~nonsense)")
+    expect(tab.get_by_role("alert").first).to_contain_text("names an unknown view, nonsense")
+
+
+def test_arguments_with_signs_survive_the_address(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), "panels/row(params/a!28b!29!7e~console)")
+    expect(panel(tab, "Parameters").get_by_label("Search parameters")).to_have_value("a(b)~")
+
+
+def test_a_launch_file_opens_a_layout_and_a_perspective(
+    robot: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    layout = tmp_path / "driving.json"
+    layout.write_text(json.dumps({"pipros_layout": 1, "panels": "row(console*70~tf*30)"}))
+    tab = open_tab(page := Page(robot, "--perspective-file", layout, command="rqt"), "")
+    tab.goto(page.url)
+    expect(panel(tab, "TF")).to_be_visible()
+    running = {"running-plugins": {"type": "repr", "repr": "{'rqt_top/Top': [1], 'rqt_shell/Shell': [1]}"}}
+    old = tmp_path / "old.perspective"
+    old.write_text(json.dumps({"keys": {}, "groups": {"pluginmanager": {"keys": running}}}))
+    launch = tmp_path / "rqt.launch"
+    launch.write_text(
+        '<launch><node pkg="rqt_gui" type="rqt_gui" name="rqt" output="screen" '
+        f'args="--no-browser --perspective-file {old}"/></launch>'
+    )
+    process = robot.pipros.start("roslaunch", launch)
+    process.wait_for("the page has no tab for rqt_shell")
+    assert unquote(Page.of(process).place) == "panels/nodes"
