@@ -109,7 +109,7 @@ class Limits(NamedTuple):
         bridge_stall_s: the time that a client may leave a full connection unread.
         bridge_client_rate: messages per second that a client may send; beyond, it is read more slowly.
         bridge_client_rate_bytes: likewise, bytes per second.
-        ros2_discovery_bytes: announcements of participants and endpoints of ROS 2 that are kept, all together.
+        ros2_discovery_bytes: all announcements of participants and endpoints of ROS 2 that are kept.
         ros2_peer_bytes: those of one participant.
         ros2_sample_bytes: a message from ROS 2.
         ros2_incomplete_bytes: fragments and early messages of one participant, until they are complete.

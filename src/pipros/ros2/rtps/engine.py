@@ -248,6 +248,11 @@ class Engine:
         payload = write_key(Parameter.PARTICIPANT_GUID, guid)
         self._send_announcement(2, payload, ended(guid), is_key=True)
 
+    @property
+    def has_transfers(self) -> bool:
+        """True if datagrams wait for their turn in a burst."""
+        return self._outbox.deadline < math.inf
+
     def take_outgoing(self) -> list[Outgoing]:
         """Return the datagrams to send now."""
         return self._outbox.take()
