@@ -73,7 +73,8 @@ def main(domain: str, options: str, mode: str, name: str, *words: str) -> None:
             for number in range(int(count)):
                 body = bytes([number % 256]) * int(size)
                 writer.write(CDR + _MESSAGE.pack(number, int(size)) + body)
-                pause.wait(int(period_us) / 1e6)
+                if int(period_us):
+                    pause.wait(int(period_us) / 1e6)
             print("published", flush=True)
             wait_for_end()
         elif mode == "sub":

@@ -1,8 +1,9 @@
 """Nodes as ROS 2 shows them: the topic `ros_discovery_info`, and the size of GIDs on it.
 
 A GID has 24 bytes in Humble and 16 from Iron on, and a Humble node that reads the shorter ones may exhaust
-its memory and die (rmw_fastrtps#733). So nothing is published, and no writer announced, until the size is known:
-from the messages of others, or from the user. In a domain with both sizes nothing is published any more.
+its memory and die (rmw_fastrtps#733). So nothing is published, and no writer announced, until the size is
+known: from the messages of others, or from the user. In a domain with both sizes nothing is published any
+more.
 """
 
 from __future__ import annotations

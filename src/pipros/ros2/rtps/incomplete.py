@@ -33,6 +33,9 @@ class Budget:
             self.total.give_back(size)
 
 
+_STEP_BYTES: Final = 64 * 1024
+
+
 def total_fragments(fragment_bytes: int, sample_bytes: int) -> int:
     """Return the number of fragments of a sample."""
     return -(-sample_bytes // fragment_bytes)
@@ -52,8 +55,14 @@ class Assembly:
     changed_at: float
     inline: Parameters | None = None
     _pieces: dict[int, bytes] = field(default_factory=dict)
+    _total: int = 0
     _used_bytes: int = PIECE_OVERHEAD_BYTES
+    _reserved_bytes: int = PIECE_OVERHEAD_BYTES
     _first_missing: int = 1
+    _last_requested: int = 0
+
+    def __post_init__(self) -> None:
+        self._total = total_fragments(self.fragment_bytes, self.sample_bytes)
 
     @classmethod
     def start(cls, budget: Budget, fragment: DataFrag, now: float) -> Assembly | None:
@@ -67,28 +76,49 @@ class Assembly:
 
         Fragments that contradict the first one, and those for which the budget has no room, are dropped.
         """
-        size = self.fragment_bytes
+        size, pieces, payload = self.fragment_bytes, self._pieces, fragment.payload
         if fragment.fragment_bytes != size or fragment.sample_bytes != self.sample_bytes:
             return None
         self.inline = self.inline or fragment.inline
         self.changed_at = now
-        for index in range(-(-len(fragment.payload) // size)):
-            number = fragment.first + index
-            if number in self._pieces:
-                continue
-            piece = bytes(fragment.payload[index * size : (index + 1) * size])
-            cost = len(piece) + PIECE_OVERHEAD_BYTES
-            if not self.budget.take(cost):
-                return None
-            self._used_bytes += cost
-            self._pieces[number] = piece
-        if len(self._pieces) < self._total:
+        number = fragment.first
+        for start in range(0, len(payload), size):
+            if number not in pieces:
+                piece = bytes(payload[start : start + size])
+                if not self._use(len(piece) + PIECE_OVERHEAD_BYTES):
+                    return None
+                pieces[number] = piece
+            number += 1
+        if len(pieces) < self._total:
             return None
-        return b"".join(self._pieces[number] for number in range(1, self._total + 1))
+        return b"".join(pieces[number] for number in range(1, self._total + 1))
+
+    def _use(self, size: int) -> bool:
+        """Use bytes of the budget, which are taken in larger steps."""
+        self._used_bytes += size
+        if self._used_bytes > self._reserved_bytes:
+            step = max(size, min(_STEP_BYTES, self.sample_bytes))
+            if not self.budget.take(step):
+                self._used_bytes -= size
+                return False
+            self._reserved_bytes += step
+        return True
 
     @property
-    def _total(self) -> int:
-        return total_fragments(self.fragment_bytes, self.sample_bytes)
+    def was_requested(self) -> bool:
+        """True if fragments were requested."""
+        return self._last_requested > 0
+
+    @property
+    def is_answered(self) -> bool:
+        """True once the last of the requested fragments has arrived; the first ones may be missing again."""
+        return self._last_requested in self._pieces
+
+    def request(self, limit_bytes: int) -> tuple[int, ...]:
+        """Return the next missing fragments, and note that they are requested."""
+        lacking = self.missing()[: max(1, limit_bytes // self.fragment_bytes)]
+        self._last_requested = lacking[-1]
+        return lacking
 
     def missing(self) -> tuple[int, ...]:
         """Return the first missing fragments, as many as one NACK_FRAG can name."""
@@ -104,6 +134,6 @@ class Assembly:
 
     def release(self) -> None:
         """Give the bytes back."""
-        self.budget.give_back(self._used_bytes)
-        self._used_bytes = 0
+        self.budget.give_back(self._reserved_bytes)
+        self._reserved_bytes = self._used_bytes = 0
         self._pieces.clear()

@@ -30,7 +30,7 @@ from pipros.ros2.rtps.identity import new_prefix
 from pipros.ros2.rtps.parameters import SampleIdentity
 from pipros.ros2.rtps.qos import Qos
 from pipros.ros2.rtps.reader import Sample
-from pipros.ros2.rtps.sockets import RtpsSockets, receive
+from pipros.ros2.rtps.sockets import Backlog, RtpsSockets
 
 DEFAULT_USER_DATA: Final = b"enclave=/;"
 _Answer = TypeVar("_Answer")
@@ -38,6 +38,8 @@ _LOG = logging.getLogger("pipros.ros2")
 _SLICE_S: Final = 0.05
 _BURST_PAUSE_S: Final = 0.0005
 _DATAGRAMS_AT_ONCE: Final = 64
+_READ_EVERY: Final = 4
+_BACKLOG_BYTES: Final = 16 << 20
 _OVERHEAD_BYTES: Final = 500
 _JOIN_S: Final = 2.0
 
@@ -202,6 +204,7 @@ class Participant:
         self._calls: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._watchers: list[SimpleQueue[None]] = []
         self._is_closing = False
+        self._backlog = Backlog(_BACKLOG_BYTES)
         self._wake_from, self._wake_to = socket.socketpair()
         self._wake_from.setblocking(False)
         self._wake_to.setblocking(False)
@@ -346,37 +349,38 @@ class Participant:
     def _run(self) -> None:
         selector = selectors.DefaultSelector()
         for each in (*self._sockets.receiving, self._wake_from):
-            selector.register(each, selectors.EVENT_READ, each)
+            selector.register(each, selectors.EVENT_READ)
         with selector:
             while not self._is_closing:
-                left_s = self._engine.deadline - time.monotonic()
-                if left_s <= 0.001:  # selectors round up to a millisecond
-                    time.sleep(min(max(left_s, 0), _BURST_PAUSE_S))
+                left_s = 0.0 if self._backlog else self._engine.deadline - time.monotonic()
+                if 0 < left_s <= 0.001:  # selectors round up to a millisecond
+                    time.sleep(min(left_s, _BURST_PAUSE_S))
                     left_s = 0
-                ready = selector.select(min(left_s, _SLICE_S))
-                self._step([key.data for key, _ in ready])
+                ready = selector.select(max(0, min(left_s, _SLICE_S)))
+                self._step(has_arrived=bool(ready))
 
-    def _step(self, ready: list[socket.socket]) -> None:
+    def _step(self, *, has_arrived: bool) -> None:
         """Handle what has arrived, and let the time pass."""
+        if has_arrived:
+            with contextlib.suppress(OSError):
+                self._wake_from.recv(_DATAGRAMS_AT_ONCE)
+            self._backlog.read(self._sockets.receiving)
         with self._lock:
             engine = self._engine
             now = time.monotonic()
-            for source in ready:
-                if source is self._wake_from:
-                    with contextlib.suppress(OSError):
-                        self._wake_from.recv(_DATAGRAMS_AT_ONCE)
-                    continue
-                for _ in range(_DATAGRAMS_AT_ONCE):
-                    received = receive(source)
-                    if received is None:
-                        break
-                    engine.receive(*received, now)
+            for index in range(_DATAGRAMS_AT_ONCE):
+                received = self._backlog.next()
+                if received is None:
+                    break
+                engine.receive(*received, now)
+                if index % _READ_EVERY == _READ_EVERY - 1:
+                    self._backlog.read(self._sockets.receiving)
             engine.poll(now)
             self._sockets.send(engine.take_outgoing())
             events = engine.take_events()
             watchers = list(self._watchers)
         self._dispatch(events)
-        if ready:
+        if events or has_arrived:
             for watcher in watchers:
                 watcher.put(None)
 

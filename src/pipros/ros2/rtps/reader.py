@@ -33,6 +33,7 @@ REQUEST_AGAIN_S: Final = 0.02
 SLOWEST_REQUEST_S: Final = 1.0
 MIN_REQUEST_S: Final = 0.004
 """No second request for the same samples within this time: the first is still being answered."""
+REQUEST_BYTES: Final = 128_000
 MAX_REQUESTS: Final = 12
 MAX_GAPS: Final = 32
 MAX_ASSEMBLIES: Final = 256
@@ -66,7 +67,9 @@ class WriterProxy:
         announced: the last sample that the writer is known to have.
         early: samples after `expected`.
         skipped: ranges of samples after `expected` that do not exist: first, and first after it.
-        requests: since a request was last answered.
+        has_progressed: something has arrived since the last request.
+        requests: in a row that were not answered.
+        usual_bytes: the size of the last sample that had fragments.
         due: when something is requested again, or abandoned.
     """
 
@@ -81,6 +84,8 @@ class WriterProxy:
     early: dict[int, Sample] = field(default_factory=dict)
     skipped: list[tuple[int, int]] = field(default_factory=list)
     assemblies: dict[int, Assembly] = field(default_factory=dict)
+    usual_bytes: int = 0
+    has_progressed: bool = False
     requests: int = 0
     requested_at: float = -math.inf
     due: float = math.inf
@@ -166,7 +171,7 @@ class Reader:
         """Deliver a new sample, or keep it until the earlier ones have arrived."""
         if not writer.is_reliable or sample.sequence == writer.expected:
             writer.expected = sample.sequence + 1
-            writer.requests = 0
+            writer.has_progressed = True
             self.deliver(sample)
             if writer.early or writer.skipped or writer.assemblies:
                 self._catch_up(writer)
@@ -205,31 +210,45 @@ class Reader:
 
     def on_data_frag(self, guid: bytes, fragment: DataFrag, now: float) -> None:
         writer = self.writers.get(guid)
+        if writer is None:
+            return
         sequence = fragment.sequence
-        if writer is None or not self._is_new(writer, sequence):
-            return
-        fragments = total_fragments(fragment.fragment_bytes, fragment.sample_bytes)
-        if fragment.sample_bytes > self.sample_bytes or fragments > MAX_FRAGMENTS:
-            self.lost += 1
-            self._skip(writer, sequence, sequence + 1)
-            return
-        assembly = writer.assemblies.get(sequence)
+        assembly = writer.assemblies.get(sequence) or self._start(writer, fragment, now)
         if assembly is None:
-            if len(writer.assemblies) >= MAX_ASSEMBLIES:
-                return
-            assembly = Assembly.start(writer.budget, fragment, now)
-            if assembly is None:
-                return
-            writer.assemblies[sequence] = assembly
+            return
+        writer.has_progressed = True
         payload = assembly.add(fragment, now)
         if payload is None:
             writer.announced = max(writer.announced, sequence)
             self._wait(writer, now)
+            if assembly.is_answered and writer.is_reliable:
+                self._request(writer, now)
             return
+        was_requested = assembly.was_requested
         del writer.assemblies[sequence]
         inline = assembly.inline
         assembly.release()
+        writer.usual_bytes = len(payload)
         self._accept(writer, Sample(guid, sequence, payload, inline), now)
+        if was_requested and writer.announced >= writer.expected:
+            self._request(writer, now)
+
+    def _start(self, writer: WriterProxy, fragment: DataFrag, now: float) -> Assembly | None:
+        """Return a new assembly, or None for a sample that is not new, or larger than the limits."""
+        sequence = fragment.sequence
+        if not self._is_new(writer, sequence):
+            return None
+        fragments = total_fragments(fragment.fragment_bytes, fragment.sample_bytes)
+        if fragment.sample_bytes > self.sample_bytes or fragments > MAX_FRAGMENTS:
+            self.lost += 1
+            self._skip(writer, sequence, sequence + 1)
+            return None
+        if len(writer.assemblies) >= MAX_ASSEMBLIES:
+            return None
+        assembly = Assembly.start(writer.budget, fragment, now)
+        if assembly is not None:
+            writer.assemblies[sequence] = assembly
+        return assembly
 
     def on_gap(self, guid: bytes, gap: Gap) -> None:
         writer = self.writers.get(guid)
@@ -243,7 +262,7 @@ class Reader:
     def _skip(self, writer: WriterProxy, start: int, end: int) -> None:
         if end <= writer.expected:
             return
-        writer.requests = 0
+        writer.has_progressed = True
         if start > writer.expected and len(writer.skipped) >= MAX_GAPS:
             return  # the writer repeats it when its samples are requested
         writer.skipped.append((start, end))
@@ -264,7 +283,7 @@ class Reader:
         if beat.last >= writer.expected:
             self._wait(writer, now)
             if now - writer.requested_at >= MIN_REQUEST_S:
-                self._request(writer, self._missing(writer), now)
+                self._request(writer, now)
             return
         if not beat.is_final:
             self._acknowledge(writer, (), is_final=True)
@@ -290,18 +309,31 @@ class Reader:
             and not any(start <= sequence < end for start, end in writer.skipped)
         )
 
-    def _request(self, writer: WriterProxy, missing: tuple[int, ...], now: float) -> None:
-        """Ask for samples of which nothing has arrived, and for fragments of the others."""
+    def _request(self, writer: WriterProxy, now: float) -> None:
+        """Ask for the next missing samples or fragments, about as much as fits a receive buffer.
+
+        If more were requested at once, the answers would push each other out of the buffer.
+        """
         writer.requested_at = now
-        whole = tuple(sequence for sequence in missing if sequence not in writer.assemblies)
-        self._acknowledge(writer, whole, is_final=bool(whole))
-        for sequence in missing:
+        whole: list[int] = []
+        left_bytes = REQUEST_BYTES
+        fragments: list[tuple[int, tuple[int, ...]]] = []
+        for sequence in self._missing(writer):
             assembly = writer.assemblies.get(sequence)
-            if assembly is not None and now - assembly.changed_at >= MIN_REQUEST_S:
-                self._answers += 1
-                lacking = assembly.missing()
-                text = nack_frag(self.entity, writer.guid[12:], sequence, lacking, self._answers)
-                self.outbox.send(writer.address, writer.head, text)
+            if assembly is None:
+                whole.append(sequence)
+                left_bytes -= writer.usual_bytes
+            elif now - assembly.changed_at >= MIN_REQUEST_S or assembly.is_answered:
+                lacking = assembly.request(left_bytes)
+                fragments.append((sequence, lacking))
+                left_bytes -= len(lacking) * assembly.fragment_bytes
+            if left_bytes <= 0:
+                break
+        self._acknowledge(writer, tuple(whole), is_final=bool(whole))
+        for sequence, lacking in fragments:
+            self._answers += 1
+            text = nack_frag(self.entity, writer.guid[12:], sequence, lacking, self._answers)
+            self.outbox.send(writer.address, writer.head, text)
 
     @property
     def deadline(self) -> float:
@@ -317,16 +349,20 @@ class Reader:
                 self._abandon_old(writer, now)
 
     def _poll_reliable(self, writer: WriterProxy, now: float) -> None:
-        writer.interval_s = min(writer.interval_s * 2, SLOWEST_REQUEST_S)
+        if writer.has_progressed:
+            writer.has_progressed = False
+            writer.interval_s, writer.requests = REQUEST_AGAIN_S, 0
+        else:
+            writer.interval_s = min(writer.interval_s * 2, SLOWEST_REQUEST_S)
         writer.due = now + writer.interval_s
-        if (missing := self._missing(writer)) or writer.assemblies:
+        if writer.announced >= writer.expected:
             writer.requests += 1
             if writer.requests > MAX_REQUESTS and writer.early:
                 self.lost += min(writer.early) - writer.expected
                 self._advance(writer, min(writer.early))
                 writer.requests = 0
             else:
-                self._request(writer, missing, now)
+                self._request(writer, now)
         elif not writer.is_greeted:
             self._acknowledge(writer, (), is_final=False)
         else:

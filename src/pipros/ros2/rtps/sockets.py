@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import socket
 import sys
+from collections import deque
 from collections.abc import Iterable
 from struct import Struct
 from typing import Final
@@ -29,6 +30,7 @@ from pipros.ros2.rtps.parameters import Address
 _RECEIVE_BUFFER_BYTES: Final = 8 << 20
 """As much as the system allows; often 208 KiB (net.core.rmem_max)."""
 _MAX_DATAGRAM: Final = 65_536
+_DATAGRAM_OVERHEAD_BYTES: Final = 200
 _SIOCGIFADDR: Final = 0x8915
 _INTERFACE_REQUEST: Final = Struct("256s")
 
@@ -113,13 +115,39 @@ class RtpsSockets:
             each.close()
 
 
-def receive(source: socket.socket) -> tuple[bytes, str] | None:
-    """Return the next datagram and the host that sent it; None if nothing has arrived."""
-    try:
-        datagram, address = source.recvfrom(_MAX_DATAGRAM)
-    except OSError:  # nothing, or an ICMP error for an earlier datagram
-        return None
-    return datagram, str(address[0])
+class Backlog:
+    """Datagrams that were read and not yet handled.
+
+    Handling takes longer than reading, and the system's buffers are small: often 208 KiB, room for 14 of the
+    datagrams with which Cyclone DDS sends images. So the sockets are read several times in between.
+    """
+
+    def __init__(self, limit_bytes: int) -> None:
+        self._limit_bytes = limit_bytes
+        self._bytes = 0
+        self._datagrams: deque[tuple[bytes, str]] = deque()
+
+    def __bool__(self) -> bool:
+        return bool(self._datagrams)
+
+    def read(self, sources: Iterable[socket.socket]) -> None:
+        """Read everything that has arrived, up to the limit; the system drops what then does not fit."""
+        for source in sources:
+            while self._bytes < self._limit_bytes:
+                try:
+                    datagram, address = source.recvfrom(_MAX_DATAGRAM)
+                except OSError:  # nothing has arrived, or an ICMP error for an earlier datagram
+                    break
+                self._datagrams.append((datagram, str(address[0])))
+                self._bytes += len(datagram) + _DATAGRAM_OVERHEAD_BYTES
+
+    def next(self) -> tuple[bytes, str] | None:
+        """Return the next datagram and the host that sent it."""
+        if not self._datagrams:
+            return None
+        datagram, host = self._datagrams.popleft()
+        self._bytes -= len(datagram) + _DATAGRAM_OVERHEAD_BYTES
+        return datagram, host
 
 
 def _ipv4(peer: str, limits: Limits) -> list[str]:
