@@ -1,8 +1,7 @@
 """pipros with Fast DDS and Cyclone DDS: topics, latched topics and services, both ways.
 
-Cells that are left out: Cyclone DDS without multicast (LOCALHOST), which then listens on ports that others
-cannot guess, as in ROS 2, unless both sides are configured; latched topics and services over shared memory,
-which Fast DDS uses only between its own participants.
+Cells that are left out: latched topics and services with shared memory, which Fast DDS uses only between its
+own participants.
 """
 
 from __future__ import annotations
@@ -64,9 +63,10 @@ def test_topics_of_the_peer_arrive_whole(
     wait_for_all(reader, count)
 
 
+@pytest.mark.parametrize("kind", ["fast-udp", "cyclone-localhost"])
 @pytest.mark.parametrize("how", ["out", "in"])
-def test_participants_find_each_other_without_multicast(peers: Peers, how: str) -> None:
-    here, there = ("LOCALHOST", "fast-udp") if how == "in" else ("fast-udp", "LOCALHOST")
+def test_participants_find_each_other_without_multicast(peers: Peers, kind: str, how: str) -> None:
+    here, there = ("LOCALHOST", kind) if how == "in" else (kind, "LOCALHOST")
     reader = subscribe(peers, here)
     publish(peers, there, 50, 10, 1000)
     wait_for_all(reader, 50)

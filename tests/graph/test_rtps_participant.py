@@ -14,6 +14,8 @@ from pipros.basics.errors import LimitExceeded, NotFound, PiprosError
 from pipros.basics.limits import Limits
 from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
 from pipros.ros2.rtps.events import Event, PeerChanged
+from pipros.ros2.rtps.graph_info import TOPIC, GidBytes, Knowledge, NodeInfo
+from pipros.ros2.rtps.nodes import Nodes
 from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.qos import Durability, Qos
 from pipros.ros2.rtps.reader import Sample
@@ -220,3 +222,41 @@ def test_ctrl_c_ends_a_wait(processes: Processes) -> None:
 
     assert waiting.wait() == 0
     assert waiting.stdout == ["waiting", "interrupted"]
+
+
+NODE = NodeInfo("/", "gateway")
+
+
+def info_writers(participant: Participant) -> list[str]:
+    """The topics of writers that a participant sees."""
+    return [each.topic for each in participant.endpoints() if each.is_writer]
+
+
+@pytest.mark.parametrize("size", GidBytes)
+def test_nodes_are_announced_once_the_size_of_gids_is_learned(
+    pair: tuple[Participant, Participant], size: GidBytes
+) -> None:
+    learning, witness = Nodes(pair[0]), Nodes(pair[1])
+    learning.announce([NODE])
+    assert witness.knowledge is Knowledge.UNKNOWN
+    wait_until(lambda: any(each.topic == TOPIC for each in pair[1].endpoints()))
+    assert info_writers(pair[1]) == []
+    with Participant(pair[0].discovery) as third:
+        Nodes(third, size).announce([NodeInfo("/", "talker")])
+        wait_until(lambda: len(witness.others()) == 2)
+
+        assert {node.name for each in witness.others() for node in each.nodes} == {"gateway", "talker"}
+        assert learning.knowledge is witness.knowledge is Knowledge.KNOWN
+        third_prefix = third.prefix
+    learning.forget(third_prefix)
+    assert learning.others() == []
+
+
+def test_nothing_is_published_in_a_domain_with_both_sizes(pair: tuple[Participant, Participant]) -> None:
+    careful = Nodes(pair[0], GidBytes.HUMBLE)
+    careful.announce([NODE])
+    wait_until(lambda: info_writers(pair[1]) == [TOPIC])
+    Nodes(pair[1], GidBytes.IRON_AND_LATER).announce([NODE])
+
+    wait_until(lambda: careful.knowledge is Knowledge.MIXED)
+    wait_until(lambda: info_writers(pair[1]) == [])

@@ -24,6 +24,12 @@ MESSAGE = "example_interfaces::msg::dds_::Blob_"
 SERVICE = "example_interfaces::srv::dds_::AddTwoInts"
 DOMAIN = "1"
 
+_LOCALHOST = (
+    "<General><AllowMulticast>false</AllowMulticast></General>"
+    "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
+    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+    '<Peers><Peer address="localhost"/></Peers></Discovery>'
+)
 _SOURCES = REPOSITORY / "tests" / "support" / "dds"
 _FILES = {
     "/usr/include/fastrtps/Domain.h": "libfastrtps-dev",
@@ -82,19 +88,22 @@ class Peers:
         """Start a peer: `pub` and `sub` on a topic, `server` and `client` of a service.
 
         Args:
-            kind: `fast-udp`, `fast-shm`, `cyclone`, or for pipros the range of discovery, such as `SUBNET`.
+            kind: `fast-udp`, `fast-shm`, `cyclone`, `cyclone-localhost` (without multicast, as rmw_cyclonedds
+                sets it up for LOCALHOST), or for pipros the range of discovery, such as `SUBNET`.
         """
         is_service = mode in ("server", "client")
         dds_type = SERVICE if is_service else MESSAGE
         if kind.startswith("fast"):
             argv = [str(fast_peer()), DOMAIN, kind.partition("-")[2], mode, name, dds_type, *words]
-        elif kind == "cyclone":
+        elif kind.startswith("cyclone"):
             argv = [str(cyclone_peer()), DOMAIN, mode, name, *words]
         else:
             argv = [sys.executable, _SOURCES / "rtps_peer.py", DOMAIN, kind, mode, name, dds_type, *words]
         command = self._network.command(*map(str, argv))
-        paths = {"PYTHONPATH": str(REPOSITORY / "src")}
-        return self._processes.start(*command, stdin=subprocess.PIPE, environment=paths)
+        environment = {"PYTHONPATH": str(REPOSITORY / "src")}
+        if kind == "cyclone-localhost":
+            environment["CYCLONEDDS_URI"] = _LOCALHOST
+        return self._processes.start(*command, stdin=subprocess.PIPE, environment=environment)
 
     def run(self, *argv: object) -> Process:
         """Start any program in the network."""

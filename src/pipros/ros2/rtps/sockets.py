@@ -102,17 +102,24 @@ class RtpsSockets:
                 self._send_to_group(parts)
                 continue
             with contextlib.suppress(OSError):
-                self._meta.sendmsg(parts, (), 0, address)
+                _send(self._meta, parts, address)
 
     def _send_to_group(self, parts: tuple[bytes | memoryview, ...]) -> None:
         for interface in self._interfaces:
             with contextlib.suppress(OSError):
                 self._meta.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(interface))
-                self._meta.sendmsg(parts, (), 0, self._group)
+                _send(self._meta, parts, self._group)
 
     def close(self) -> None:
         for each in self.receiving:
             each.close()
+
+
+def _send(through: socket.socket, parts: tuple[bytes | memoryview, ...], address: Address) -> None:
+    if sys.platform == "win32":
+        through.sendto(b"".join(parts), address)
+    else:
+        through.sendmsg(parts, (), 0, address)
 
 
 class Backlog:
