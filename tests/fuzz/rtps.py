@@ -21,6 +21,15 @@ from pipros.ros2.rtps.announcements import (
     write_endpoint,
     write_participant,
 )
+from pipros.ros2.rtps.encoding import (
+    acknack,
+    data_frag_head,
+    data_head,
+    datagram_head,
+    gap,
+    heartbeat,
+    nack_frag,
+)
 from pipros.ros2.rtps.engine import Engine
 from pipros.ros2.rtps.events import Settings
 from pipros.ros2.rtps.graph_info import GidBytes, read_info
@@ -36,16 +45,7 @@ from pipros.ros2.rtps.parameters import Address, SampleIdentity, related_sample
 from pipros.ros2.rtps.qos import Durability, Qos
 from pipros.ros2.rtps.reader import Sample
 from pipros.ros2.rtps.service_styles import Style, read_request
-from pipros.ros2.rtps.submessages import (
-    acknack,
-    data_frag_head,
-    data_head,
-    datagram_head,
-    gap,
-    heartbeat,
-    nack_frag,
-    read_datagram,
-)
+from pipros.ros2.rtps.submessages import read_datagram
 from tests.fuzz import mutation
 
 TOPIC, TYPE = "rt/a", "T"

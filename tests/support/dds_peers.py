@@ -1,10 +1,11 @@
 """Peers on Fast DDS and Cyclone DDS, compiled once, each test's in a network of its own.
 
-python -m tests.support.dds_peers prints the Debian packages that they need.
+python -m tests.support.dds_peers prints the Debian packages that they need; `wheel` prints those from PyPI.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import shutil
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from tests.support.once import machine_folder, make_once
 from tests.support.processes import Process, Processes
 
 PACKAGES = "cyclonedds-dev cyclonedds-tools g++ libfastcdr-dev libfastrtps-dev tshark"
+WHEEL = "cyclonedds==11.0.1"
 INSTALL = f"apt-get install --no-install-recommends {PACKAGES}"
 MESSAGE = "example_interfaces::msg::dds_::Blob_"
 SERVICE = "example_interfaces::srv::dds_::AddTwoInts"
@@ -40,8 +42,10 @@ _PROGRAMS = {"idlc": "cyclonedds-tools", "g++": "g++", "tshark": "tshark"}
 
 
 def missing() -> list[str]:
-    """Return the Debian packages that this machine lacks."""
+    """Return the packages that this machine lacks."""
     files = [package for file, package in _FILES.items() if not Path(file).exists()]
+    if importlib.util.find_spec("cyclonedds") is None:
+        files.append(f"{WHEEL} (PyPI)")
     return files + [package for program, package in _PROGRAMS.items() if shutil.which(program) is None]
 
 
@@ -88,13 +92,16 @@ class Peers:
         """Start a peer: `pub` and `sub` on a topic, `server` and `client` of a service.
 
         Args:
-            kind: `fast-udp`, `fast-shm`, `cyclone`, `cyclone-localhost` (without multicast, as rmw_cyclonedds
-                sets it up for LOCALHOST), or for pipros the range of discovery, such as `SUBNET`.
+            kind: `fast-udp`, `fast-shm`, `cyclone` (0.10), `cyclone-localhost` (the same without multicast,
+                as rmw_cyclonedds sets it up for LOCALHOST), `cyclone-wheel` (11), or for pipros the range of
+                discovery, such as `SUBNET`.
         """
         is_service = mode in ("server", "client")
         dds_type = SERVICE if is_service else MESSAGE
         if kind.startswith("fast"):
             argv = [str(fast_peer()), DOMAIN, kind.partition("-")[2], mode, name, dds_type, *words]
+        elif kind == "cyclone-wheel":
+            argv = [sys.executable, _SOURCES / "cyclone_wheel_peer.py", DOMAIN, mode, name, *words]
         elif kind.startswith("cyclone"):
             argv = [str(cyclone_peer()), DOMAIN, mode, name, *words]
         else:
@@ -122,4 +129,4 @@ def peers(processes: Processes) -> Iterator[Peers]:
 
 
 if __name__ == "__main__":
-    print(PACKAGES)
+    print(WHEEL if sys.argv[1:] == ["wheel"] else PACKAGES)

@@ -26,6 +26,7 @@ from pipros.ros2.rtps.announcements import (
     write_key,
     write_participant,
 )
+from pipros.ros2.rtps.encoding import data_head, datagram_head
 from pipros.ros2.rtps.events import (
     EndpointChanged,
     Event,
@@ -69,8 +70,6 @@ from pipros.ros2.rtps.submessages import (
     HeartbeatFrag,
     NackFrag,
     Submessage,
-    data_head,
-    datagram_head,
     read_datagram,
 )
 from pipros.ros2.rtps.writer import LOCAL_FRAGMENT_BYTES, REMOTE_FRAGMENT_BYTES, Writer

@@ -1,17 +1,17 @@
-"""The messages of RTPS (OMG DDSI-RTPS 2.3, section 9.4): datagrams to submessages and back.
+"""The messages of RTPS (OMG DDSI-RTPS 2.3, section 9.4): datagrams to submessages. `encoding` writes them.
 
 `read_datagram` never raises: it returns the submessages before the first malformed one. Submessages are
 NamedTuples, which are created three times as fast as frozen dataclasses: one is created for each datagram.
-Written integers are little-endian; both orders are read.
+Both byte orders are read.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from struct import Struct, error
 from typing import Final, NamedTuple, TypeAlias
 
-from pipros.ros2.rtps.identity import OWN_VENDOR, PROTOCOL_VERSION
+from pipros.ros2.rtps.identity import PROTOCOL_VERSION
 from pipros.ros2.rtps.parameters import Parameters, read_parameters
 
 Buffer: TypeAlias = "bytes | memoryview"
@@ -20,11 +20,12 @@ HEADER_BYTES: Final = 20
 MAX_SET: Final = 256
 """Members of a set of numbers, from its base."""
 
-_MAGIC: Final = b"RTPS"
-_PAD, _ACKNACK, _HEARTBEAT, _GAP, _INFO_TS, _INFO_SRC, _INFO_DST = 0x01, 0x06, 0x07, 0x08, 0x09, 0x0C, 0x0E
-_NACK_FRAG, _HEARTBEAT_FRAG, _DATA, _DATA_FRAG = 0x12, 0x13, 0x15, 0x16
-_LITTLE, _INLINE_QOS, _HAS_DATA, _HAS_KEY = 0x01, 0x02, 0x04, 0x08
-_FINAL: Final = 0x02
+MAGIC: Final = b"RTPS"
+# The kinds of submessages, and their flags.
+PAD, ACKNACK, HEARTBEAT, GAP, INFO_TS, INFO_SRC, INFO_DST = 0x01, 0x06, 0x07, 0x08, 0x09, 0x0C, 0x0E
+NACK_FRAG, HEARTBEAT_FRAG, DATA, DATA_FRAG = 0x12, 0x13, 0x15, 0x16
+LITTLE, INLINE_QOS, HAS_DATA, HAS_KEY = 0x01, 0x02, 0x04, 0x08
+FINAL: Final = 0x02
 _MAX_SEQUENCE: Final = (1 << 63) - 1
 
 
@@ -155,7 +156,7 @@ def read_datagram(datagram: bytes, own_prefix: bytes) -> Datagram | None:
     INFO_SRC, which says that the rest comes from another participant, ends the reading: only relays of RTPS
     send it.
     """
-    if len(datagram) < HEADER_BYTES or datagram[:4] != _MAGIC or datagram[4] != PROTOCOL_VERSION[0]:
+    if len(datagram) < HEADER_BYTES or datagram[:4] != MAGIC or datagram[4] != PROTOCOL_VERSION[0]:
         return None
     prefix = datagram[8:20]
     found = Datagram(prefix, datagram[6:8], [], False)
@@ -164,18 +165,18 @@ def read_datagram(datagram: bytes, own_prefix: bytes) -> Datagram | None:
     is_ours = True
     while position + 4 <= end:
         kind, flags = datagram[position], datagram[position + 1]
-        length = _LENGTH[flags & _LITTLE].unpack_from(datagram, position + 2)[0]
+        length = _LENGTH[flags & LITTLE].unpack_from(datagram, position + 2)[0]
         position += 4
-        if length == 0 and kind not in (_PAD, _INFO_TS):  # the last one extends to the end
+        if length == 0 and kind not in (PAD, INFO_TS):  # the last one extends to the end
             length = end - position
         if position + length > end:
             return found._replace(is_malformed=True)
         body = view[position : position + length]
         position += length
-        if kind == _INFO_DST:
+        if kind == INFO_DST:
             destination = bytes(body[:12])
             is_ours = destination == own_prefix or destination == bytes(12)
-        elif kind == _INFO_SRC:
+        elif kind == INFO_SRC:
             break
         elif is_ours and (read := _READERS.get(kind)) is not None:
             try:
@@ -199,23 +200,23 @@ def _payload(
     if not fixed_bytes <= position <= len(body):
         raise Malformed
     inline = None
-    if flags & _INLINE_QOS:
-        inline, position = read_parameters(body, position, is_little=bool(flags & _LITTLE))
+    if flags & INLINE_QOS:
+        inline, position = read_parameters(body, position, is_little=bool(flags & LITTLE))
     return inline, body[position:]
 
 
 def _read_data(body: memoryview, flags: int) -> Data:
-    layout = _DATA_LAYOUT[flags & _LITTLE]
+    layout = _DATA_LAYOUT[flags & LITTLE]
     _, to_inline, reader, writer, high, low = layout.unpack_from(body)
     inline, payload = _payload(body, flags, to_inline, layout.size)
-    has_payload = bool(flags & _HAS_DATA)
-    if not flags & (_HAS_DATA | _HAS_KEY):
+    has_payload = bool(flags & HAS_DATA)
+    if not flags & (HAS_DATA | HAS_KEY):
         payload = payload[:0]
     return Data(reader, writer, _sequence(high, low), inline, payload, has_payload)
 
 
 def _read_data_frag(body: memoryview, flags: int) -> DataFrag:
-    layout = _FRAG_LAYOUT[flags & _LITTLE]
+    layout = _FRAG_LAYOUT[flags & LITTLE]
     fields = layout.unpack_from(body)
     _, to_inline, reader, writer, high, low, first, count, fragment_bytes, sample_bytes = fields
     inline, payload = _payload(body, flags, to_inline, layout.size)
@@ -239,12 +240,12 @@ def _read_data_frag(body: memoryview, flags: int) -> DataFrag:
 
 
 def _read_heartbeat(body: memoryview, flags: int) -> Heartbeat:
-    reader, writer, *numbers = _HEARTBEAT_LAYOUT[flags & _LITTLE].unpack_from(body)
+    reader, writer, *numbers = _HEARTBEAT_LAYOUT[flags & LITTLE].unpack_from(body)
     high, low, last_high, last_low, count = numbers
     first, last = _sequence(high, low), (last_high << 32) | last_low
     if not first - 1 <= last:
         raise Malformed
-    return Heartbeat(reader, writer, first, last, count, bool(flags & _FINAL))
+    return Heartbeat(reader, writer, first, last, count, bool(flags & FINAL))
 
 
 def _members(
@@ -255,7 +256,7 @@ def _members(
         raise Malformed
     members: list[int] = []
     for start in range(0, size, 32):
-        word = _WORDS[flags & _LITTLE].unpack_from(body, position)[0]
+        word = _WORDS[flags & LITTLE].unpack_from(body, position)[0]
         position += 4
         if word:
             bits = range(min(32, size - start))
@@ -264,7 +265,7 @@ def _members(
 
 
 def _sequence_set(body: memoryview, position: int, flags: int) -> tuple[int, tuple[int, ...], int]:
-    layout = _SET_LAYOUT[flags & _LITTLE]
+    layout = _SET_LAYOUT[flags & LITTLE]
     high, low, size = layout.unpack_from(body, position)
     base = (high << 32) | low
     # Fast DDS and Cyclone DDS may send a base of 0 if the set is empty.
@@ -275,175 +276,42 @@ def _sequence_set(body: memoryview, position: int, flags: int) -> tuple[int, tup
 
 
 def _read_acknack(body: memoryview, flags: int) -> AckNack:
-    layout = _ACKNACK_LAYOUT[flags & _LITTLE]
+    layout = _ACKNACK_LAYOUT[flags & LITTLE]
     reader, writer = layout.unpack_from(body)
     base, missing, position = _sequence_set(body, layout.size, flags)
-    count = _COUNT[flags & _LITTLE].unpack_from(body, position)[0]
-    return AckNack(reader, writer, base, missing, count, bool(flags & _FINAL))
+    count = _COUNT[flags & LITTLE].unpack_from(body, position)[0]
+    return AckNack(reader, writer, base, missing, count, bool(flags & FINAL))
 
 
 def _read_gap(body: memoryview, flags: int) -> Gap:
-    layout = _GAP_LAYOUT[flags & _LITTLE]
+    layout = _GAP_LAYOUT[flags & LITTLE]
     reader, writer, high, low = layout.unpack_from(body)
     base, others, _ = _sequence_set(body, layout.size, flags)
     return Gap(reader, writer, _sequence(high, low), base, others)
 
 
 def _read_nack_frag(body: memoryview, flags: int) -> NackFrag:
-    layout, set_layout = _NACK_FRAG_LAYOUT[flags & _LITTLE], _FRAG_SET_LAYOUT[flags & _LITTLE]
+    layout, set_layout = _NACK_FRAG_LAYOUT[flags & LITTLE], _FRAG_SET_LAYOUT[flags & LITTLE]
     reader, writer, high, low = layout.unpack_from(body)
     base, size = set_layout.unpack_from(body, layout.size)
     if not base:
         raise Malformed
     missing, position = _members(body, layout.size + set_layout.size, base, size, flags)
-    count = _COUNT[flags & _LITTLE].unpack_from(body, position)[0]
+    count = _COUNT[flags & LITTLE].unpack_from(body, position)[0]
     return NackFrag(reader, writer, _sequence(high, low), missing, count)
 
 
 def _read_heartbeat_frag(body: memoryview, flags: int) -> HeartbeatFrag:
-    reader, writer, high, low, last, count = _HEARTBEAT_FRAG_LAYOUT[flags & _LITTLE].unpack_from(body)
+    reader, writer, high, low, last, count = _HEARTBEAT_FRAG_LAYOUT[flags & LITTLE].unpack_from(body)
     return HeartbeatFrag(reader, writer, _sequence(high, low), last, count)
 
 
 _READERS: Final[dict[int, Callable[[memoryview, int], Submessage]]] = {
-    _DATA: _read_data,
-    _DATA_FRAG: _read_data_frag,
-    _HEARTBEAT: _read_heartbeat,
-    _ACKNACK: _read_acknack,
-    _GAP: _read_gap,
-    _NACK_FRAG: _read_nack_frag,
-    _HEARTBEAT_FRAG: _read_heartbeat_frag,
+    DATA: _read_data,
+    DATA_FRAG: _read_data_frag,
+    HEARTBEAT: _read_heartbeat,
+    ACKNACK: _read_acknack,
+    GAP: _read_gap,
+    NACK_FRAG: _read_nack_frag,
+    HEARTBEAT_FRAG: _read_heartbeat_frag,
 }
-
-
-# Writing. Each function returns one submessage, or its parts before a payload that is not copied.
-_DATA_HEAD = Struct("<BBHHH4s4siI")
-_FRAG_HEAD = Struct("<BBHHH4s4siIIHHI")
-_HEARTBEAT_WHOLE = Struct("<BBH4s4siIiIi")
-_DATA_FIXED: Final = 20
-_FRAG_FIXED: Final = 32
-
-
-def datagram_head(own_prefix: bytes, destination: bytes | None = None) -> bytes:
-    """Return the start of a datagram: the header, and INFO_DST for one participant."""
-    head = _MAGIC + PROTOCOL_VERSION + OWN_VENDOR + own_prefix
-    return head if destination is None else head + bytes((_INFO_DST, _LITTLE, 12, 0)) + destination
-
-
-def info_timestamp(seconds: int, fraction: int) -> bytes:
-    """Return INFO_TS: the source time of the following samples, with a fraction in units of 2**-32 s."""
-    return _TIMESTAMP.pack(_INFO_TS, _LITTLE, 8, seconds & 0xFFFFFFFF, fraction)
-
-
-_TIMESTAMP = Struct("<BBHII")
-
-
-def data_head(
-    reader: bytes,
-    writer: bytes,
-    sequence: int,
-    payload_bytes: int,
-    inline: bytes = b"",
-    *,
-    is_key: bool = False,
-) -> bytes:
-    """Return DATA up to its payload, which must follow with a multiple of four bytes."""
-    flags = _LITTLE | (_HAS_KEY if is_key else _HAS_DATA) | (_INLINE_QOS if inline else 0)
-    length = _DATA_FIXED + len(inline) + payload_bytes
-    if length > 0xFFFF:
-        length = 0  # up to the end of the datagram
-    head = _DATA_HEAD.pack(_DATA, flags, length, 0, 16, reader, writer, sequence >> 32, sequence & 0xFFFFFFFF)
-    return head + inline
-
-
-def data_frag_head(
-    reader: bytes,
-    writer: bytes,
-    sequence: int,
-    number: int,
-    fragment_bytes: int,
-    sample_bytes: int,
-    payload_bytes: int,
-    inline: bytes = b"",
-) -> bytes:
-    """Return DATA_FRAG with one fragment up to its payload."""
-    flags = _LITTLE | (_INLINE_QOS if inline else 0)
-    length = _FRAG_FIXED + len(inline) + payload_bytes
-    if length > 0xFFFF:
-        length = 0
-    head = _FRAG_HEAD.pack(
-        _DATA_FRAG,
-        flags,
-        length,
-        0,
-        28,
-        reader,
-        writer,
-        sequence >> 32,
-        sequence & 0xFFFFFFFF,
-        number,
-        1,
-        fragment_bytes,
-        sample_bytes,
-    )
-    return head + inline
-
-
-def heartbeat(
-    reader: bytes, writer: bytes, first: int, last: int, count: int, *, is_final: bool = False
-) -> bytes:
-    """Return HEARTBEAT. A reader must answer unless it is final."""
-    flags = _LITTLE | (_FINAL if is_final else 0)
-    return _HEARTBEAT_WHOLE.pack(
-        _HEARTBEAT,
-        flags,
-        28,
-        reader,
-        writer,
-        first >> 32,
-        first & 0xFFFFFFFF,
-        last >> 32,
-        last & 0xFFFFFFFF,
-        count & 0x7FFFFFFF,
-    )
-
-
-def _bitmap(base: int, members: Sequence[int]) -> bytes:
-    """Return the number of bits and the words of a set; members beyond `MAX_SET` are left out."""
-    inside = [member - base for member in members if 0 <= member - base < MAX_SET]
-    size = max(inside, default=-1) + 1
-    words = [0] * ((size + 31) // 32)
-    for bit in inside:
-        words[bit // 32] |= 1 << (31 - bit % 32)
-    return b"".join(_WORDS[1].pack(word) for word in (size, *words))
-
-
-def _number_set(base: int, members: Sequence[int]) -> bytes:
-    return Struct("<iI").pack(base >> 32, base & 0xFFFFFFFF) + _bitmap(base, members)
-
-
-def _whole(kind: int, flags: int, *parts: bytes) -> bytes:
-    body = b"".join(parts)
-    return bytes((kind, flags | _LITTLE)) + _LENGTH[1].pack(len(body)) + body
-
-
-def acknack(
-    reader: bytes, writer: bytes, base: int, missing: Sequence[int], count: int, *, is_final: bool
-) -> bytes:
-    """Return ACKNACK; see `AckNack`. Writers need not answer if it is final."""
-    numbers = _number_set(base, missing)
-    flags = _FINAL if is_final else 0
-    return _whole(_ACKNACK, flags, reader, writer, numbers, _COUNT[1].pack(count & 0x7FFFFFFF))
-
-
-def gap(reader: bytes, writer: bytes, start: int, base: int, others: Iterable[int] = ()) -> bytes:
-    """Return GAP; see `Gap`."""
-    first = Struct("<iI").pack(start >> 32, start & 0xFFFFFFFF)
-    return _whole(_GAP, 0, reader, writer, first, _number_set(base, tuple(others)))
-
-
-def nack_frag(reader: bytes, writer: bytes, sequence: int, missing: Sequence[int], count: int) -> bytes:
-    """Return NACK_FRAG for the fragments in `missing`, which must not be empty."""
-    base = missing[0]
-    number = Struct("<iII").pack(sequence >> 32, sequence & 0xFFFFFFFF, base)
-    return _whole(_NACK_FRAG, 0, reader, writer, number, _bitmap(base, missing), _COUNT[1].pack(count))

@@ -16,19 +16,11 @@ from typing import Final
 
 from pipros.basics.errors import LimitExceeded
 from pipros.basics.limits import limit_text
+from pipros.ros2.rtps.encoding import data_frag_head, data_head, datagram_head, gap, heartbeat
 from pipros.ros2.rtps.outbox import Outbox, Outgoing, Transfer
 from pipros.ros2.rtps.parameters import Address
 from pipros.ros2.rtps.qos import Qos
-from pipros.ros2.rtps.submessages import (
-    MAX_SET,
-    AckNack,
-    NackFrag,
-    data_frag_head,
-    data_head,
-    datagram_head,
-    gap,
-    heartbeat,
-)
+from pipros.ros2.rtps.submessages import MAX_SET, AckNack, NackFrag
 
 FIRST_HEARTBEAT_S: Final = 0.02
 SLOWEST_HEARTBEAT_S: Final = 1.0

@@ -6,17 +6,10 @@ import tracemalloc
 
 from pipros.basics.limits import Limits
 from pipros.ros2.rtps.announcements import ParticipantData, write_participant
+from pipros.ros2.rtps.encoding import acknack, data_frag_head, data_head, datagram_head, gap, heartbeat
 from pipros.ros2.rtps.identity import PARTICIPANT_READER, PARTICIPANT_WRITER
 from pipros.ros2.rtps.parameters import Address
 from pipros.ros2.rtps.qos import Qos
-from pipros.ros2.rtps.submessages import (
-    acknack,
-    data_frag_head,
-    data_head,
-    datagram_head,
-    gap,
-    heartbeat,
-)
 from tests.support.rtps_network import STRING, Host, SimulatedNetwork
 
 HOST = "127.0.0.1"

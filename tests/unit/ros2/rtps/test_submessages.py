@@ -8,6 +8,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pipros.ros2.rtps.encoding import (
+    acknack,
+    data_frag_head,
+    data_head,
+    datagram_head,
+    gap,
+    heartbeat,
+    info_timestamp,
+    nack_frag,
+)
 from pipros.ros2.rtps.parameters import (
     SENTINEL,
     Address,
@@ -35,14 +45,6 @@ from pipros.ros2.rtps.submessages import (
     HeartbeatFrag,
     NackFrag,
     Submessage,
-    acknack,
-    data_frag_head,
-    data_head,
-    datagram_head,
-    gap,
-    heartbeat,
-    info_timestamp,
-    nack_frag,
     read_datagram,
 )
 
