@@ -22,6 +22,8 @@ from pipros.ros2.rtps.submessages import MAX_SET, Data, DataFrag, Gap, Heartbeat
 
 REQUEST_AGAIN_S: Final = 0.02
 SLOWEST_REQUEST_S: Final = 1.0
+SLOWEST_GREETING_S: Final = 10.0
+"""The interval for writers that never sent a heartbeat."""
 MIN_REQUEST_S: Final = 0.004
 """No second request for the same samples within this time: the first is still being answered."""
 REQUEST_BYTES: Final = 128_000
@@ -344,7 +346,8 @@ class Reader:
             writer.has_progressed = False
             writer.interval_s, writer.requests = REQUEST_AGAIN_S, 0
         else:
-            writer.interval_s = min(writer.interval_s * 2, SLOWEST_REQUEST_S)
+            slowest_s = SLOWEST_REQUEST_S if writer.is_greeted else SLOWEST_GREETING_S
+            writer.interval_s = min(writer.interval_s * 2, slowest_s)
         writer.due = now + writer.interval_s
         if writer.announced >= writer.expected:
             writer.requests += 1

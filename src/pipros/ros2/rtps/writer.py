@@ -24,6 +24,8 @@ from pipros.ros2.rtps.submessages import MAX_SET, AckNack, NackFrag
 
 FIRST_HEARTBEAT_S: Final = 0.02
 SLOWEST_HEARTBEAT_S: Final = 1.0
+SLOWEST_GREETING_S: Final = 10.0
+"""The interval for readers that never answered: a flood of them must not cause much work."""
 LOCAL_FRAGMENT_BYTES: Final = 60_000
 REMOTE_FRAGMENT_BYTES: Final = 1_344
 """What fits an Ethernet frame, as in Cyclone DDS: the loss of an IP fragment would lose them all."""
@@ -194,7 +196,7 @@ class Writer:
         if reader.is_reliable:
             if reader.sent + 1 < change.sequence:
                 head += gap(reader.entity, self.entity, reader.sent + 1, change.sequence)
-            if reader.due == math.inf:
+            if reader.due > now + SLOWEST_HEARTBEAT_S:
                 reader.interval_s = FIRST_HEARTBEAT_S
                 reader.due = now + reader.interval_s
                 self._behind[reader.guid] = reader
@@ -364,6 +366,7 @@ class Writer:
         """Send the heartbeats that are due."""
         for reader in self._behind.values():
             if reader.due <= now:
-                reader.interval_s = min(reader.interval_s * 2, SLOWEST_HEARTBEAT_S)
+                slowest_s = SLOWEST_HEARTBEAT_S if reader.is_greeted else SLOWEST_GREETING_S
+                reader.interval_s = min(reader.interval_s * 2, slowest_s)
                 reader.due = now + reader.interval_s
                 self.outbox.send(reader.address, reader.head, self._heartbeat(reader, is_final=False))
