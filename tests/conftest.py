@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests.support import bridge_clients, browser, outcomes, pyright, quick
+from tests.support import bridge_clients, browser, dds_peers, outcomes, pyright, quick
 from tests.support.environments import make_tool_folder
 from tests.support.examples import examples
 from tests.support.genuine import INSTALL, is_required, missing_packages
@@ -28,6 +28,7 @@ settings.load_profile("pipros")
 _INTEROP = Path(__file__).parent / "interop"
 _BROWSER = Path(__file__).parent / "browser"
 _ROSBRIDGE_CLIENTS = Path(__file__).parent / "clients" / "test_rosbridge_clients.py"
+_DDS = Path(__file__).parent / "dds"
 _FOXGLOVE_CLIENT = Path(__file__).parent / "clients" / "test_foxglove_client.py"
 
 
@@ -58,6 +59,9 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
     )
     is_left_out = is_left_out or (
         collection_path == _FOXGLOVE_CLIENT and not is_required() and bridge_clients.missing_foxglove()
+    )
+    is_left_out = is_left_out or (
+        collection_path.is_relative_to(_DDS) and not is_required() and dds_peers.missing()
     )
     return True if is_left_out else None
 
@@ -103,6 +107,11 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         lines += [
             f"tests/clients: some clients of bridges are not tried; this machine lacks: {', '.join(lacking)}",
             f"to have them where Node.js is: {bridge_clients.INSTALL}",
+        ]
+    if lacking := dds_peers.missing():
+        lines += [
+            f"tests/dds: Fast DDS and Cyclone DDS are not tried; this machine lacks: {' '.join(lacking)}",
+            f"to have them on Debian 12, as root: {dds_peers.INSTALL}",
         ]
     if missing := missing_packages():
         lines += [

@@ -29,6 +29,7 @@ from tests.fuzz import (
     page_messages,
     replies,
     rosbridge,
+    rtps,
     strange_messages,
     yaml_texts,
 )
@@ -63,6 +64,7 @@ SUBJECTS = {
     "page_messages": Subject(lambda: page_messages.target, page_messages.WORDS, 200),
     "foxglove_requests": Subject(lambda: foxglove_requests.target, foxglove_requests.WORDS, 500),
     "rosbridge": Subject(lambda: rosbridge.target, rosbridge.WORDS, 500),
+    "rtps": Subject(lambda: rtps.target, rtps.WORDS, 500),
     "replies": Subject(replies.Replies, replies.WORDS, 500),
     "listings": Subject(listings.Listings, listings.WORDS, 40),
 }

@@ -111,6 +111,13 @@ class Limits(NamedTuple):
         bridge_stall_s: the time for which a client may leave a full connection unread.
         bridge_client_rate: messages per second that a client may send; faster clients are slowed down.
         bridge_client_rate_bytes: bytes per second that a client may send; faster clients are slowed down.
+        ros2_discovery_bytes: all announcements of participants and endpoints of ROS 2 that are kept.
+        ros2_peer_bytes: those of one participant.
+        ros2_sample_bytes: a message from ROS 2.
+        ros2_incomplete_bytes: fragments and early messages of one participant, until they are complete.
+        ros2_incomplete_total_bytes: those of all participants.
+        ros2_history_bytes: the messages that one writer keeps for readers of ROS 2.
+        ros2_inbox_bytes: messages of ROS 2 that wait for one callback, or for a service's answer.
         message_values: values in a new message.
         empty_elements: values in one message beyond the budget of eight values per byte.
         turtles: turtles in one turtlesim.
@@ -199,6 +206,13 @@ class Limits(NamedTuple):
     bridge_stall_s: float = 10.0
     bridge_client_rate: int = 10_000
     bridge_client_rate_bytes: int = 256 * _MIB
+    ros2_discovery_bytes: int = 32 * _MIB
+    ros2_peer_bytes: int = 4 * _MIB
+    ros2_sample_bytes: int = 128 * _MIB
+    ros2_incomplete_bytes: int = 256 * _MIB
+    ros2_incomplete_total_bytes: int = 512 * _MIB
+    ros2_history_bytes: int = 256 * _MIB
+    ros2_inbox_bytes: int = 256 * _MIB
     message_values: int = 4 * 1024 * 1024
     empty_elements: int = 65_536
     turtles: int = 100

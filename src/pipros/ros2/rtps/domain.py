@@ -1,0 +1,98 @@
+"""Where a participant looks for others: domains, ports, and the variables of ROS 2 about discovery."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final
+
+from pipros.basics.graph_variables import InvalidEnvironment
+
+MULTICAST_GROUP: Final = "239.255.0.1"
+MAX_DOMAIN: Final = 101
+"""Domains above 101 have ports that Linux also gives to other programs."""
+PROBED_PARTICIPANTS: Final = 33
+"""The participants of a host without multicast that are looked for: as many as in ROS 2."""
+
+_PORT_BASE, _DOMAIN_GAIN, _PARTICIPANT_GAIN = 7400, 250, 2
+_DISCOVERY_OFFSET, _DATA_OFFSET = 10, 11
+MAX_PARTICIPANT: Final = (_DOMAIN_GAIN - _DATA_OFFSET) // _PARTICIPANT_GAIN
+
+
+class DiscoveryRange(Enum):
+    """The values of `ROS_AUTOMATIC_DISCOVERY_RANGE`. SYSTEM_DEFAULT means SUBNET."""
+
+    OFF = "OFF"
+    LOCALHOST = "LOCALHOST"
+    SUBNET = "SUBNET"
+
+
+@dataclass(frozen=True, slots=True)
+class Discovery:
+    """Which participants can be found.
+
+    Attributes:
+        static_peers: host names or addresses that are contacted besides; not if the range is OFF.
+    """
+
+    domain: int = 0
+    range: DiscoveryRange = DiscoveryRange.LOCALHOST
+    static_peers: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.domain <= MAX_DOMAIN:
+            raise InvalidEnvironment(f"domain must be 0 to {MAX_DOMAIN}, got {self.domain}")
+
+    @classmethod
+    def from_environment(cls, variables: Mapping[str, str]) -> Discovery:
+        """Read `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE`, `ROS_LOCALHOST_ONLY`, `ROS_STATIC_PEERS`.
+
+        The variables act as in ROS 2 if they are set. If neither the range nor `ROS_LOCALHOST_ONLY` is set,
+        the range is LOCALHOST, whereas it is SUBNET in ROS 2.
+
+        Raises:
+            InvalidEnvironment: a variable has an invalid value.
+        """
+        domain = variables.get("ROS_DOMAIN_ID") or "0"
+        if not domain.isascii() or not domain.isdigit():
+            raise InvalidEnvironment(f"ROS_DOMAIN_ID must be a number, got [{domain}]")
+        peers = variables.get("ROS_STATIC_PEERS", "").split(";")
+        return cls(int(domain), _range_of(variables), tuple(filter(None, map(str.strip, peers))))
+
+
+def _range_of(variables: Mapping[str, str]) -> DiscoveryRange:
+    localhost_only = variables.get("ROS_LOCALHOST_ONLY", "")
+    if localhost_only == "1":
+        return DiscoveryRange.LOCALHOST
+    named = variables.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "")
+    if not named:
+        return DiscoveryRange.SUBNET if localhost_only == "0" else DiscoveryRange.LOCALHOST
+    if named == "SYSTEM_DEFAULT":
+        return DiscoveryRange.SUBNET
+    try:
+        return DiscoveryRange(named)
+    except ValueError:
+        known = ", ".join([*(each.value for each in DiscoveryRange), "SYSTEM_DEFAULT"])
+        raise InvalidEnvironment(
+            f"ROS_AUTOMATIC_DISCOVERY_RANGE must be one of {known}, got [{named}]"
+        ) from None
+
+
+def multicast_port(domain: int) -> int:
+    """Return the port for announcements of participants by multicast."""
+    return _PORT_BASE + _DOMAIN_GAIN * domain
+
+
+def discovery_port(domain: int, participant: int) -> int:
+    """Return a participant's port for announcements; participants of a host are counted from 0.
+
+    >>> discovery_port(1, 3)
+    7666
+    """
+    return _PORT_BASE + _DOMAIN_GAIN * domain + _DISCOVERY_OFFSET + _PARTICIPANT_GAIN * participant
+
+
+def data_port(domain: int, participant: int) -> int:
+    """Return a participant's port for samples."""
+    return discovery_port(domain, participant) + _DATA_OFFSET - _DISCOVERY_OFFSET

@@ -1,0 +1,72 @@
+"""What a participant is made with, and what it reports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
+
+from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
+from pipros.ros2.rtps.parameters import Address
+from pipros.ros2.rtps.qos import Policy
+from pipros.ros2.rtps.reader import Sample
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Who a participant is and where it looks for others.
+
+    Attributes:
+        me: its own announcement.
+        announce_to: addresses besides those of known peers: a multicast group, or ports of hosts.
+        local_hosts: this machine's addresses; peers there get larger datagrams.
+    """
+
+    me: ParticipantData
+    announce_to: tuple[Address, ...]
+    local_hosts: frozenset[str]
+
+
+class Received(NamedTuple):
+    """A sample for a local reader."""
+
+    entity: bytes
+    sample: Sample
+
+
+class Matched(NamedTuple):
+    """A local endpoint and a remote one are connected, or no longer if `is_matched` is False."""
+
+    entity: bytes
+    remote: EndpointData
+    is_matched: bool
+
+
+class Mismatched(NamedTuple):
+    """A remote endpoint has the same topic, but another type (`policy` is None) or another policy."""
+
+    entity: bytes
+    remote: EndpointData
+    policy: Policy | None
+
+
+class EndpointChanged(NamedTuple):
+    """A remote endpoint was announced, or has ended if `is_present` is False."""
+
+    remote: EndpointData
+    is_present: bool
+
+
+class PeerChanged(NamedTuple):
+    """Another participant was found, or has ended."""
+
+    peer: ParticipantData
+    is_present: bool
+
+
+class OverLimit(NamedTuple):
+    """Announcements of this participant are ignored from now on: it has announced too much."""
+
+    prefix: bytes
+
+
+Event: TypeAlias = Received | Matched | Mismatched | EndpointChanged | PeerChanged | OverLimit

@@ -1,0 +1,55 @@
+"""Names of participants and endpoints on the wire.
+
+A GUID has 16 bytes: the prefix of its participant (12) and the id of the entity in it (4). Both are `bytes`,
+because every datagram looks some up.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Final
+
+PROTOCOL_VERSION: Final = b"\x02\x03"
+OWN_VENDOR: Final = b"\x00\x00"
+"""Unknown vendor: pipros has no registered id. Fast DDS and Cyclone DDS accept it."""
+FAST_DDS: Final = b"\x01\x0f"
+CYCLONE_DDS: Final = b"\x01\x10"
+
+UNKNOWN_ENTITY: Final = b"\0\0\0\0"
+PARTICIPANT_ENTITY: Final = b"\0\0\x01\xc1"
+PARTICIPANT_WRITER: Final = b"\0\x01\0\xc2"
+PARTICIPANT_READER: Final = b"\0\x01\0\xc7"
+PUBLICATIONS_WRITER: Final = b"\0\0\x03\xc2"
+PUBLICATIONS_READER: Final = b"\0\0\x03\xc7"
+SUBSCRIPTIONS_WRITER: Final = b"\0\0\x04\xc2"
+SUBSCRIPTIONS_READER: Final = b"\0\0\x04\xc7"
+
+_WRITER_KIND: Final = 0x03
+_READER_KIND: Final = 0x04
+_WRITER_KINDS: Final = (0x02, _WRITER_KIND)
+_PREFIX_BYTES: Final = 12
+GUID_BYTES: Final = 16
+
+
+def new_prefix() -> bytes:
+    """Return a random prefix for a participant."""
+    return OWN_VENDOR + os.urandom(_PREFIX_BYTES - len(OWN_VENDOR))
+
+
+def user_entity(number: int, *, is_writer: bool) -> bytes:
+    """Return the id of a writer or reader without key, as all endpoints of ROS 2 are."""
+    return number.to_bytes(3, "big") + bytes([_WRITER_KIND if is_writer else _READER_KIND])
+
+
+def is_writer(guid: bytes) -> bool:
+    """Return True for the GUID of a writer, by its last byte."""
+    return guid[-1] & 0x3F in _WRITER_KINDS
+
+
+def guid_text(guid: bytes) -> str:
+    """Return a GUID as text.
+
+    >>> guid_text(bytes(range(16)))
+    '000102030405060708090a0b.0c0d0e0f'
+    """
+    return f"{guid[:_PREFIX_BYTES].hex()}.{guid[_PREFIX_BYTES:].hex()}"

@@ -1,0 +1,67 @@
+"""The topic `ros_discovery_info` of a participant: the nodes of others, and our own."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+
+from pipros.ros2.rtps.graph_info import (
+    READER_QOS,
+    TOPIC,
+    TYPE_NAME,
+    WRITER_QOS,
+    GidBytes,
+    GraphInfo,
+    Knowledge,
+    NodeInfo,
+    ParticipantInfo,
+)
+from pipros.ros2.rtps.identity import PARTICIPANT_ENTITY
+from pipros.ros2.rtps.participant import Participant, TopicWriter
+from pipros.ros2.rtps.reader import Sample
+
+
+class Nodes:
+    """Reads and publishes which nodes exist. Thread-safe."""
+
+    def __init__(
+        self, participant: Participant, size: GidBytes | None = None, type_hash: bytes = b""
+    ) -> None:
+        """Read the topic; nothing is published, nor a writer announced, before the size of GIDs is known.
+
+        Args:
+            size: that of the distribution in this domain, if the user named it.
+            type_hash: an entry of USER_DATA such as `typehash=RIHS01_…;`.
+        """
+        self._participant = participant
+        self._type_hash = type_hash
+        self._lock = threading.Lock()
+        self._info = GraphInfo(participant.prefix + PARTICIPANT_ENTITY, self._make_writer, size)
+        self._reader = participant.add_reader(TOPIC, TYPE_NAME, READER_QOS, self._on_sample, type_hash)
+
+    def _make_writer(self) -> TopicWriter:
+        return self._participant.add_writer(TOPIC, TYPE_NAME, WRITER_QOS, self._type_hash)
+
+    def _on_sample(self, sample: Sample) -> None:
+        with self._lock:
+            self._info.on_message(sample.payload, sample.writer[:12])
+
+    @property
+    def knowledge(self) -> Knowledge:
+        """What is known about the size of GIDs."""
+        return self._info.knowledge
+
+    def announce(self, nodes: Sequence[NodeInfo]) -> None:
+        """Publish our own nodes, now or when the size of GIDs is known."""
+        with self._lock:
+            self._info.announce(nodes)
+
+    def forget(self, prefix: bytes) -> None:
+        """Remove the nodes of a participant that has ended."""
+        with self._lock:
+            self._info.forget(prefix)
+
+    def others(self) -> list[ParticipantInfo]:
+        """Return the nodes of the other participants."""
+        with self._lock:
+            return list(self._info.others.values())

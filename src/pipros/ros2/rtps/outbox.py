@@ -1,0 +1,80 @@
+"""Datagrams to send: at once, or paced.
+
+A burst of large datagrams overflows the receive buffer of a peer, which usually has 208 KiB, room for three
+datagrams of 60 kB. So fragments, repeated samples and the history for late readers go out in short bursts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Final, NamedTuple
+
+from pipros.ros2.rtps.parameters import Address
+from pipros.ros2.rtps.submessages import Buffer
+
+BURST_BYTES: Final = 120_000
+BURST_EVERY_S: Final = 0.0003
+
+
+class Outgoing(NamedTuple):
+    """A datagram, as parts that are not joined."""
+
+    address: Address
+    parts: tuple[Buffer, ...]
+
+
+class Transfer(NamedTuple):
+    """Datagrams for one reader that may take several bursts.
+
+    Attributes:
+        key: the same transfer is queued only once at a time.
+        datagrams: created one by one.
+        is_current: False if the sample is no longer kept; the rest is then not sent.
+    """
+
+    key: tuple[bytes, bytes, int]
+    datagrams: Iterator[Outgoing]
+    is_current: Callable[[], bool]
+
+
+class Outbox:
+    """Collects the datagrams of all writers and readers of a participant."""
+
+    def __init__(self) -> None:
+        self._ready: list[Outgoing] = []
+        self._transfers: dict[tuple[bytes, bytes, int], Transfer] = {}
+        self._next_burst_at = -math.inf
+
+    def send(self, address: Address, *parts: Buffer) -> None:
+        """Send a datagram at once."""
+        self._ready.append(Outgoing(address, parts))
+
+    def queue(self, transfer: Transfer) -> None:
+        """Send a transfer in bursts, after those that were queued before; ignored if it is queued already."""
+        self._transfers.setdefault(transfer.key, transfer)
+
+    @property
+    def deadline(self) -> float:
+        """When `poll` has the next burst to send."""
+        return self._next_burst_at if self._transfers else math.inf
+
+    def poll(self, now: float) -> None:
+        """Send the next burst if it is due."""
+        if not self._transfers or now < self._next_burst_at:
+            return
+        self._next_burst_at = now + BURST_EVERY_S
+        left_bytes = BURST_BYTES
+        while left_bytes > 0 and self._transfers:
+            key, transfer = next(iter(self._transfers.items()))
+            datagram = next(transfer.datagrams, None) if transfer.is_current() else None
+            if datagram is None:
+                del self._transfers[key]
+                continue
+            self._ready.append(datagram)
+            left_bytes -= sum(map(len, datagram.parts))
+
+    def take(self) -> list[Outgoing]:
+        """Return the datagrams that are due, and forget them."""
+        ready, self._ready = self._ready, []
+        return ready

@@ -1,0 +1,217 @@
+"""Parameter lists (OMG DDSI-RTPS 2.3, section 9.4.2.11): announcements of discovery, and inline QoS."""
+
+from __future__ import annotations
+
+import math
+import socket
+from enum import IntEnum
+from struct import Struct, error
+from typing import Final, NamedTuple, TypeAlias
+
+Parameters: TypeAlias = "dict[int, list[bytes]]"
+"""The values of each parameter, in their order, each still encoded."""
+
+_REQUIRED: Final = 0x4000
+_HEADS = Struct(">HH"), Struct("<HH")
+_INTEGERS = Struct(">I"), Struct("<I")
+_DURATIONS = Struct(">iI"), Struct("<iI")
+_SEQUENCE = Struct("<iI")
+_LOCATORS = Struct(">iI"), Struct("<iI")
+_UDP_V4: Final = 1
+_INFINITE: Final = (0x7FFFFFFF, 0xFFFFFFFF)
+_FRACTIONS: Final = 1 << 32
+
+
+class Parameter(IntEnum):
+    """The ids of parameters. 0x800f is Fast DDS's related sample identity, from before the standard's."""
+
+    SENTINEL = 0x01
+    LEASE_DURATION = 0x02
+    TOPIC_NAME = 0x05
+    TYPE_NAME = 0x07
+    PROTOCOL_VERSION = 0x15
+    VENDOR_ID = 0x16
+    RELIABILITY = 0x1A
+    LIVELINESS = 0x1B
+    DURABILITY = 0x1D
+    OWNERSHIP = 0x1F
+    DEADLINE = 0x23
+    PARTITION = 0x29
+    USER_DATA = 0x2C
+    UNICAST_LOCATOR = 0x2F
+    DEFAULT_UNICAST_LOCATOR = 0x31
+    META_UNICAST_LOCATOR = 0x32
+    PARTICIPANT_GUID = 0x50
+    BUILTIN_ENDPOINTS = 0x58
+    ENDPOINT_GUID = 0x5A
+    KEY_HASH = 0x70
+    STATUS_INFO = 0x71
+    DATA_REPRESENTATION = 0x73
+    RELATED_SAMPLE = 0x83
+    RELATED_SAMPLE_FAST = 0x800F
+
+
+class Address(NamedTuple):
+    """An address of UDP over IPv4."""
+
+    host: str
+    port: int
+
+
+class SampleIdentity(NamedTuple):
+    """A sample of any writer."""
+
+    guid: bytes
+    sequence: int
+
+
+def read_parameters(buffer: bytes | memoryview, position: int, *, is_little: bool) -> tuple[Parameters, int]:
+    """Return the parameters from `position` and the position after them.
+
+    A list that is cut off ends with its last whole parameter.
+    """
+    head = _HEADS[is_little]
+    found: Parameters = {}
+    end = len(buffer)
+    while position + 4 <= end:
+        name, length = head.unpack_from(buffer, position)
+        position += 4
+        if name == Parameter.SENTINEL:
+            return found, position
+        if position + length > end:
+            break
+        found.setdefault(name & ~_REQUIRED, []).append(bytes(buffer[position : position + length]))
+        position += length
+    return found, end
+
+
+def read_parameter_list(payload: bytes | memoryview) -> tuple[Parameters, bool] | None:
+    """Return the parameters of a payload and whether they are little-endian; None for another encoding."""
+    if len(payload) < 4 or payload[0] != 0 or payload[1] not in (2, 3):
+        return None
+    is_little = payload[1] == 3
+    return read_parameters(payload, 4, is_little=is_little)[0], is_little
+
+
+def parameter(name: Parameter, value: bytes) -> bytes:
+    """Return a parameter with padding."""
+    value += bytes(-len(value) % 4)
+    return _HEADS[1].pack(name, len(value)) + value
+
+
+SENTINEL: Final = _HEADS[1].pack(Parameter.SENTINEL, 0)
+PARAMETER_LIST: Final = b"\x00\x03\x00\x00"
+"""The encapsulation of a little-endian parameter list."""
+
+
+def integer(value: int) -> bytes:
+    return _INTEGERS[1].pack(value)
+
+
+def read_integer(value: bytes, is_little: bool) -> int | None:
+    return _INTEGERS[is_little].unpack_from(value)[0] if len(value) >= 4 else None
+
+
+def duration(seconds: float) -> bytes:
+    """Return a duration; `math.inf` is infinite."""
+    if math.isinf(seconds):
+        return _DURATIONS[1].pack(*_INFINITE)
+    whole = int(seconds)
+    return _DURATIONS[1].pack(whole, int((seconds - whole) * _FRACTIONS))
+
+
+def read_duration(value: bytes, is_little: bool) -> float | None:
+    """Return a duration in seconds, or None if it is negative or cut off."""
+    if len(value) < 8:
+        return None
+    seconds, fraction = _DURATIONS[is_little].unpack_from(value)
+    if (seconds, fraction) == _INFINITE:
+        return math.inf
+    return seconds + fraction / _FRACTIONS if seconds >= 0 else None
+
+
+def text(value: str) -> bytes:
+    """Return a string of CDR."""
+    encoded = value.encode() + b"\0"
+    return _INTEGERS[1].pack(len(encoded)) + encoded
+
+
+def read_text(value: bytes, is_little: bool) -> str | None:
+    """Return a string of CDR, or None if it is cut off or not UTF-8."""
+    length = read_integer(value, is_little)
+    if not length or 4 + length > len(value):
+        return None
+    try:
+        return value[4 : 4 + length].rstrip(b"\0").decode()
+    except UnicodeDecodeError:
+        return None
+
+
+def octets(value: bytes) -> bytes:
+    """Return a sequence of octets."""
+    return _INTEGERS[1].pack(len(value)) + value
+
+
+def read_octets(value: bytes, is_little: bool) -> bytes:
+    """Return a sequence of octets; empty if it is cut off."""
+    length = read_integer(value, is_little)
+    return value[4 : 4 + length] if length and 4 + length <= len(value) else b""
+
+
+def locator(address: Address) -> bytes:
+    return _LOCATORS[1].pack(_UDP_V4, address.port) + bytes(12) + socket.inet_aton(address.host)
+
+
+def read_locator(value: bytes, is_little: bool) -> Address | None:
+    """Return an address, or None for other transports and addresses that cannot be sent to."""
+    if len(value) < 24:
+        return None
+    kind, port = _LOCATORS[is_little].unpack_from(value)
+    if kind != _UDP_V4 or not 0 < port < 0x10000 or value[20:24] in (bytes(4), b"\xff\xff\xff\xff"):
+        return None
+    return Address(socket.inet_ntoa(value[20:24]), port)
+
+
+def related_sample(identity: SampleIdentity) -> bytes:
+    """Return inline QoS that names a related sample: by the standard's parameter and that of Fast DDS.
+
+    Fast DDS before 2.14 ignores the standard's.
+    """
+    value = identity.guid + _SEQUENCE.pack(identity.sequence >> 32, identity.sequence & 0xFFFFFFFF)
+    return (
+        parameter(Parameter.RELATED_SAMPLE, value)
+        + parameter(Parameter.RELATED_SAMPLE_FAST, value)
+        + SENTINEL
+    )
+
+
+def read_related_sample(inline: Parameters | None) -> SampleIdentity | None:
+    """Return the related sample in inline QoS, by either parameter.
+
+    The byte order of the number is little-endian: peers on big-endian machines are not supported.
+    """
+    if not inline:
+        return None
+    for name in (Parameter.RELATED_SAMPLE, Parameter.RELATED_SAMPLE_FAST):
+        for value in inline.get(name, ()):
+            try:
+                high, low = _SEQUENCE.unpack_from(value, 16)
+            except error:
+                continue
+            if any(value[:16]):
+                return SampleIdentity(value[:16], (high << 32) | low)
+    return None
+
+
+STATUS_DISPOSED: Final = b"\0\0\0\x03"
+"""Disposed and unregistered: the entity has ended."""
+
+
+def ended(guid: bytes) -> bytes:
+    """Return inline QoS for the end of a participant or endpoint."""
+    return parameter(Parameter.KEY_HASH, guid) + parameter(Parameter.STATUS_INFO, STATUS_DISPOSED) + SENTINEL
+
+
+def is_ended(inline: Parameters | None) -> bool:
+    """Return True if inline QoS says that the entity was disposed or unregistered."""
+    return any(len(value) >= 4 and value[3] & 3 for value in (inline or {}).get(Parameter.STATUS_INFO, ()))

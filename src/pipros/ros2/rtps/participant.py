@@ -1,0 +1,417 @@
+"""A running participant: an engine with sockets and two threads.
+
+One thread reads the sockets and lets the time of the engine pass. It runs no callbacks, except those of
+services, which only pass a sample on. The other thread runs the callbacks, one at a time. `TopicWriter.write`
+sends in the thread of the caller.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import selectors
+import socket
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from queue import SimpleQueue
+from types import TracebackType
+from typing import Final, TypeVar
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.interruptible_wait import get_within_slice
+from pipros.basics.limits import Limits, process_limits
+from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
+from pipros.ros2.rtps.domain import Discovery
+from pipros.ros2.rtps.engine import Engine
+from pipros.ros2.rtps.events import Event, Received, Settings
+from pipros.ros2.rtps.identity import new_prefix
+from pipros.ros2.rtps.parameters import SampleIdentity
+from pipros.ros2.rtps.qos import Qos
+from pipros.ros2.rtps.reader import Sample
+from pipros.ros2.rtps.sockets import Backlog, RtpsSockets
+
+DEFAULT_USER_DATA: Final = b"enclave=/;"
+_Answer = TypeVar("_Answer")
+_LOG = logging.getLogger("pipros.ros2")
+_SLICE_S: Final = 0.05
+_BURST_PAUSE_S: Final = 0.0005
+_DATAGRAMS_AT_ONCE: Final = 64
+_READ_EVERY: Final = 4
+_BACKLOG_BYTES: Final = 16 << 20
+_OVERHEAD_BYTES: Final = 500
+_JOIN_S: Final = 2.0
+
+
+class TopicWriter:
+    """A writer of a participant. Thread-safe."""
+
+    def __init__(self, participant: Participant, entity: bytes) -> None:
+        self._participant = participant
+        self.entity = entity
+
+    @property
+    def guid(self) -> bytes:
+        return self._participant.prefix + self.entity
+
+    def write(
+        self,
+        payload: bytes,
+        timeout_s: float = 0.0,
+        related: SampleIdentity | None = None,
+        recipients: frozenset[bytes] | None = None,
+    ) -> int:
+        """Send CDR with its encapsulation header; return the sequence number.
+
+        A writer of depth 0 waits while its reliable readers do not keep up.
+
+        Raises:
+            LimitExceeded: the message is larger than `Limits.ros2_history_bytes`.
+            TimeoutError: the readers did not make room in time.
+            PiprosError: the participant is closed.
+        """
+        participant = self._participant
+        if not participant.wait_for(
+            lambda engine: engine.writer(self.entity).has_room(len(payload)), timeout_s
+        ):
+            raise TimeoutError(f"readers of ROS 2 made no room for {len(payload)} bytes within {timeout_s} s")
+        return participant.write(self.entity, payload, related, recipients)
+
+    def readers(self) -> frozenset[bytes]:
+        """Return the GUIDs of the matched readers."""
+        return self._participant.ask(lambda engine: frozenset(engine.writer(self.entity).readers))
+
+    def wait_for_readers(self, count: int = 1, timeout_s: float = 5.0) -> bool:
+        """Wait until so many readers have matched; return False if the time is up."""
+        return self._participant.wait_for(
+            lambda engine: len(engine.writer(self.entity).readers) >= count, timeout_s
+        )
+
+    def wait_for_acknowledgments(self, timeout_s: float = 5.0) -> bool:
+        """Wait until all reliable readers have everything; return False if the time is up."""
+        return self._participant.wait_for(
+            lambda engine: engine.writer(self.entity).is_acknowledged, timeout_s
+        )
+
+    def close(self) -> None:
+        """End the writer. May be called repeatedly."""
+        self._participant.remove(self.entity)
+
+
+class TopicReader:
+    """A reader of a participant: samples wait in its inbox for the callback.
+
+    Attributes:
+        dropped: samples that the callback was too slow for.
+    """
+
+    def __init__(
+        self, participant: Participant, callback: Callable[[Sample], None], depth: int, limit_bytes: int
+    ) -> None:
+        self._participant = participant
+        self._callback = callback
+        self._depth = depth
+        self._limit_bytes = limit_bytes
+        self._inbox: deque[Sample] = deque()
+        self._bytes = 0
+        self._lock = threading.Lock()
+        self.dropped = 0
+        self.entity = b""
+
+    @property
+    def guid(self) -> bytes:
+        return self._participant.prefix + self.entity
+
+    def writers(self) -> frozenset[bytes]:
+        """Return the GUIDs of the matched writers."""
+        return self._participant.ask(lambda engine: frozenset(engine.reader(self.entity).writers))
+
+    def wait_for_writers(self, count: int = 1, timeout_s: float = 5.0) -> bool:
+        """Wait until so many writers have matched; return False if the time is up."""
+        return self._participant.wait_for(
+            lambda engine: len(engine.reader(self.entity).writers) >= count, timeout_s
+        )
+
+    def push(self, sample: Sample) -> bool:
+        """Add a sample; the oldest ones go if it is too many. Return True if the inbox was empty."""
+        cost = len(sample.payload) + _OVERHEAD_BYTES
+        with self._lock:
+            was_empty = not self._inbox
+            while self._inbox and (
+                (self._depth and len(self._inbox) >= self._depth) or self._bytes + cost > self._limit_bytes
+            ):
+                self._bytes -= len(self._inbox.popleft().payload) + _OVERHEAD_BYTES
+                self.dropped += 1
+            self._inbox.append(sample)
+            self._bytes += cost
+            return was_empty
+
+    def call_back(self) -> None:
+        """Run the callback for all samples in the inbox."""
+        while True:
+            with self._lock:
+                if not self._inbox:
+                    return
+                sample = self._inbox.popleft()
+                self._bytes -= len(sample.payload) + _OVERHEAD_BYTES
+            try:
+                self._callback(sample)
+            except Exception:
+                _LOG.exception("a callback for ROS 2 failed")
+
+    def close(self) -> None:
+        """End the reader. May be called repeatedly."""
+        self._participant.remove(self.entity)
+
+
+class Participant:
+    """A participant of a domain, until `close` or the end of a `with` block."""
+
+    def __init__(
+        self,
+        discovery: Discovery,
+        user_data: bytes = DEFAULT_USER_DATA,
+        on_event: Callable[[Event], None] | None = None,
+        limits: Limits | None = None,
+        sockets: RtpsSockets | None = None,
+    ) -> None:
+        """Open sockets and start to look for other participants.
+
+        Args:
+            on_event: called for everything that happens except samples, in the thread of callbacks.
+            sockets: for tests.
+
+        Raises:
+            Unreachable: this machine has no free port in the domain.
+        """
+        self._limits = limits or process_limits()
+        self._sockets = sockets or RtpsSockets(discovery, self._limits)
+        me = ParticipantData(
+            new_prefix(),
+            discovery=self._sockets.discovery,
+            data=self._sockets.data,
+            user_data=user_data,
+        )
+        self.prefix = me.prefix
+        self.discovery = discovery
+        settings = Settings(me, self._sockets.announce_to, self._sockets.local_hosts)
+        self._engine = Engine(settings, self._limits, time.monotonic())
+        self._on_event = on_event
+        self._lock = threading.Lock()
+        self._readers: dict[bytes, TopicReader] = {}
+        self._direct: dict[bytes, Callable[[Sample], None]] = {}
+        self._calls: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._watchers: list[SimpleQueue[None]] = []
+        self._is_closing = False
+        self._backlog = Backlog(_BACKLOG_BYTES)
+        self._wake_from, self._wake_to = socket.socketpair()
+        self._wake_from.setblocking(False)
+        self._wake_to.setblocking(False)
+        self._threads = [
+            threading.Thread(target=self._run, name="rtps", daemon=True),
+            threading.Thread(target=self._call_back, name="rtps callbacks", daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def __enter__(self) -> Participant:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def add_writer(self, topic: str, type_name: str, qos: Qos, user_data: bytes = b"") -> TopicWriter:
+        """Announce a writer, with DDS's names of topic and type."""
+        with self._lock:
+            entity = self._open_engine().add_writer(topic, type_name, qos, time.monotonic(), user_data)
+            self._flush()
+        return TopicWriter(self, entity)
+
+    def add_reader(
+        self,
+        topic: str,
+        type_name: str,
+        qos: Qos,
+        callback: Callable[[Sample], None],
+        user_data: bytes = b"",
+        *,
+        is_direct: bool = False,
+    ) -> TopicReader:
+        """Announce a reader, with DDS's names of topic and type.
+
+        Args:
+            callback: called for each sample. Up to `qos.depth` samples wait for it.
+            is_direct: call it in the thread that reads the sockets; it must not block.
+        """
+        reader = TopicReader(self, callback, qos.depth, self._limits.ros2_inbox_bytes)
+        with self._lock:
+            entity = self._open_engine().add_reader(topic, type_name, qos, time.monotonic(), user_data)
+            reader.entity = entity
+            if is_direct:
+                self._direct[entity] = callback
+            else:
+                self._readers[entity] = reader
+            self._flush()
+        return reader
+
+    def _open_engine(self) -> Engine:
+        if self._is_closing:
+            raise PiprosError("the participant of ROS 2 is closed")
+        return self._engine
+
+    def write(
+        self,
+        entity: bytes,
+        payload: bytes,
+        related: SampleIdentity | None,
+        recipients: frozenset[bytes] | None,
+        registered: Callable[[int], None] | None = None,
+    ) -> int:
+        """Send a sample; see `TopicWriter.write`. `registered` gets its number before any answer arrives."""
+        with self._lock:
+            now = time.monotonic()
+            number = self._open_engine().write(entity, payload, now, related, recipients)
+            if registered is not None:
+                registered(number)
+            self._flush()
+        return number
+
+    def remove(self, entity: bytes) -> None:
+        """End a writer or reader. May be called repeatedly, and after `close`."""
+        with self._lock:
+            self._readers.pop(entity, None)
+            self._direct.pop(entity, None)
+            if not self._is_closing:
+                self._engine.remove(entity, time.monotonic())
+                self._flush()
+
+    def ask(self, question: Callable[[Engine], _Answer]) -> _Answer:
+        """Return the answer of a function that reads the state of the engine, and must not block."""
+        with self._lock:
+            return question(self._engine)
+
+    def endpoints(self) -> list[EndpointData]:
+        """Return all remote endpoints."""
+        return self.ask(lambda engine: [each for peer in engine.peers for each in peer.endpoints.values()])
+
+    def wait_for(self, condition: Callable[[Engine], bool], timeout_s: float) -> bool:
+        """Wait until something is true of the engine; return False if the time is up or it is closed."""
+        if self.ask(condition):
+            return True
+        deadline = time.monotonic() + timeout_s
+        changes: SimpleQueue[None] = SimpleQueue()
+        self._watchers.append(changes)
+        try:
+            while (left_s := deadline - time.monotonic()) > 0 and not self._is_closing:
+                get_within_slice(changes, min(left_s, _SLICE_S))
+                if self.ask(condition):
+                    return True
+        finally:
+            self._watchers.remove(changes)
+        return False
+
+    def close(self) -> None:
+        """Tell the peers, and end the threads. Callbacks that have begun are finished. May be repeated."""
+        with self._lock:
+            if self._is_closing:
+                return
+            self._is_closing = True
+            self._engine.close()
+            self._sockets.send(self._engine.take_outgoing())
+        self._wake()
+        for thread in self._threads:
+            if thread is not threading.current_thread():
+                thread.join(_JOIN_S)
+        self._sockets.close()
+        self._wake_from.close()
+        self._wake_to.close()
+
+    def _wake(self) -> None:
+        with contextlib.suppress(OSError):  # it is awake, or has ended
+            self._wake_to.send(b"\0")
+
+    def _flush(self) -> None:
+        """Send what is due. The caller has the lock."""
+        engine = self._engine
+        now = time.monotonic()
+        if engine.has_transfers:
+            engine.poll(now)
+            self._wake()
+        self._sockets.send(engine.take_outgoing())
+        self._dispatch(engine.take_events())
+
+    def _run(self) -> None:
+        selector = selectors.DefaultSelector()
+        for each in (*self._sockets.receiving, self._wake_from):
+            selector.register(each, selectors.EVENT_READ)
+        with selector:
+            while not self._is_closing:
+                left_s = 0.0 if self._backlog else self._engine.deadline - time.monotonic()
+                if 0 < left_s <= 0.001:  # selectors round up to a millisecond
+                    time.sleep(min(left_s, _BURST_PAUSE_S))
+                    left_s = 0
+                ready = selector.select(max(0, min(left_s, _SLICE_S)))
+                self._step(has_arrived=bool(ready))
+
+    def _step(self, *, has_arrived: bool) -> None:
+        """Handle what has arrived, and let the time pass."""
+        if has_arrived:
+            with contextlib.suppress(OSError):
+                self._wake_from.recv(_DATAGRAMS_AT_ONCE)
+            self._backlog.read(self._sockets.receiving)
+        with self._lock:
+            engine = self._engine
+            now = time.monotonic()
+            for index in range(_DATAGRAMS_AT_ONCE):
+                received = self._backlog.next()
+                if received is None:
+                    break
+                engine.receive(*received, now)
+                if index % _READ_EVERY == _READ_EVERY - 1:
+                    self._backlog.read(self._sockets.receiving)
+            engine.poll(now)
+            self._sockets.send(engine.take_outgoing())
+            events = engine.take_events()
+            watchers = list(self._watchers)
+        self._dispatch(events)
+        if events or has_arrived:
+            for watcher in watchers:
+                watcher.put(None)
+
+    def _dispatch(self, events: list[Event]) -> None:
+        for event in events:
+            if not isinstance(event, Received):
+                if self._on_event is not None:
+                    self._calls.put(_Report(self._on_event, event))
+            elif (direct := self._direct.get(event.entity)) is not None:
+                direct(event.sample)
+            elif (reader := self._readers.get(event.entity)) is not None and reader.push(event.sample):
+                self._calls.put(reader.call_back)
+
+    def _call_back(self) -> None:
+        while not self._is_closing:
+            call = get_within_slice(self._calls)
+            if call is not None:
+                call()
+
+
+class _Report:
+    """Passes an event on; failures are logged."""
+
+    __slots__ = ("_callback", "_event")
+
+    def __init__(self, callback: Callable[[Event], None], event: Event) -> None:
+        self._callback = callback
+        self._event = event
+
+    def __call__(self) -> None:
+        try:
+            self._callback(self._event)
+        except Exception:
+            _LOG.exception("a callback for ROS 2 failed")

@@ -1,0 +1,107 @@
+"""The other participants: leases, endpoints, addresses, and limits on what is kept of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Final
+
+from pipros.basics.limits import Limits
+from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
+from pipros.ros2.rtps.incomplete import Budget
+from pipros.ros2.rtps.parameters import Address
+
+MAX_LEASE_S: Final = 300.0
+"""An infinite lease would keep a dead peer for ever."""
+_OVERHEAD_BYTES: Final = 2_000
+"""What an announcement takes besides its bytes: objects, and the state of its connections."""
+
+
+@dataclass(slots=True, eq=False)
+class Peer:
+    """Another participant.
+
+    Attributes:
+        host: where its announcement came from.
+        heard_at: when it last sent anything.
+        kept: the bytes of its announcements.
+        incomplete: the bytes of its incomplete samples.
+    """
+
+    data: ParticipantData
+    host: str
+    heard_at: float
+    kept: Budget
+    incomplete: Budget
+    endpoints: dict[bytes, EndpointData] = field(default_factory=dict)
+    is_over_limit: bool = False
+    _costs: dict[bytes, int] = field(default_factory=dict)
+
+    def keep(self, endpoint: EndpointData, payload: bytes) -> bool:
+        """Add or replace an endpoint; return False if the limit is reached."""
+        guid, cost = endpoint.guid, cost_bytes(payload)
+        before = self._costs.get(guid, 0)
+        if cost > before and not self.kept.take(cost - before):
+            return False
+        self.endpoints[guid] = endpoint
+        self._costs[guid] = max(cost, before)
+        return True
+
+    def forget(self, guid: bytes) -> EndpointData | None:
+        """Remove and return an endpoint, if it is known."""
+        self.kept.give_back(self._costs.pop(guid, 0))
+        return self.endpoints.pop(guid, None)
+
+    @property
+    def discovery_address(self) -> Address:
+        return self.choose(self.data.discovery)
+
+    def address_of(self, endpoint: EndpointData) -> Address:
+        """Return the address for samples and requests to an endpoint of this peer."""
+        return self.choose(endpoint.addresses or self.data.data)
+
+    def choose(self, addresses: tuple[Address, ...]) -> Address:
+        """Return the address on the host that the announcement came from, or else the first one."""
+        return next((each for each in addresses if each.host == self.host), addresses[0])
+
+
+def cost_bytes(payload: bytes) -> int:
+    return len(payload) + _OVERHEAD_BYTES
+
+
+class Peers:
+    """All other participants that have announced themselves."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self._kept = Budget(limits.ros2_discovery_bytes)
+        self._incomplete = Budget(limits.ros2_incomplete_total_bytes)
+        self._peers: dict[bytes, Peer] = {}
+
+    def __iter__(self) -> Iterator[Peer]:
+        return iter(self._peers.values())
+
+    def __len__(self) -> int:
+        return len(self._peers)
+
+    def get(self, prefix: bytes) -> Peer | None:
+        return self._peers.get(prefix)
+
+    def add(self, data: ParticipantData, size: int, host: str, now: float) -> Peer | None:
+        """Return a new peer, or None if the limit is reached: its announcements are ignored."""
+        kept = Budget(self._limits.ros2_peer_bytes, self._kept)
+        if not kept.take(size):
+            return None
+        incomplete = Budget(self._limits.ros2_incomplete_bytes, self._incomplete)
+        peer = self._peers[data.prefix] = Peer(data, host, now, kept, incomplete)
+        return peer
+
+    def remove(self, prefix: bytes) -> Peer | None:
+        peer = self._peers.pop(prefix, None)
+        if peer is not None:
+            peer.kept.give_back(peer.kept.used_bytes)
+        return peer
+
+    def expired(self, now: float) -> list[Peer]:
+        """Return the peers that were silent for longer than their lease."""
+        return [peer for peer in self if now - peer.heard_at > min(peer.data.lease_s, MAX_LEASE_S)]

@@ -1,0 +1,108 @@
+"""Quality of service of endpoints, and which writers and readers match."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum, IntEnum
+from typing import Final
+
+
+class Reliability(IntEnum):
+    """As on the wire."""
+
+    BEST_EFFORT = 1
+    RELIABLE = 2
+
+
+class Durability(IntEnum):
+    """As on the wire. TRANSIENT and PERSISTENT need a storage service; ROS 2 does not use them."""
+
+    VOLATILE = 0
+    TRANSIENT_LOCAL = 1
+    TRANSIENT = 2
+    PERSISTENT = 3
+
+
+class Liveliness(IntEnum):
+    """As on the wire."""
+
+    AUTOMATIC = 0
+    MANUAL_BY_PARTICIPANT = 1
+    MANUAL_BY_TOPIC = 2
+
+
+class Policy(Enum):
+    """A policy by which a writer and a reader do not match, with ROS 2's name for it."""
+
+    RELIABILITY = "reliability"
+    DURABILITY = "durability"
+    DEADLINE = "deadline"
+    LIVELINESS = "liveliness"
+    OWNERSHIP = "ownership"
+    PARTITION = "partition"
+    REPRESENTATION = "data representation"
+
+
+XCDR1: Final = 0
+SHARED_OWNERSHIP: Final = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Qos:
+    """What an endpoint offers or requests.
+
+    Attributes:
+        depth: the samples that a writer keeps, or that wait at a reader; 0 means as many as the limits of
+            bytes allow.
+        deadline_s: longest time between two samples.
+        lease_s: longest time between two signs of life of a writer.
+        partitions: names or patterns; empty is the default partition, the only one that ROS 2 uses.
+        representations: what a writer writes first of all, or what a reader reads; empty means XCDR1.
+    """
+
+    reliability: Reliability = Reliability.RELIABLE
+    durability: Durability = Durability.VOLATILE
+    depth: int = 10
+    deadline_s: float = math.inf
+    liveliness: Liveliness = Liveliness.AUTOMATIC
+    lease_s: float = math.inf
+    ownership: int = SHARED_OWNERSHIP
+    partitions: tuple[str, ...] = ()
+    representations: tuple[int, ...] = (XCDR1,)
+
+    @property
+    def is_reliable(self) -> bool:
+        return self.reliability is Reliability.RELIABLE
+
+    @property
+    def is_latched(self) -> bool:
+        """True if late readers get, or ask for, samples from before."""
+        return self.durability is not Durability.VOLATILE
+
+
+def mismatch(offered: Qos, requested: Qos) -> Policy | None:
+    """Return the first policy by which a writer's offer does not satisfy a reader's request."""
+    representation = offered.representations[0] if offered.representations else XCDR1
+    checks = (
+        (Policy.RELIABILITY, offered.reliability >= requested.reliability),
+        (Policy.DURABILITY, offered.durability >= requested.durability),
+        (Policy.DEADLINE, offered.deadline_s <= requested.deadline_s),
+        (
+            Policy.LIVELINESS,
+            offered.liveliness >= requested.liveliness and offered.lease_s <= requested.lease_s,
+        ),
+        (Policy.OWNERSHIP, offered.ownership == requested.ownership),
+        (Policy.PARTITION, _share_partition(offered.partitions, requested.partitions)),
+        (Policy.REPRESENTATION, representation in (requested.representations or (XCDR1,))),
+    )
+    return next((policy for policy, is_met in checks if not is_met), None)
+
+
+def _share_partition(one: tuple[str, ...], other: tuple[str, ...]) -> bool:
+    """Compare with the default partition, the only one that endpoints of pipros have."""
+    return _has_default(one) and _has_default(other)
+
+
+def _has_default(partitions: tuple[str, ...]) -> bool:
+    return not partitions or any(not name.strip("*") for name in partitions)

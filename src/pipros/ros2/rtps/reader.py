@@ -1,0 +1,376 @@
+"""The reading end: samples in the order of each writer, and requests for what is missing.
+
+Theory of operation. From a reliable writer, sample n is delivered after all earlier ones that exist for us;
+a heartbeat or a GAP says which do not. Samples that arrive early wait, within a budget of bytes. A missing
+one is requested when a heartbeat reveals it, again after a pause that doubles, and given up if the writer
+answers none of `MAX_REQUESTS`. Until the first heartbeat, an empty ACKNACK asks for one: the peer
+may not have known us when it sent its own. From best-effort writers, late and repeated samples are dropped.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final, NamedTuple
+
+from pipros.ros2.rtps.encoding import acknack, datagram_head, nack_frag
+from pipros.ros2.rtps.incomplete import PIECE_OVERHEAD_BYTES, Assembly, Budget, total_fragments
+from pipros.ros2.rtps.outbox import Outbox
+from pipros.ros2.rtps.parameters import Address, Parameters
+from pipros.ros2.rtps.submessages import MAX_SET, Data, DataFrag, Gap, Heartbeat, HeartbeatFrag
+
+REQUEST_AGAIN_S: Final = 0.02
+SLOWEST_REQUEST_S: Final = 1.0
+SLOWEST_GREETING_S: Final = 10.0
+"""The interval for writers that never sent a heartbeat."""
+MIN_REQUEST_S: Final = 0.004
+"""No second request for the same samples within this time: the first is still being answered."""
+REQUEST_BYTES: Final = 128_000
+MAX_REQUESTS: Final = 12
+MAX_GAPS: Final = 32
+MAX_ASSEMBLIES: Final = 256
+MAX_FRAGMENTS: Final = 1 << 17
+MAX_EARLY: Final = 8192
+"""Besides the bytes, these bound the work that one submessage causes."""
+ABANDONED_S: Final = 5.0
+"""Fragments of a best-effort sample are dropped if no further one arrived for this time."""
+
+
+class Sample(NamedTuple):
+    """A sample as it arrived.
+
+    Attributes:
+        payload: CDR with its encapsulation header; a key if the entity has ended.
+    """
+
+    writer: bytes
+    sequence: int
+    payload: bytes
+    inline: Parameters | None = None
+    has_payload: bool = True
+
+
+@dataclass(slots=True, eq=False)
+class WriterProxy:
+    """A matched writer.
+
+    Attributes:
+        expected: the next sample to deliver.
+        announced: the last sample that the writer is known to have.
+        early: samples after `expected`.
+        skipped: ranges of samples after `expected` that do not exist: first, and first after it.
+        has_progressed: something has arrived since the last request.
+        requests: in a row that were not answered.
+        usual_bytes: the size of the last sample that had fragments.
+        due: when something is requested again, or abandoned.
+    """
+
+    guid: bytes
+    address: Address
+    head: bytes
+    is_reliable: bool
+    budget: Budget
+    expected: int = 1
+    announced: int = 0
+    is_greeted: bool = False
+    early: dict[int, Sample] = field(default_factory=dict)
+    skipped: list[tuple[int, int]] = field(default_factory=list)
+    assemblies: dict[int, Assembly] = field(default_factory=dict)
+    usual_bytes: int = 0
+    has_progressed: bool = False
+    requests: int = 0
+    requested_at: float = -math.inf
+    due: float = math.inf
+    interval_s: float = REQUEST_AGAIN_S
+
+
+@dataclass(slots=True, eq=False)
+class Reader:
+    """A reader of samples; see the head of the module. Not thread-safe.
+
+    Attributes:
+        deliver: called for each sample.
+        lost: samples that reliable writers no longer had.
+    """
+
+    prefix: bytes
+    entity: bytes
+    sample_bytes: int
+    outbox: Outbox
+    deliver: Callable[[Sample], None]
+    writers: dict[bytes, WriterProxy] = field(default_factory=dict)
+    lost: int = 0
+    _answers: int = 0
+    _waiting: dict[bytes, WriterProxy] = field(default_factory=dict)
+
+    @property
+    def guid(self) -> bytes:
+        return self.prefix + self.entity
+
+    @property
+    def is_waiting(self) -> bool:
+        """True if `deadline` is finite."""
+        return bool(self._waiting)
+
+    def match(self, guid: bytes, address: Address, budget: Budget, now: float, *, is_reliable: bool) -> None:
+        """Add a writer, or change its address."""
+        known = self.writers.get(guid)
+        if known is not None:
+            known.address = address
+            return
+        head = datagram_head(self.prefix, guid[:12])
+        writer = self.writers[guid] = WriterProxy(guid, address, head, is_reliable, budget)
+        if is_reliable:
+            self._acknowledge(writer, (), is_final=False)
+            self._wait(writer, now)
+
+    def unmatch(self, guid: bytes) -> None:
+        """Remove a writer, if it is known, with its incomplete samples."""
+        self._waiting.pop(guid, None)
+        writer = self.writers.pop(guid, None)
+        if writer is None:
+            return
+        for assembly in writer.assemblies.values():
+            assembly.release()
+        for sample in writer.early.values():
+            writer.budget.give_back(_cost(sample))
+
+    def _wait(self, writer: WriterProxy, now: float) -> None:
+        if writer.due == math.inf:
+            writer.interval_s = REQUEST_AGAIN_S
+            writer.requests = 0
+            writer.due = now + writer.interval_s
+            self._waiting[writer.guid] = writer
+
+    def _acknowledge(self, writer: WriterProxy, missing: tuple[int, ...], *, is_final: bool) -> None:
+        self._answers += 1
+        text = acknack(
+            self.entity, writer.guid[12:], writer.expected, missing, self._answers, is_final=is_final
+        )
+        self.outbox.send(writer.address, writer.head, text)
+
+    def on_data(self, guid: bytes, data: Data, now: float) -> None:
+        writer = self.writers.get(guid)
+        if writer is None or not self._is_new(writer, data.sequence):
+            return
+        sample = Sample(guid, data.sequence, bytes(data.payload), data.inline, data.has_payload)
+        self._accept(writer, sample, now)
+
+    def _is_new(self, writer: WriterProxy, sequence: int) -> bool:
+        return sequence >= writer.expected and sequence not in writer.early
+
+    def _accept(self, writer: WriterProxy, sample: Sample, now: float) -> None:
+        """Deliver a new sample, or keep it until the earlier ones have arrived."""
+        if not writer.is_reliable or sample.sequence == writer.expected:
+            writer.expected = sample.sequence + 1
+            writer.has_progressed = True
+            self.deliver(sample)
+            if writer.early or writer.skipped or writer.assemblies:
+                self._catch_up(writer)
+        elif len(writer.early) < MAX_EARLY and writer.budget.take(_cost(sample)):
+            writer.early[sample.sequence] = sample
+            writer.announced = max(writer.announced, sample.sequence)
+            self._wait(writer, now)
+
+    def _catch_up(self, writer: WriterProxy) -> None:
+        """Deliver the early samples that are next, and pass over those that do not exist."""
+        while True:
+            sample = writer.early.pop(writer.expected, None)
+            if sample is not None:
+                writer.budget.give_back(_cost(sample))
+                writer.expected += 1
+                self.deliver(sample)
+                continue
+            end = max((end for start, end in writer.skipped if start <= writer.expected), default=0)
+            if end <= writer.expected:
+                break
+            writer.expected = end
+        writer.skipped = [each for each in writer.skipped if each[1] > writer.expected]
+        for sequence in [each for each in writer.assemblies if each < writer.expected]:
+            writer.assemblies.pop(sequence).release()
+
+    def _advance(self, writer: WriterProxy, first: int) -> None:
+        """Give up on everything before `first` that has not arrived."""
+        if first <= writer.expected:
+            return
+        for sequence in sorted(each for each in writer.early if each < first):
+            sample = writer.early.pop(sequence)
+            writer.budget.give_back(_cost(sample))
+            self.deliver(sample)
+        writer.expected = first
+        self._catch_up(writer)
+
+    def on_data_frag(self, guid: bytes, fragment: DataFrag, now: float) -> None:
+        writer = self.writers.get(guid)
+        if writer is None:
+            return
+        sequence = fragment.sequence
+        assembly = writer.assemblies.get(sequence) or self._start(writer, fragment, now)
+        if assembly is None:
+            return
+        writer.has_progressed = True
+        payload = assembly.add(fragment, now)
+        if payload is None:
+            writer.announced = max(writer.announced, sequence)
+            self._wait(writer, now)
+            if assembly.is_answered and writer.is_reliable:
+                self._request(writer, now)
+            return
+        was_requested = assembly.was_requested
+        del writer.assemblies[sequence]
+        inline = assembly.inline
+        assembly.release()
+        writer.usual_bytes = len(payload)
+        self._accept(writer, Sample(guid, sequence, payload, inline), now)
+        if was_requested and writer.announced >= writer.expected:
+            self._request(writer, now)
+
+    def _start(self, writer: WriterProxy, fragment: DataFrag, now: float) -> Assembly | None:
+        """Return a new assembly, or None for a sample that is not new, or larger than the limits."""
+        sequence = fragment.sequence
+        if not self._is_new(writer, sequence):
+            return None
+        fragments = total_fragments(fragment.fragment_bytes, fragment.sample_bytes)
+        if fragment.sample_bytes > self.sample_bytes or fragments > MAX_FRAGMENTS:
+            self.lost += 1
+            self._skip(writer, sequence, sequence + 1)
+            return None
+        if len(writer.assemblies) >= MAX_ASSEMBLIES:
+            return None
+        assembly = Assembly.start(writer.budget, fragment, now)
+        if assembly is not None:
+            writer.assemblies[sequence] = assembly
+        return assembly
+
+    def on_gap(self, guid: bytes, gap: Gap) -> None:
+        writer = self.writers.get(guid)
+        if writer is None or not writer.is_reliable:
+            return
+        writer.is_greeted = True
+        self._skip(writer, gap.start, max(gap.start, gap.base))
+        for sequence in gap.others:
+            self._skip(writer, sequence, sequence + 1)
+
+    def _skip(self, writer: WriterProxy, start: int, end: int) -> None:
+        if end <= writer.expected:
+            return
+        writer.has_progressed = True
+        if start > writer.expected and len(writer.skipped) >= MAX_GAPS:
+            return  # the writer repeats it when its samples are requested
+        writer.skipped.append((start, end))
+        for sequence in [each for each in writer.assemblies if start <= each < end]:
+            writer.assemblies.pop(sequence).release()
+        self._catch_up(writer)
+
+    def on_heartbeat(self, guid: bytes, beat: Heartbeat, now: float) -> None:
+        writer = self.writers.get(guid)
+        if writer is None or not writer.is_reliable:
+            return
+        if beat.first > writer.expected:
+            if writer.is_greeted:
+                self.lost += beat.first - writer.expected
+            self._advance(writer, beat.first)
+        writer.is_greeted = True
+        writer.announced = beat.last
+        if beat.last >= writer.expected:
+            self._wait(writer, now)
+            if now - writer.requested_at >= MIN_REQUEST_S:
+                self._request(writer, now)
+            return
+        if not beat.is_final:
+            self._acknowledge(writer, (), is_final=True)
+        self._rest(writer)
+
+    def on_heartbeat_frag(self, guid: bytes, beat: HeartbeatFrag, now: float) -> None:
+        writer = self.writers.get(guid)
+        if writer is not None and writer.is_reliable and self._is_new(writer, beat.sequence):
+            writer.announced = max(writer.announced, beat.sequence)
+            self._wait(writer, now)
+
+    def _rest(self, writer: WriterProxy) -> None:
+        if writer.is_greeted and not writer.assemblies:
+            writer.due = math.inf
+            self._waiting.pop(writer.guid, None)
+
+    def _missing(self, writer: WriterProxy) -> tuple[int, ...]:
+        last = min(writer.announced, writer.expected + MAX_SET - 1)
+        return tuple(
+            sequence
+            for sequence in range(writer.expected, last + 1)
+            if sequence not in writer.early
+            and not any(start <= sequence < end for start, end in writer.skipped)
+        )
+
+    def _request(self, writer: WriterProxy, now: float) -> None:
+        """Ask for the next missing samples or fragments, about as much as fits a receive buffer.
+
+        If more were requested at once, the answers would push each other out of the buffer.
+        """
+        writer.requested_at = now
+        whole: list[int] = []
+        left_bytes = REQUEST_BYTES
+        fragments: list[tuple[int, tuple[int, ...]]] = []
+        for sequence in self._missing(writer):
+            assembly = writer.assemblies.get(sequence)
+            if assembly is None:
+                whole.append(sequence)
+                left_bytes -= writer.usual_bytes
+            elif now - assembly.changed_at >= MIN_REQUEST_S or assembly.is_answered:
+                lacking = assembly.request(left_bytes)
+                fragments.append((sequence, lacking))
+                left_bytes -= len(lacking) * assembly.fragment_bytes
+            if left_bytes <= 0:
+                break
+        self._acknowledge(writer, tuple(whole), is_final=bool(whole))
+        for sequence, lacking in fragments:
+            self._answers += 1
+            text = nack_frag(self.entity, writer.guid[12:], sequence, lacking, self._answers)
+            self.outbox.send(writer.address, writer.head, text)
+
+    @property
+    def deadline(self) -> float:
+        """When `poll` has something to request or to abandon."""
+        return min((writer.due for writer in self._waiting.values()), default=math.inf)
+
+    def poll(self, now: float) -> None:
+        """Repeat requests that were not answered."""
+        for writer in [each for each in self._waiting.values() if each.due <= now]:
+            if writer.is_reliable:
+                self._poll_reliable(writer, now)
+            else:
+                self._abandon_old(writer, now)
+
+    def _poll_reliable(self, writer: WriterProxy, now: float) -> None:
+        if writer.has_progressed:
+            writer.has_progressed = False
+            writer.interval_s, writer.requests = REQUEST_AGAIN_S, 0
+        else:
+            slowest_s = SLOWEST_REQUEST_S if writer.is_greeted else SLOWEST_GREETING_S
+            writer.interval_s = min(writer.interval_s * 2, slowest_s)
+        writer.due = now + writer.interval_s
+        if writer.announced >= writer.expected:
+            writer.requests += 1
+            if writer.requests > MAX_REQUESTS and writer.early:
+                self.lost += min(writer.early) - writer.expected
+                self._advance(writer, min(writer.early))
+                writer.requests = 0
+            else:
+                self._request(writer, now)
+        elif not writer.is_greeted:
+            self._acknowledge(writer, (), is_final=False)
+        else:
+            self._rest(writer)
+
+    def _abandon_old(self, writer: WriterProxy, now: float) -> None:
+        old = [seq for seq, each in writer.assemblies.items() if now - each.changed_at >= ABANDONED_S]
+        for sequence in old:
+            writer.assemblies.pop(sequence).release()
+        writer.due = now + ABANDONED_S
+        if not writer.assemblies:
+            writer.due = math.inf
+            self._waiting.pop(writer.guid, None)
+
+
+def _cost(sample: Sample) -> int:
+    return len(sample.payload) + PIECE_OVERHEAD_BYTES

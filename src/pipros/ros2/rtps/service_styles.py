@@ -1,0 +1,134 @@
+"""Requests and replies of services, in the two styles that DDS peers understand.
+
+The style of rmw_fastrtps names the related sample in inline QoS: a request names the client's reader of
+replies, a reply the request. The style of rmw_cyclonedds puts 16 bytes before the message: a number of the
+client and a sequence number, which the reply repeats. A peer that receives the other style reads nonsense, or
+runs out of memory, so the style is chosen for each peer, and a peer of unknown style gets nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from struct import Struct, error
+from typing import Final
+
+from pipros.ros2.rtps.announcements import EndpointData, ParticipantData, entries
+from pipros.ros2.rtps.identity import CYCLONE_DDS, FAST_DDS
+from pipros.ros2.rtps.parameters import SampleIdentity, read_related_sample
+from pipros.ros2.rtps.reader import Sample
+
+PIPROS_MARK: Final = "pipros"
+"""The entry in the USER_DATA of participants of pipros."""
+
+_ENCAPSULATION_BYTES: Final = 4
+_CYCLONE_HEAD = Struct("<Qq")
+_CLIENT_ID, _SERVICE_ID = "clientid", "serviceid"
+
+
+class Style(Enum):
+    """How a peer relates replies to requests."""
+
+    FAST = "rmw_fastrtps"
+    CYCLONE = "rmw_cyclonedds"
+
+
+def style_of(peer: ParticipantData, endpoint: EndpointData) -> Style | None:
+    """Return the style of a peer by its vendor, or by the ids in USER_DATA; None if it is unknown."""
+    if PIPROS_MARK in entries(peer.user_data) or peer.vendor == FAST_DDS:
+        return Style.FAST
+    if peer.vendor == CYCLONE_DDS or entries(endpoint.user_data).keys() & {_CLIENT_ID, _SERVICE_ID}:
+        return Style.CYCLONE
+    return None
+
+
+def endpoint_id(user_data: bytes) -> str | None:
+    """Return the id that connects the two endpoints of a client or of a server in the style of Cyclone."""
+    found = entries(user_data)
+    return found.get(_CLIENT_ID) or found.get(_SERVICE_ID)
+
+
+def id_entry(guid: bytes, *, is_client: bool) -> bytes:
+    """Return the entry of USER_DATA with such an id.
+
+    >>> id_entry(bytes(range(16)), is_client=True)
+    b'clientid=0.1.2.3.4.5.6.7.8.9.a.b.c.d.e.f;'
+    """
+    name = _CLIENT_ID if is_client else _SERVICE_ID
+    return f"{name}={'.'.join(f'{byte:x}' for byte in guid)};".encode()
+
+
+def topics_of(service: str) -> tuple[str, str]:
+    """Return the topics of requests and replies.
+
+    >>> topics_of("/add_two_ints")
+    ('rq/add_two_intsRequest', 'rr/add_two_intsReply')
+    """
+    return f"rq{service}Request", f"rr{service}Reply"
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A request as a server needs it.
+
+    Attributes:
+        payload: CDR without Cyclone's bytes.
+        writer: the client's writer of requests.
+        reply_reader: the client's reader of replies, if the request names it.
+        related: what the reply names.
+        head: Cyclone's bytes, which the reply repeats.
+    """
+
+    payload: bytes
+    writer: bytes
+    style: Style
+    reply_reader: bytes | None = None
+    related: SampleIdentity | None = None
+    head: bytes = b""
+
+    def reply(self, payload: bytes) -> bytes:
+        """Return the payload of a reply."""
+        return with_head(payload, self.head) if self.head else payload
+
+
+def with_head(payload: bytes, head: bytes) -> bytes:
+    return payload[:_ENCAPSULATION_BYTES] + head + payload[_ENCAPSULATION_BYTES:]
+
+
+def read_request(sample: Sample, style: Style) -> Request | None:
+    """Return a request, or None if it is too short or names a reader of another participant."""
+    if style is Style.CYCLONE:
+        found = split_head(sample.payload)
+        if found is None:
+            return None
+        head, payload = found
+        return Request(payload, sample.writer, style, head=head)
+    related = read_related_sample(sample.inline)
+    if related is None:
+        identity = SampleIdentity(sample.writer, sample.sequence)
+        return Request(sample.payload, sample.writer, style, related=identity)
+    if related.guid[:12] != sample.writer[:12]:
+        return None
+    identity = SampleIdentity(related.guid, sample.sequence)
+    return Request(sample.payload, sample.writer, style, related.guid, identity)
+
+
+def split_head(payload: bytes) -> tuple[bytes, bytes] | None:
+    """Return Cyclone's bytes and the payload without them, or None if it is too short or big-endian."""
+    end = _ENCAPSULATION_BYTES + _CYCLONE_HEAD.size
+    if len(payload) < end or payload[1] & 1 == 0:
+        return None
+    return payload[_ENCAPSULATION_BYTES:end], payload[:_ENCAPSULATION_BYTES] + payload[end:]
+
+
+def cyclone_head(client: int, number: int) -> bytes:
+    return _CYCLONE_HEAD.pack(client, number)
+
+
+def read_cyclone_head(head: bytes) -> tuple[int, int] | None:
+    """Return the client and the sequence number in Cyclone's bytes."""
+    try:
+        client, number = _CYCLONE_HEAD.unpack(head)
+    except error:
+        return None
+    return client, number

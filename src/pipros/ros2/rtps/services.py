@@ -1,0 +1,261 @@
+"""Servers and clients of services, for peers of both styles at the same time."""
+
+from __future__ import annotations
+
+import itertools
+import logging
+import os
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from queue import SimpleQueue
+from typing import Final
+
+from pipros.basics.errors import NotFound, PiprosError
+from pipros.basics.interruptible_wait import get_within_slice
+from pipros.basics.limits import process_limits
+from pipros.net.workers import Workers
+from pipros.ros2.rtps.engine import Engine
+from pipros.ros2.rtps.identity import guid_text
+from pipros.ros2.rtps.parameters import SampleIdentity, read_related_sample
+from pipros.ros2.rtps.participant import Participant
+from pipros.ros2.rtps.qos import Qos
+from pipros.ros2.rtps.reader import Sample
+from pipros.ros2.rtps.service_styles import (
+    Request,
+    Style,
+    cyclone_head,
+    endpoint_id,
+    id_entry,
+    read_cyclone_head,
+    read_request,
+    split_head,
+    style_of,
+    topics_of,
+    with_head,
+)
+
+SERVICE_QOS: Final = Qos(depth=10)
+_LOG = logging.getLogger("pipros.ros2")
+_REPLY_READER_S: Final = 0.1
+"""How long a reply waits until the client's reader of replies has matched, as in rmw_cyclonedds."""
+_WORKERS: Final = 16
+
+
+class UnknownStyle(PiprosError):
+    """A peer has a service, but does not say how it relates replies to requests."""
+
+
+def style_at(engine: Engine, guid: bytes) -> Style | None:
+    """Return the style of the peer with this endpoint."""
+    peer, endpoint = engine.peers.get(guid[:12]), engine.endpoint(guid)
+    return style_of(peer.data, endpoint) if peer and endpoint else None
+
+
+class Server:
+    """A service for clients of both styles. Each reply goes to the client's reader alone.
+
+    Attributes:
+        refused: requests of peers whose style is unknown, of the wrong form, or too many at a time.
+        unanswered: replies for which the client had no reader.
+    """
+
+    def __init__(
+        self,
+        participant: Participant,
+        service: str,
+        request_type: str,
+        reply_type: str,
+        handler: Callable[[bytes], bytes | None],
+        request_hash: bytes = b"",
+        reply_hash: bytes = b"",
+    ) -> None:
+        """Announce the service with DDS's names of the types of requests and replies.
+
+        Args:
+            handler: gets and returns CDR with its encapsulation header, in a thread of its own; None for no
+                reply.
+            request_hash, reply_hash: entries of USER_DATA such as `typehash=RIHS01_…;`.
+        """
+        requests, replies = topics_of(service)
+        self.refused = self.unanswered = 0
+        self._participant = participant
+        self._service = service
+        self._handler = handler
+        self._workers = Workers("ros2 service", _WORKERS)
+        self._limit_bytes = process_limits().ros2_inbox_bytes
+        self._queued_bytes = 0
+        self._lock = threading.Lock()
+        entry = id_entry(os.urandom(16), is_client=False)
+        self._writer = participant.add_writer(replies, reply_type, SERVICE_QOS, entry + reply_hash)
+        self._reader = participant.add_reader(
+            requests, request_type, SERVICE_QOS, self._on_request, entry + request_hash, is_direct=True
+        )
+
+    def _on_request(self, sample: Sample) -> None:
+        with self._lock:
+            if self._queued_bytes + len(sample.payload) > self._limit_bytes:
+                self.refused += 1
+                return
+            self._queued_bytes += len(sample.payload)
+        self._workers.run(self._answer, sample)
+
+    def _answer(self, sample: Sample) -> None:
+        try:
+            style = self._participant.ask(lambda engine: style_at(engine, sample.writer))
+            request = read_request(sample, style) if style else None
+            if request is None:
+                self.refused += 1
+                reason = "is malformed" if style else "comes from a peer of unknown style"
+                _LOG.warning("a request for %s %s [%s]", self._service, reason, guid_text(sample.writer))
+                return
+            payload = self._handler(request.payload)
+            if payload is not None:
+                self._reply(request, payload)
+        finally:
+            with self._lock:
+                self._queued_bytes -= len(sample.payload)
+
+    def _reply(self, request: Request, payload: bytes) -> None:
+        entity = self._writer.entity
+        self._participant.wait_for(lambda engine: bool(_recipients(engine, entity, request)), _REPLY_READER_S)
+        recipients = self._participant.ask(lambda engine: _recipients(engine, entity, request))
+        if not recipients:
+            self.unanswered += 1
+            return
+        self._writer.write(request.reply(payload), related=request.related, recipients=recipients)
+
+    def clients(self) -> int:
+        """Return the number of matched clients."""
+        return len(self._reader.writers())
+
+    def close(self) -> None:
+        """End the service. May be called repeatedly."""
+        self._reader.close()
+        self._writer.close()
+        self._workers.close()
+
+
+def _recipients(engine: Engine, entity: bytes, request: Request) -> frozenset[bytes]:
+    """Return the readers of replies of the client that sent a request."""
+    readers = engine.writer(entity).readers
+    if request.reply_reader is not None and request.reply_reader in readers:
+        return frozenset([request.reply_reader])
+    mine = [guid for guid in readers if guid[:12] == request.writer[:12]]
+    if request.style is Style.FAST:
+        return frozenset(mine) if request.reply_reader is None and len(mine) == 1 else frozenset()
+    client = engine.endpoint(request.writer)
+    wanted = endpoint_id(client.user_data) if client else None
+    ids = {guid: endpoint_id(found.user_data) for guid in mine if (found := engine.endpoint(guid))}
+    return frozenset(guid for guid, found in ids.items() if wanted is None or found in (None, wanted))
+
+
+@dataclass(frozen=True, slots=True)
+class _Target:
+    """A server's reader of requests."""
+
+    reader: bytes
+    style: Style | None
+
+
+class Client:
+    """A client of a service, with any number of calls at a time."""
+
+    def __init__(
+        self,
+        participant: Participant,
+        service: str,
+        request_type: str,
+        reply_type: str,
+        request_hash: bytes = b"",
+        reply_hash: bytes = b"",
+    ) -> None:
+        """See `Server` for the arguments."""
+        requests, replies = topics_of(service)
+        self._participant = participant
+        self._service = service
+        self._id = int.from_bytes(os.urandom(8), "little")
+        self._numbers = itertools.count(1)
+        self._pending: dict[tuple[Style, int], SimpleQueue[bytes]] = {}
+        entry = id_entry(os.urandom(16), is_client=True)
+        self._reader = participant.add_reader(
+            replies, reply_type, SERVICE_QOS, self._on_reply, entry + reply_hash, is_direct=True
+        )
+        self._writer = participant.add_writer(requests, request_type, SERVICE_QOS, entry + request_hash)
+
+    def wait_for_server(self, timeout_s: float = 5.0) -> bool:
+        """Wait for a server; return False if the time is up."""
+        return self._participant.wait_for(lambda engine: self._server(engine) is not None, timeout_s)
+
+    def _server(self, engine: Engine) -> _Target | None:
+        """Return a participant with both ends of the service, preferably of known style."""
+        writers = engine.reader(self._reader.entity).writers
+        offering = {guid[:12] for guid in writers}
+        readers = [guid for guid in engine.writer(self._writer.entity).readers if guid[:12] in offering]
+        targets = [_Target(guid, style_at(engine, guid)) for guid in readers]
+        return next((each for each in targets if each.style), targets[0] if targets else None)
+
+    def call(self, payload: bytes, timeout_s: float) -> bytes:
+        """Call the service with CDR, including the encapsulation header; return the reply likewise.
+
+        Raises:
+            NotFound: there is no server.
+            UnknownStyle: the server does not say how it relates replies to requests; nothing was sent.
+            TimeoutError: the reply did not arrive in time.
+        """
+        deadline = time.monotonic() + timeout_s
+        target = self._participant.ask(self._server)
+        if target is None:
+            raise NotFound(f"service [{self._service}] has no server in ROS 2")
+        if target.style is None:
+            raise UnknownStyle(
+                f"service [{self._service}] is offered by a DDS implementation whose services are unknown"
+            )
+        replies: SimpleQueue[bytes] = SimpleQueue()
+        key = self._send(target, payload, replies)
+        try:
+            while (left_s := deadline - time.monotonic()) > 0:
+                reply = get_within_slice(replies, left_s)
+                if reply is not None:
+                    return reply
+        finally:
+            self._pending.pop(key, None)
+        raise TimeoutError(f"service [{self._service}] did not reply within {timeout_s} s")
+
+    def _send(self, target: _Target, payload: bytes, replies: SimpleQueue[bytes]) -> tuple[Style, int]:
+        entity, recipients = self._writer.entity, frozenset([target.reader])
+        if target.style is Style.CYCLONE:
+            number = next(self._numbers)
+            self._pending[Style.CYCLONE, number] = replies
+            payload = with_head(payload, cyclone_head(self._id, number))
+            self._participant.write(entity, payload, None, recipients)
+            return Style.CYCLONE, number
+        related = SampleIdentity(self._reader.guid, 0)
+
+        def register(number: int) -> None:
+            self._pending[Style.FAST, number] = replies
+
+        number = self._participant.write(entity, payload, related, recipients, register)
+        return Style.FAST, number
+
+    def _on_reply(self, sample: Sample) -> None:
+        related = read_related_sample(sample.inline)
+        payload = sample.payload
+        if related is not None:
+            if related.guid not in (self._reader.guid, self._writer.guid):
+                return
+            waiting = self._pending.get((Style.FAST, related.sequence))
+        else:
+            found = split_head(payload)
+            numbers = read_cyclone_head(found[0]) if found else None
+            if found is None or numbers is None or numbers[0] != self._id:
+                return
+            waiting, payload = self._pending.get((Style.CYCLONE, numbers[1])), found[1]
+        if waiting is not None:
+            waiting.put(payload)
+
+    def close(self) -> None:
+        """End the client. May be called repeatedly."""
+        self._reader.close()
+        self._writer.close()

@@ -1,0 +1,198 @@
+"""The UDP sockets of a participant."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import sys
+from collections import deque
+from collections.abc import Iterable
+from struct import Struct
+from typing import Final
+
+from pipros.basics.errors import Unreachable
+from pipros.basics.limits import Limits
+from pipros.net.address import ANY, LOOPBACK
+from pipros.net.this_machine import addresses_of, own_addresses
+from pipros.ros2.rtps.domain import (
+    MAX_PARTICIPANT,
+    MULTICAST_GROUP,
+    PROBED_PARTICIPANTS,
+    Discovery,
+    DiscoveryRange,
+    data_port,
+    discovery_port,
+    multicast_port,
+)
+from pipros.ros2.rtps.outbox import Outgoing
+from pipros.ros2.rtps.parameters import Address
+
+_RECEIVE_BUFFER_BYTES: Final = 8 << 20
+"""As much as the system allows; often 208 KiB (net.core.rmem_max)."""
+_MAX_DATAGRAM: Final = 65_536
+_DATAGRAM_OVERHEAD_BYTES: Final = 200
+_SIOCGIFADDR: Final = 0x8915
+_INTERFACE_REQUEST: Final = Struct("256s")
+
+
+def interface_addresses() -> list[str]:
+    """Return the IPv4 addresses of all interfaces, loopback last; on Linux without looking up any name."""
+    found: list[str] = []
+    if sys.platform == "linux":
+        import fcntl
+
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            for _, name in socket.if_nameindex():
+                with contextlib.suppress(OSError):  # the interface has no address
+                    request = _INTERFACE_REQUEST.pack(name.encode())
+                    answer = fcntl.ioctl(probe.fileno(), _SIOCGIFADDR, request)
+                    found.append(socket.inet_ntoa(answer[20:24]))
+    else:
+        found = own_addresses()
+    return sorted(set(found), key=lambda address: (address.startswith("127."), address))
+
+
+class RtpsSockets:
+    """The sockets of one participant: for discovery, for samples, and for multicast.
+
+    Attributes:
+        discovery, data: the addresses to announce.
+        announce_to: where to look for other participants.
+        local_hosts: this machine's addresses.
+        receiving: the sockets to read.
+    """
+
+    def __init__(self, where: Discovery, limits: Limits) -> None:
+        """Open the sockets on the first free ports of the domain.
+
+        Raises:
+            Unreachable: all ports of the domain are in use.
+        """
+        self._group = Address(MULTICAST_GROUP, multicast_port(where.domain))
+        reaches_out = where.range is DiscoveryRange.SUBNET or bool(where.static_peers)
+        interfaces = interface_addresses()
+        host = ANY if reaches_out else LOOPBACK
+        participant, meta, data = _bind_pair(where.domain, host)
+        self._meta = meta
+        self.receiving = [meta, data]
+        hosts = [each for each in interfaces if not each.startswith("127.")] if reaches_out else []
+        hosts = hosts or [LOOPBACK]
+        self.discovery = tuple(Address(each, discovery_port(where.domain, participant)) for each in hosts)
+        self.data = tuple(Address(each, data_port(where.domain, participant)) for each in hosts)
+        self.local_hosts = frozenset(interfaces)
+        self._interfaces = hosts
+        probed = [LOOPBACK] if where.range is not DiscoveryRange.OFF else []
+        announce_to: list[Address] = []
+        if where.range is not DiscoveryRange.OFF:
+            probed += [found for peer in where.static_peers for found in _ipv4(peer, limits)]
+        if where.range is DiscoveryRange.SUBNET:
+            announce_to.append(self._group)
+            self.receiving.append(_multicast_socket(self._group, hosts))
+        own = discovery_port(where.domain, participant)
+        for address in dict.fromkeys(probed):
+            ports = (discovery_port(where.domain, number) for number in range(PROBED_PARTICIPANTS))
+            is_own = address in self.local_hosts or address == LOOPBACK
+            announce_to += [Address(address, port) for port in ports if not (is_own and port == own)]
+        self.announce_to = tuple(announce_to)
+
+    def send(self, datagrams: Iterable[Outgoing]) -> None:
+        """Send datagrams. Those that the system refuses are lost, like any others on the way."""
+        for address, parts in datagrams:
+            if address == self._group:
+                self._send_to_group(parts)
+                continue
+            with contextlib.suppress(OSError):
+                _send(self._meta, parts, address)
+
+    def _send_to_group(self, parts: tuple[bytes | memoryview, ...]) -> None:
+        for interface in self._interfaces:
+            with contextlib.suppress(OSError):
+                self._meta.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(interface))
+                _send(self._meta, parts, self._group)
+
+    def close(self) -> None:
+        for each in self.receiving:
+            each.close()
+
+
+def _send(through: socket.socket, parts: tuple[bytes | memoryview, ...], address: Address) -> None:
+    if sys.platform == "win32":
+        through.sendto(b"".join(parts), address)
+    else:
+        through.sendmsg(parts, (), 0, address)
+
+
+class Backlog:
+    """Datagrams that were read and not yet handled.
+
+    Handling takes longer than reading, and the system's buffers are small: often 208 KiB, room for 14 of the
+    datagrams with which Cyclone DDS sends images. So the sockets are read several times in between.
+    """
+
+    def __init__(self, limit_bytes: int) -> None:
+        self._limit_bytes = limit_bytes
+        self._bytes = 0
+        self._datagrams: deque[tuple[bytes, str]] = deque()
+
+    def __bool__(self) -> bool:
+        return bool(self._datagrams)
+
+    def read(self, sources: Iterable[socket.socket]) -> None:
+        """Read everything that has arrived, up to the limit; the system drops what then does not fit."""
+        for source in sources:
+            while self._bytes < self._limit_bytes:
+                try:
+                    datagram, address = source.recvfrom(_MAX_DATAGRAM)
+                except OSError:  # nothing has arrived, or an ICMP error for an earlier datagram
+                    break
+                self._datagrams.append((datagram, str(address[0])))
+                self._bytes += len(datagram) + _DATAGRAM_OVERHEAD_BYTES
+
+    def next(self) -> tuple[bytes, str] | None:
+        """Return the next datagram and the host that sent it."""
+        if not self._datagrams:
+            return None
+        datagram, host = self._datagrams.popleft()
+        self._bytes -= len(datagram) + _DATAGRAM_OVERHEAD_BYTES
+        return datagram, host
+
+
+def _ipv4(peer: str, limits: Limits) -> list[str]:
+    return [address for address in addresses_of(peer, limits) if ":" not in address]
+
+
+def _bind_pair(domain: int, host: str) -> tuple[int, socket.socket, socket.socket]:
+    """Return the number of a participant that is free on this machine, and its sockets."""
+    for participant in range(MAX_PARTICIPANT + 1):
+        ports = discovery_port(domain, participant), data_port(domain, participant)
+        opened: list[socket.socket] = []
+        try:
+            for port in ports:
+                opened.append(_udp_socket())
+                opened[-1].bind((host, port))
+        except OSError:
+            for each in opened:
+                each.close()
+            continue
+        return participant, opened[0], opened[1]
+    raise Unreachable(
+        f"domain {domain}", f"all ports of its {MAX_PARTICIPANT + 1} participants are in use on this machine"
+    )
+
+
+def _udp_socket() -> socket.socket:
+    opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    opened.setblocking(False)
+    opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER_BYTES)
+    return opened
+
+
+def _multicast_socket(group: Address, interfaces: list[str]) -> socket.socket:
+    opened = _udp_socket()
+    opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    opened.bind((ANY if sys.platform == "win32" else group.host, group.port))
+    for interface in interfaces:
+        with contextlib.suppress(OSError):  # the interface cannot do multicast
+            membership = socket.inet_aton(group.host) + socket.inet_aton(interface)
+            opened.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
+    return opened

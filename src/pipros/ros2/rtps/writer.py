@@ -1,0 +1,372 @@
+"""The writing end: a history of samples, and the state of each matched reader.
+
+Theory of operation. `write` sends a sample to each reader at once, followed by a heartbeat that need not be
+answered. While a reliable reader has not acknowledged everything that it should have, heartbeats that must be
+answered follow, at intervals that double; the reader names what it lacks, and gets it again, or a GAP if it
+is no longer kept. Replies of services are for single readers: the others get a GAP for those numbers before
+their next sample.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Final
+
+from pipros.basics.errors import LimitExceeded
+from pipros.basics.limits import limit_text
+from pipros.ros2.rtps.encoding import data_frag_head, data_head, datagram_head, gap, heartbeat
+from pipros.ros2.rtps.outbox import Outbox, Outgoing, Transfer
+from pipros.ros2.rtps.parameters import Address
+from pipros.ros2.rtps.qos import Qos
+from pipros.ros2.rtps.submessages import MAX_SET, AckNack, NackFrag
+
+FIRST_HEARTBEAT_S: Final = 0.02
+SLOWEST_HEARTBEAT_S: Final = 1.0
+SLOWEST_GREETING_S: Final = 10.0
+"""The interval for readers that never answered: a flood of them must not cause much work."""
+LOCAL_FRAGMENT_BYTES: Final = 60_000
+REMOTE_FRAGMENT_BYTES: Final = 1_344
+"""What fits an Ethernet frame, as in Cyclone DDS: the loss of an IP fragment would lose them all."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Change:
+    """A sample in the history.
+
+    Attributes:
+        inline: inline QoS, with its sentinel, or empty.
+        recipients: the readers that it is for; None for all.
+        is_key: the payload is the key of an entity that has ended.
+    """
+
+    sequence: int
+    payload: bytes
+    inline: bytes = b""
+    recipients: frozenset[bytes] | None = None
+    is_key: bool = False
+
+    def is_for(self, reader: bytes) -> bool:
+        return self.recipients is None or reader in self.recipients
+
+    @property
+    def cost_bytes(self) -> int:
+        return len(self.payload) + len(self.inline) + _OVERHEAD_BYTES
+
+
+_OVERHEAD_BYTES: Final = 200
+
+
+@dataclass(slots=True, eq=False)
+class ReaderProxy:
+    """A matched reader.
+
+    Attributes:
+        head: the start of each datagram to it.
+        first: the first sample that concerns it.
+        sent: the last one that was sent to it, or that it was told to skip.
+        wanted: the last one that is for it.
+        acked: it has everything up to this one.
+        is_greeted: it has answered.
+        due: when the next heartbeat is sent.
+    """
+
+    guid: bytes
+    address: Address
+    head: bytes
+    is_reliable: bool
+    fragment_bytes: int
+    first: int
+    sent: int
+    wanted: int
+    acked: int
+    is_greeted: bool = False
+    due: float = math.inf
+    interval_s: float = FIRST_HEARTBEAT_S
+    last_acknack: int = -1
+    last_nack_frag: int = -1
+
+    @property
+    def entity(self) -> bytes:
+        return self.guid[12:]
+
+    @property
+    def is_behind(self) -> bool:
+        return self.is_reliable and (self.acked < self.wanted or not self.is_greeted)
+
+
+@dataclass(slots=True, eq=False)
+class Writer:
+    """A writer of samples; see the head of the module. Not thread-safe."""
+
+    prefix: bytes
+    entity: bytes
+    qos: Qos
+    history_bytes: int
+    outbox: Outbox
+    readers: dict[bytes, ReaderProxy] = field(default_factory=dict)
+    dropped: int = 0
+    _history: dict[int, Change] = field(default_factory=dict)
+    _kept_bytes: int = 0
+    _first: int = 1
+    _last: int = 0
+    _heartbeats: int = 0
+    _behind: dict[bytes, ReaderProxy] = field(default_factory=dict)
+
+    @property
+    def guid(self) -> bytes:
+        return self.prefix + self.entity
+
+    @property
+    def last(self) -> int:
+        """The sequence number of the newest sample, 0 before the first."""
+        return self._last
+
+    def has_room(self, payload_bytes: int) -> bool:
+        """Return False if a sample would displace one that a reliable reader still lacks (depth 0)."""
+        return bool(self.qos.depth) or not self._behind or self._fits(payload_bytes)
+
+    def _fits(self, payload_bytes: int) -> bool:
+        return self._kept_bytes + payload_bytes + _OVERHEAD_BYTES <= self.history_bytes
+
+    @property
+    def is_acknowledged(self) -> bool:
+        """True if no reliable reader lacks a sample."""
+        return not any(reader.acked < reader.wanted for reader in self._behind.values())
+
+    def write(
+        self,
+        payload: bytes,
+        now: float,
+        inline: bytes = b"",
+        recipients: frozenset[bytes] | None = None,
+        *,
+        is_key: bool = False,
+    ) -> int:
+        """Send a sample, and keep it for repetitions and late readers; return its sequence number.
+
+        Raises:
+            LimitExceeded: it is larger than `Limits.ros2_history_bytes`.
+        """
+        if len(payload) + _OVERHEAD_BYTES > self.history_bytes:
+            text = limit_text("ros2_history_bytes", self.history_bytes)
+            raise LimitExceeded(f"a message of {len(payload)} bytes for ROS 2 is too large: {text}")
+        self._last += 1
+        change = Change(self._last, payload, inline, recipients, is_key)
+        depth = self.qos.depth
+        while self._history and ((depth and len(self._history) >= depth) or not self._fits(len(payload))):
+            self._drop_oldest()
+        self._history[self._last] = change
+        self._kept_bytes += change.cost_bytes
+        for reader in self.readers.values():
+            if change.is_for(reader.guid):
+                self._send_new(reader, change, now)
+        if not self.readers and not self.qos.is_latched:
+            self._forget_all()
+        return self._last
+
+    def _oldest(self) -> int:
+        """Return the first sequence number in the history, or the next one if it is empty.
+
+        `next(iter(...))` would pass over the gaps that removed samples leave in a dictionary.
+        """
+        while self._first <= self._last and self._first not in self._history:
+            self._first += 1
+        return self._first
+
+    def _forget_all(self) -> None:
+        self._history.clear()
+        self._kept_bytes = 0
+
+    def _drop_oldest(self) -> None:
+        oldest = self._oldest()
+        if any(reader.acked < oldest <= reader.wanted for reader in self._behind.values()):
+            self.dropped += 1
+        self.forget(oldest)
+
+    def forget(self, sequence: int) -> None:
+        """Remove a sample from the history. May be called for one that is not in it."""
+        change = self._history.pop(sequence, None)
+        if change is not None:
+            self._kept_bytes -= change.cost_bytes
+
+    def _send_new(self, reader: ReaderProxy, change: Change, now: float) -> None:
+        head = reader.head
+        if reader.is_reliable:
+            if reader.sent + 1 < change.sequence:
+                head += gap(reader.entity, self.entity, reader.sent + 1, change.sequence)
+            if reader.due > now + SLOWEST_HEARTBEAT_S:
+                reader.interval_s = FIRST_HEARTBEAT_S
+                reader.due = now + reader.interval_s
+                self._behind[reader.guid] = reader
+        reader.sent = reader.wanted = change.sequence
+        if len(change.payload) > reader.fragment_bytes:
+            if head is not reader.head:
+                self.outbox.send(reader.address, head)
+            self._queue(reader, change)
+            return
+        tail = self._heartbeat(reader, is_final=True) if reader.is_reliable else b""
+        self.outbox.send(reader.address, *self._data(reader, change, head), tail)
+
+    def _data(self, reader: ReaderProxy, change: Change, head: bytes) -> tuple[bytes, bytes, bytes]:
+        payload = change.payload
+        padding = bytes(-len(payload) % 4)
+        size = len(payload) + len(padding)
+        start = data_head(
+            reader.entity, self.entity, change.sequence, size, change.inline, is_key=change.is_key
+        )
+        return head + start, payload, padding
+
+    def _heartbeat(self, reader: ReaderProxy, *, is_final: bool) -> bytes:
+        self._heartbeats += 1
+        first = max(reader.first, self._oldest())
+        last = max(reader.sent, first - 1)
+        return heartbeat(reader.entity, self.entity, first, last, self._heartbeats, is_final=is_final)
+
+    def _queue(self, reader: ReaderProxy, change: Change, fragments: tuple[int, ...] | None = None) -> None:
+        key = (self.entity, reader.guid, change.sequence)
+        datagrams = self._datagrams(reader, change, fragments)
+        self.outbox.queue(Transfer(key, datagrams, lambda: self._is_wanted(reader, change)))
+
+    def _is_wanted(self, reader: ReaderProxy, change: Change) -> bool:
+        return self._history.get(change.sequence) is change and self.readers.get(reader.guid) is reader
+
+    def _datagrams(
+        self, reader: ReaderProxy, change: Change, fragments: tuple[int, ...] | None
+    ) -> Iterator[Outgoing]:
+        """Yield a sample as DATA or as fragments (all if None), and then a heartbeat."""
+        if len(change.payload) <= reader.fragment_bytes:
+            tail = self._heartbeat(reader, is_final=True) if reader.is_reliable else b""
+            yield Outgoing(reader.address, (*self._data(reader, change, reader.head), tail))
+            return
+        view, size = memoryview(change.payload), reader.fragment_bytes
+        total = -(-len(view) // size)
+        for number in fragments or range(1, total + 1):
+            if number > total:
+                return
+            piece = view[(number - 1) * size : number * size]
+            padding = bytes(-len(piece) % 4)
+            start = data_frag_head(
+                reader.entity,
+                self.entity,
+                change.sequence,
+                number,
+                size,
+                len(view),
+                len(piece) + len(padding),
+                change.inline,
+            )
+            yield Outgoing(reader.address, (reader.head + start, piece, padding))
+        if reader.is_reliable:
+            final = self._heartbeat(reader, is_final=fragments is None)
+            yield Outgoing(reader.address, (reader.head, final))
+
+    def match(self, guid: bytes, address: Address, requested: Qos, fragment_bytes: int, now: float) -> None:
+        """Add a reader, or change its address. If it asks for earlier samples, it gets them."""
+        if guid in self.readers:
+            self.readers[guid].address = address
+            return
+        replays = self.qos.is_latched and requested.is_latched and requested.is_reliable
+        first = self._oldest() if replays else self._last + 1
+        reader = ReaderProxy(
+            guid,
+            address,
+            datagram_head(self.prefix, guid[:12]),
+            requested.is_reliable and self.qos.is_reliable,
+            fragment_bytes,
+            first,
+            self._last,
+            self._last if replays else 0,
+            first - 1,
+        )
+        self.readers[guid] = reader
+        if not reader.is_reliable:
+            return
+        self._behind[guid] = reader
+        reader.due = now + reader.interval_s
+        earlier = [change for change in self._history.values() if change.sequence >= first]
+        for change in earlier:
+            self._queue(reader, change)
+        if not earlier:
+            self.outbox.send(address, reader.head, self._heartbeat(reader, is_final=False))
+
+    def unmatch(self, guid: bytes) -> None:
+        """Remove a reader, if it is known."""
+        self.readers.pop(guid, None)
+        self._behind.pop(guid, None)
+        self._forget_acknowledged()
+
+    def on_acknack(self, guid: bytes, acknack: AckNack, now: float) -> None:
+        reader = self.readers.get(guid)
+        if reader is None or not reader.is_reliable or acknack.number == reader.last_acknack:
+            return
+        reader.last_acknack = acknack.number
+        reader.is_greeted = True
+        if reader.acked < acknack.base - 1:
+            reader.acked = min(acknack.base - 1, self._last)
+            reader.interval_s = FIRST_HEARTBEAT_S
+            reader.due = now + reader.interval_s
+        self._repeat(reader, acknack.missing)
+        if reader.is_behind:
+            self._behind[guid] = reader
+            if reader.due == math.inf:
+                reader.due = now + reader.interval_s
+        else:
+            reader.due = math.inf
+            self._behind.pop(guid, None)
+            self._forget_acknowledged()
+        if not acknack.missing and not acknack.is_final:
+            self.outbox.send(reader.address, reader.head, self._heartbeat(reader, is_final=True))
+
+    def _repeat(self, reader: ReaderProxy, missing: tuple[int, ...]) -> None:
+        """Send samples again, and a GAP for those that do not exist for this reader."""
+        lacking: list[int] = []
+        for sequence in missing:
+            change = self._history.get(sequence)
+            if change is not None and sequence >= reader.first and change.is_for(reader.guid):
+                self._queue(reader, change)
+            elif sequence <= self._last:
+                lacking.append(sequence)
+        if lacking:
+            start, base = lacking[0], lacking[0] + 1
+            while base in lacking[: MAX_SET + 1]:
+                base += 1
+            others = [sequence for sequence in lacking if sequence >= base]
+            skipped = gap(reader.entity, self.entity, start, base, others)
+            self.outbox.send(reader.address, reader.head, skipped)
+
+    def on_nack_frag(self, guid: bytes, nack: NackFrag) -> None:
+        reader, change = self.readers.get(guid), self._history.get(nack.sequence)
+        if reader is None or not reader.is_reliable or nack.number == reader.last_nack_frag:
+            return
+        reader.last_nack_frag = nack.number
+        if change is None or not change.is_for(guid):
+            self._repeat(reader, (nack.sequence,))
+        elif nack.missing:
+            self._queue(reader, change, nack.missing)
+
+    def _forget_acknowledged(self) -> None:
+        """Drop what all readers have, unless late readers may ask for it."""
+        if self.qos.is_latched or not all(reader.is_reliable for reader in self.readers.values()):
+            return  # datagrams for best-effort readers may still be in the outbox
+        if not self._behind:
+            self._forget_all()
+            return
+        acked = min(reader.acked for reader in self._behind.values())
+        while self._history and self._oldest() <= acked:
+            self.forget(self._first)
+
+    @property
+    def deadline(self) -> float:
+        """When `poll` has the next heartbeat to send."""
+        return min((reader.due for reader in self._behind.values()), default=math.inf)
+
+    def poll(self, now: float) -> None:
+        """Send the heartbeats that are due."""
+        for reader in self._behind.values():
+            if reader.due <= now:
+                slowest_s = SLOWEST_HEARTBEAT_S if reader.is_greeted else SLOWEST_GREETING_S
+                reader.interval_s = min(reader.interval_s * 2, slowest_s)
+                reader.due = now + reader.interval_s
+                self.outbox.send(reader.address, reader.head, self._heartbeat(reader, is_final=False))

@@ -1,0 +1,262 @@
+"""Participants of RTPS on real sockets, in one process and in two."""
+
+from __future__ import annotations
+
+import random
+import signal
+import sys
+from collections.abc import Iterator
+from queue import SimpleQueue
+
+import pytest
+
+from pipros.basics.errors import LimitExceeded, NotFound, PiprosError
+from pipros.basics.limits import Limits
+from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
+from pipros.ros2.rtps.events import Event, PeerChanged
+from pipros.ros2.rtps.graph_info import TOPIC, GidBytes, Knowledge, NodeInfo
+from pipros.ros2.rtps.nodes import Nodes
+from pipros.ros2.rtps.participant import Participant
+from pipros.ros2.rtps.qos import Durability, Qos
+from pipros.ros2.rtps.reader import Sample
+from pipros.ros2.rtps.service_styles import PIPROS_MARK
+from pipros.ros2.rtps.services import Client, Server, UnknownStyle
+from tests.support.processes import Processes
+from tests.support.waiting import wait_until
+
+TYPE = "std_msgs::msg::dds_::String_"
+REQUEST, REPLY = "a::srv::dds_::B_Request_", "a::srv::dds_::B_Response_"
+MARKED = f"enclave=/;{PIPROS_MARK}=test;".encode()
+QOS = Qos(depth=1000)
+
+
+@pytest.fixture
+def discovery() -> Discovery:
+    """A domain that no test at the same time is likely to use."""
+    return Discovery(random.randint(1, 100))  # noqa: S311
+
+
+@pytest.fixture
+def pair(discovery: Discovery) -> Iterator[tuple[Participant, Participant]]:
+    with Participant(discovery, MARKED) as one, Participant(discovery, MARKED) as other:
+        yield one, other
+
+
+def test_samples_arrive_in_order(pair: tuple[Participant, Participant]) -> None:
+    received: list[bytes] = []
+    reader = pair[1].add_reader("rt/a", TYPE, QOS, lambda sample: received.append(sample.payload))
+    writer = pair[0].add_writer("rt/a", TYPE, QOS)
+    assert writer.wait_for_readers()
+    assert reader.wait_for_writers()
+    sent = [b"\0\1\0\0" + number.to_bytes(4, "little") * (1 + number * 40) for number in range(500)]
+    for payload in sent:
+        writer.write(payload)
+    assert writer.wait_for_acknowledgments(20)
+
+    wait_until(lambda: len(received) == 500)
+    assert received == sent
+    assert (writer.readers(), reader.writers()) == ({reader.guid}, {writer.guid})
+
+
+def test_a_callback_that_fails_does_not_stop_the_others(pair: tuple[Participant, Participant]) -> None:
+    received: list[bytes] = []
+
+    def fail_once(sample: Sample) -> None:
+        received.append(sample.payload)
+        if len(received) == 1:
+            raise ValueError("expected")
+
+    pair[1].add_reader("rt/a", TYPE, QOS, fail_once)
+    writer = pair[0].add_writer("rt/a", TYPE, QOS)
+    assert writer.wait_for_readers()
+    writer.write(b"one.")
+    writer.write(b"two.")
+
+    wait_until(lambda: received == [b"one.", b"two."])
+
+
+def test_a_slow_callback_loses_the_oldest_samples(pair: tuple[Participant, Participant]) -> None:
+    going_on: SimpleQueue[None] = SimpleQueue()
+    received: list[bytes] = []
+
+    def wait_first(sample: Sample) -> None:
+        received.append(sample.payload)
+        if len(received) == 1:
+            going_on.get(timeout=20)
+
+    reader = pair[1].add_reader("rt/a", TYPE, Qos(depth=2), wait_first)
+    writer = pair[0].add_writer("rt/a", TYPE, QOS)
+    assert writer.wait_for_readers()
+    writer.write(b"0...")
+    wait_until(lambda: received)
+    for number in range(1, 10):
+        writer.write(b"%d..." % number)
+    wait_until(lambda: reader.dropped == 7)
+    going_on.put(None)
+
+    wait_until(lambda: received == [b"0...", b"8...", b"9..."])
+
+
+def test_the_end_of_a_participant_is_noticed_at_once(discovery: Discovery) -> None:
+    events: list[Event] = []
+    with Participant(discovery, on_event=events.append):
+        other = Participant(discovery)
+        wait_until(lambda: any(isinstance(each, PeerChanged) for each in events))
+        other.close()
+        other.close()
+
+        wait_until(lambda: any(isinstance(each, PeerChanged) and not each.is_present for each in events))
+
+
+def test_a_closed_participant_refuses_work(discovery: Discovery) -> None:
+    participant = Participant(discovery)
+    writer = participant.add_writer("rt/a", TYPE, QOS)
+    participant.close()
+
+    with pytest.raises(PiprosError, match="closed"):
+        writer.write(b"late")
+    writer.close()
+    assert not writer.wait_for_readers(timeout_s=30)
+
+
+def test_a_message_beyond_the_limit_is_refused(discovery: Discovery) -> None:
+    with Participant(discovery, limits=Limits(ros2_history_bytes=1000)) as participant:
+        writer = participant.add_writer("rt/a", TYPE, QOS)
+        with pytest.raises(LimitExceeded, match="ros2_history_bytes"):
+            writer.write(bytes(2000))
+
+
+def test_a_writer_of_unlimited_depth_waits_for_its_readers(discovery: Discovery) -> None:
+    """Its history has room for eight samples; no sample is displaced before all readers have it."""
+    received: list[bytes] = []
+    with (
+        Participant(discovery, limits=Limits(ros2_history_bytes=10_000)) as participant,
+        Participant(discovery) as peer,
+    ):
+        peer.add_reader("rt/a", TYPE, Qos(depth=0), lambda sample: received.append(sample.payload))
+        writer = participant.add_writer("rt/a", TYPE, Qos(depth=0))
+        assert writer.wait_for_readers()
+        sent = [b"\0\1\0\0" + bytes([number]) * 1000 for number in range(50)]
+        for payload in sent:
+            writer.write(payload, timeout_s=10)
+
+        wait_until(lambda: received == sent)
+
+
+def test_services_are_called_by_many_clients(pair: tuple[Participant, Participant]) -> None:
+    server = Server(pair[0], "/twice", REQUEST, REPLY, lambda payload: payload[:4] + payload[4:] * 2)
+    clients = [Client(pair[1], "/twice", REQUEST, REPLY) for _ in range(3)]
+    for client in clients:
+        assert client.wait_for_server()
+    for number in range(30):
+        payload = b"\0\1\0\0" + number.to_bytes(4, "little")
+        assert clients[number % 3].call(payload, 10.0) == payload + payload[4:]
+
+    assert (server.clients(), server.refused, server.unanswered) == (3, 0, 0)
+    server.close()
+    wait_until(lambda: not clients[0].wait_for_server(0.0))
+    with pytest.raises(NotFound, match="/twice"):
+        clients[0].call(b"\0\1\0\0", 1.0)
+    clients[0].close()
+
+
+def test_a_service_that_does_not_reply_times_out(pair: tuple[Participant, Participant]) -> None:
+    server = Server(pair[0], "/silent", REQUEST, REPLY, lambda _: None)
+    client = Client(pair[1], "/silent", REQUEST, REPLY)
+    assert client.wait_for_server()
+    with pytest.raises(TimeoutError, match="/silent"):
+        client.call(b"\0\1\0\0", 0.3)
+    assert server.unanswered == 0
+
+
+def test_nothing_is_sent_to_a_server_of_unknown_style(pair: tuple[Participant, Participant]) -> None:
+    """Both endpoints of a service, by a peer that neither is a known vendor nor has ids in its USER_DATA."""
+    with Participant(pair[0].discovery, b"enclave=/;") as stranger:
+        received: list[Sample] = []
+        stranger.add_reader("rq/oddRequest", REQUEST, QOS, received.append)
+        stranger.add_writer("rr/oddReply", REPLY, QOS)
+        client = Client(pair[1], "/odd", REQUEST, REPLY)
+        assert client.wait_for_server()
+        with pytest.raises(UnknownStyle, match="/odd"):
+            client.call(b"\0\1\0\0", 1.0)
+        assert received == []
+
+
+def test_latched_samples_reach_late_readers(pair: tuple[Participant, Participant]) -> None:
+    latched = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
+    writer = pair[0].add_writer("rt/map", TYPE, latched)
+    writer.write(bytes(300_000))
+    received: list[bytes] = []
+    pair[1].add_reader("rt/map", TYPE, latched, lambda sample: received.append(sample.payload))
+
+    wait_until(lambda: received == [bytes(300_000)])
+
+
+def test_a_participant_of_range_off_finds_no_other(discovery: Discovery) -> None:
+    with (
+        Participant(Discovery(discovery.domain, DiscoveryRange.OFF)) as alone,
+        Participant(Discovery(discovery.domain, DiscoveryRange.OFF)) as other,
+    ):
+        assert not alone.wait_for(lambda engine: len(engine.peers) > 0, 0.5)
+        assert other.endpoints() == []
+
+
+CTRL_C = """
+from pipros.ros2.rtps.domain import Discovery
+from pipros.ros2.rtps.participant import Participant
+from pipros.ros2.rtps.qos import Qos
+with Participant(Discovery(1)) as participant:
+    writer = participant.add_writer("rt/a", "T", Qos())
+    print("waiting", flush=True)
+    try:
+        writer.wait_for_readers(timeout_s=1000)
+    except KeyboardInterrupt:
+        print("interrupted", flush=True)
+"""
+
+
+def test_ctrl_c_ends_a_wait(processes: Processes) -> None:
+    waiting = processes.start(sys.executable, "-c", CTRL_C)
+    waiting.wait_for("waiting")
+    waiting.send_signal(signal.SIGINT)
+
+    assert waiting.wait() == 0
+    assert waiting.stdout == ["waiting", "interrupted"]
+
+
+NODE = NodeInfo("/", "gateway")
+
+
+def info_writers(participant: Participant) -> list[str]:
+    """The topics of writers that a participant sees."""
+    return [each.topic for each in participant.endpoints() if each.is_writer]
+
+
+@pytest.mark.parametrize("size", GidBytes)
+def test_nodes_are_announced_once_the_size_of_gids_is_learned(
+    pair: tuple[Participant, Participant], size: GidBytes
+) -> None:
+    learning, witness = Nodes(pair[0]), Nodes(pair[1])
+    learning.announce([NODE])
+    assert witness.knowledge is Knowledge.UNKNOWN
+    wait_until(lambda: any(each.topic == TOPIC for each in pair[1].endpoints()))
+    assert info_writers(pair[1]) == []
+    with Participant(pair[0].discovery) as third:
+        Nodes(third, size).announce([NodeInfo("/", "talker")])
+        wait_until(lambda: len(witness.others()) == 2)
+
+        assert {node.name for each in witness.others() for node in each.nodes} == {"gateway", "talker"}
+        assert learning.knowledge is witness.knowledge is Knowledge.KNOWN
+        third_prefix = third.prefix
+    learning.forget(third_prefix)
+    assert learning.others() == []
+
+
+def test_nothing_is_published_in_a_domain_with_both_sizes(pair: tuple[Participant, Participant]) -> None:
+    careful = Nodes(pair[0], GidBytes.HUMBLE)
+    careful.announce([NODE])
+    wait_until(lambda: info_writers(pair[1]) == [TOPIC])
+    Nodes(pair[1], GidBytes.IRON_AND_LATER).announce([NODE])
+
+    wait_until(lambda: careful.knowledge is Knowledge.MIXED)
+    wait_until(lambda: info_writers(pair[1]) == [])

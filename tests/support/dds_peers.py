@@ -1,0 +1,132 @@
+"""Peers on Fast DDS and Cyclone DDS, compiled once, each test's in a network of its own.
+
+python -m tests.support.dds_peers prints the Debian packages that they need; `wheel` prints those from PyPI.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.support.environments import REPOSITORY
+from tests.support.network import LoneNetwork
+from tests.support.once import machine_folder, make_once
+from tests.support.processes import Process, Processes
+
+PACKAGES = "cyclonedds-dev cyclonedds-tools g++ libfastcdr-dev libfastrtps-dev tshark"
+WHEEL = "cyclonedds==11.0.1"
+INSTALL = f"apt-get install --no-install-recommends {PACKAGES}"
+MESSAGE = "example_interfaces::msg::dds_::Blob_"
+SERVICE = "example_interfaces::srv::dds_::AddTwoInts"
+DOMAIN = "1"
+
+_LOCALHOST = (
+    "<General><AllowMulticast>false</AllowMulticast></General>"
+    "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
+    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+    '<Peers><Peer address="localhost"/></Peers></Discovery>'
+)
+_SOURCES = REPOSITORY / "tests" / "support" / "dds"
+_FILES = {
+    "/usr/include/fastrtps/Domain.h": "libfastrtps-dev",
+    "/usr/include/fastcdr/Cdr.h": "libfastcdr-dev",
+    "/usr/include/dds/dds.h": "cyclonedds-dev",
+}
+_PROGRAMS = {"idlc": "cyclonedds-tools", "g++": "g++", "tshark": "tshark"}
+
+
+def missing() -> list[str]:
+    """Return the packages that this machine lacks."""
+    files = [package for file, package in _FILES.items() if not Path(file).exists()]
+    if importlib.util.find_spec("cyclonedds") is None:
+        files.append(f"{WHEEL} (PyPI)")
+    return files + [package for program, package in _PROGRAMS.items() if shutil.which(program) is None]
+
+
+def fast_peer() -> Path:
+    """Return the peer on Fast DDS."""
+    source = _SOURCES / "fast_peer.cpp"
+    program = machine_folder("fast_peer", [source]) / "fast_peer"
+
+    def make() -> None:
+        libraries = ("-lfastrtps", "-lfastcdr", "-pthread")
+        subprocess.run(["g++", "-O1", "-o", program, source, *libraries], check=True)
+
+    make_once(program.parent, make)
+    return program
+
+
+def cyclone_peer() -> Path:
+    """Return the peer on Cyclone DDS."""
+    source, types = _SOURCES / "cyclone_peer.c", _SOURCES / "peer.idl"
+    folder = machine_folder("cyclone_peer", [source, types])
+
+    def make() -> None:
+        subprocess.run(["idlc", "-x", "final", types], check=True, cwd=folder)
+        made = ("gcc", "-O1", "-I.", "-o", "cyclone_peer", source, "peer.c", "-lddsc")
+        subprocess.run(made, check=True, cwd=folder)
+
+    make_once(folder, make)
+    return folder / "cyclone_peer"
+
+
+class Peers:
+    """Programs in one network, with the command lines of all kinds of peers."""
+
+    def __init__(self, processes: Processes) -> None:
+        self._processes = processes
+        self._network = LoneNetwork("127.0.0.1 localhost\n")
+        for words in (
+            ("ip", "link", "set", "lo", "multicast", "on"),
+            ("ip", "route", "add", "224.0.0.0/4", "dev", "lo"),
+        ):
+            subprocess.run(self._network.command(*words), check=True)
+
+    def start(self, kind: str, mode: str, name: str, *words: object) -> Process:
+        """Start a peer: `pub` and `sub` on a topic, `server` and `client` of a service.
+
+        Args:
+            kind: `fast-udp`, `fast-shm`, `cyclone` (0.10), `cyclone-localhost` (the same without multicast,
+                as rmw_cyclonedds sets it up for LOCALHOST), `cyclone-wheel` (11), or for pipros the range of
+                discovery, such as `SUBNET`.
+        """
+        is_service = mode in ("server", "client")
+        dds_type = SERVICE if is_service else MESSAGE
+        if kind.startswith("fast"):
+            argv = [str(fast_peer()), DOMAIN, kind.partition("-")[2], mode, name, dds_type, *words]
+        elif kind == "cyclone-wheel":
+            argv = [sys.executable, _SOURCES / "cyclone_wheel_peer.py", DOMAIN, mode, name, *words]
+        elif kind.startswith("cyclone"):
+            argv = [str(cyclone_peer()), DOMAIN, mode, name, *words]
+        else:
+            argv = [sys.executable, _SOURCES / "rtps_peer.py", DOMAIN, kind, mode, name, dds_type, *words]
+        command = self._network.command(*map(str, argv))
+        environment = {"PYTHONPATH": str(REPOSITORY / "src")}
+        if kind == "cyclone-localhost":
+            environment["CYCLONEDDS_URI"] = _LOCALHOST
+        return self._processes.start(*command, stdin=subprocess.PIPE, environment=environment)
+
+    def run(self, *argv: object) -> Process:
+        """Start any program in the network."""
+        return self._processes.start(*self._network.command(*map(str, argv)))
+
+    def close(self) -> None:
+        self._processes.end_all()
+        self._network.close()
+
+
+@pytest.fixture
+def peers(processes: Processes) -> Iterator[Peers]:
+    started = Peers(processes)
+    yield started
+    started.close()
+
+
+if __name__ == "__main__":
+    print(WHEEL if sys.argv[1:] == ["wheel"] else PACKAGES)

@@ -1,0 +1,246 @@
+"""The reading end, with a writer that does not keep its promises."""
+
+from __future__ import annotations
+
+import math
+
+from pipros.ros2.rtps.encoding import data_frag_head, data_head, datagram_head, gap, heartbeat
+from pipros.ros2.rtps.incomplete import Budget
+from pipros.ros2.rtps.outbox import Outbox
+from pipros.ros2.rtps.parameters import Address
+from pipros.ros2.rtps.reader import Reader, Sample
+from pipros.ros2.rtps.submessages import (
+    AckNack,
+    Data,
+    DataFrag,
+    Gap,
+    Heartbeat,
+    HeartbeatFrag,
+    NackFrag,
+    Submessage,
+    read_datagram,
+)
+
+US, PEER = b"our prefix..", b"peer prefix."
+READER, WRITER = b"\0\0\1\4", b"\0\0\1\3"
+GUID = PEER + WRITER
+HERE = Address("127.0.0.1", 7410)
+
+
+class Ears:
+    """A reader that has matched one writer, and everything that it delivers."""
+
+    def __init__(self, *, is_reliable: bool = True, limit_bytes: int = 1_000_000) -> None:
+        self.now = 100.0
+        self.outbox = Outbox()
+        self.budget = Budget(limit_bytes)
+        self.delivered: list[Sample] = []
+        self.reader = Reader(US, READER, 1_000_000, self.outbox, self.delivered.append)
+        self.reader.match(GUID, HERE, self.budget, self.now, is_reliable=is_reliable)
+        self.requests()
+
+    def requests(self) -> list[Submessage]:
+        """What the reader has sent since the last call."""
+        sent = [read_datagram(b"".join(each.parts), PEER) for each in self.outbox.take()]
+        return [submessage for each in sent if each for submessage in each.submessages]
+
+    def receive(self, *parts: bytes) -> None:
+        """Handle the submessages of a datagram of the writer."""
+        read = read_datagram(datagram_head(PEER, US) + b"".join(parts), US)
+        assert read is not None
+        for submessage in read.submessages:
+            self.handle(submessage)
+
+    def handle(self, submessage: Submessage) -> None:
+        match submessage:
+            case Data():
+                self.reader.on_data(GUID, submessage, self.now)
+            case DataFrag():
+                self.reader.on_data_frag(GUID, submessage, self.now)
+            case Heartbeat():
+                self.reader.on_heartbeat(GUID, submessage, self.now)
+            case HeartbeatFrag():
+                self.reader.on_heartbeat_frag(GUID, submessage, self.now)
+            case Gap():
+                self.reader.on_gap(GUID, submessage)
+
+    def sample(self, number: int) -> None:
+        self.receive(data_head(READER, WRITER, number, 4), b"%4d" % number)
+
+    def fragment(self, number: int, which: int) -> None:
+        """One of three fragments of a sample of 300 bytes."""
+        self.receive(data_frag_head(READER, WRITER, number, which, 100, 300, 100), bytes([which]) * 100)
+
+    def beat(self, first: int, last: int, number: int = 1, *, is_final: bool = False) -> None:
+        self.receive(heartbeat(READER, WRITER, first, last, number, is_final=is_final))
+
+    def wait(self, seconds: float) -> None:
+        """Let the time pass, from one deadline to the next."""
+        end = self.now + seconds
+        while self.reader.deadline <= end:
+            self.now = max(self.now, self.reader.deadline)
+            self.reader.poll(self.now)
+        self.now = end
+
+    def numbers(self) -> list[int]:
+        return [each.sequence for each in self.delivered]
+
+
+def test_missing_samples_are_requested_until_they_arrive() -> None:
+    ears = Ears()
+    ears.beat(1, 3)
+    ears.sample(3)
+    ears.wait(1.0)
+    requests = [each for each in ears.requests() if isinstance(each, AckNack)]
+
+    assert {each.missing for each in requests[1:]} == {(1, 2)}
+    assert 4 < len(requests) < 12
+    ears.sample(1)
+    ears.sample(2)
+    assert ears.numbers() == [1, 2, 3]
+
+
+def test_a_heartbeat_that_lacks_nothing_is_acknowledged() -> None:
+    ears = Ears()
+    ears.beat(1, 1)
+    ears.sample(1)
+    ears.requests()
+    ears.beat(1, 1, 2)
+    ears.beat(1, 1, 3, is_final=True)
+
+    assert [(each.base, each.missing) for each in ears.requests() if isinstance(each, AckNack)] == [(2, ())]
+    assert ears.reader.deadline == math.inf
+
+
+def test_a_heartbeat_is_asked_for_until_it_arrives() -> None:
+    ears = Ears()
+    ears.wait(0.5)
+    asked = [each for each in ears.requests() if isinstance(each, AckNack)]
+
+    assert [(each.base, each.missing, each.is_final) for each in asked] == [(1, (), False)] * len(asked)
+    assert 3 <= len(asked) <= 6
+
+
+def test_samples_that_a_writer_never_sends_are_given_up() -> None:
+    ears = Ears()
+    ears.beat(1, 2)
+    ears.sample(2)
+    ears.wait(60.0)
+
+    assert ears.numbers() == [2]
+    assert ears.reader.lost == 1
+
+
+def test_samples_that_are_no_longer_kept_are_passed_over() -> None:
+    ears = Ears()
+    ears.beat(1, 1)
+    ears.sample(1)
+    ears.sample(4)
+    ears.beat(6, 6, 2)
+    ears.sample(6)
+
+    assert ears.numbers() == [1, 4, 6]
+    assert ears.reader.lost > 0
+
+
+def test_gaps_before_and_after_early_samples_are_passed_over() -> None:
+    ears = Ears()
+    ears.receive(gap(READER, WRITER, 4, 6))
+    ears.sample(6)
+    ears.receive(gap(READER, WRITER, 1, 3))
+    ears.sample(3)
+
+    assert ears.numbers() == [3, 6]
+
+
+def test_repeated_samples_and_gaps_do_nothing() -> None:
+    ears = Ears()
+    ears.beat(1, 1)
+    for _ in range(2):
+        ears.sample(1)
+        ears.receive(gap(READER, WRITER, 1, 2))
+
+    assert ears.numbers() == [1]
+
+
+def test_missing_fragments_are_requested() -> None:
+    ears = Ears()
+    ears.beat(1, 1)
+    ears.requests()
+    ears.fragment(1, 2)
+    ears.wait(0.1)
+    wanted = {each.missing for each in ears.requests() if isinstance(each, NackFrag)}
+    ears.fragment(1, 1)
+    ears.fragment(1, 3)
+
+    assert wanted == {(1, 3)}
+    assert ears.delivered[0].payload == bytes([1]) * 100 + bytes([2]) * 100 + bytes([3]) * 100
+    assert ears.budget.used_bytes == 0
+
+
+def test_the_tail_of_a_sample_is_requested_after_a_heartbeat_of_fragments() -> None:
+    ears = Ears()
+    ears.beat(1, 1)
+    ears.handle(HeartbeatFrag(READER, WRITER, 2, 3, 1))
+    ears.sample(1)
+    ears.wait(0.1)
+
+    assert any(each.missing == (2,) for each in ears.requests() if isinstance(each, AckNack))
+
+
+def test_fragments_that_contradict_each_other_are_dropped() -> None:
+    ears = Ears()
+    ears.beat(1, 1)
+    ears.fragment(1, 1)
+    ears.receive(data_frag_head(READER, WRITER, 1, 2, 150, 300, 152), bytes(152))
+    ears.fragment(1, 2)
+    ears.fragment(1, 3)
+
+    assert ears.delivered[0].payload == bytes([1]) * 100 + bytes([2]) * 100 + bytes([3]) * 100
+
+
+def test_incomplete_best_effort_samples_are_dropped_after_a_while() -> None:
+    ears = Ears(is_reliable=False)
+    ears.fragment(1, 1)
+    assert ears.budget.used_bytes > 0
+    ears.wait(11.0)
+
+    assert (ears.budget.used_bytes, ears.reader.deadline) == (0, math.inf)
+
+
+def test_a_newer_best_effort_sample_replaces_an_incomplete_one() -> None:
+    ears = Ears(is_reliable=False)
+    ears.fragment(1, 1)
+    ears.sample(2)
+    ears.fragment(1, 2)
+    ears.sample(1)
+
+    assert ears.numbers() == [2]
+    assert ears.budget.used_bytes == 0
+
+
+def test_early_samples_beyond_the_limit_are_requested_again() -> None:
+    ears = Ears(limit_bytes=2000)
+    ears.beat(1, 30)
+    for number in range(2, 31):
+        ears.sample(number)
+    assert ears.budget.used_bytes <= 2000
+    ears.sample(1)
+    ears.requests()
+    ears.beat(1, 30, 2)
+    ears.wait(0.1)
+    requests = [each for each in ears.requests() if isinstance(each, AckNack) and each.missing]
+
+    assert requests[-1].missing == tuple(range(ears.numbers()[-1] + 1, 31))
+
+
+def test_the_end_of_a_writer_frees_what_it_used() -> None:
+    ears = Ears()
+    ears.beat(1, 9)
+    ears.sample(3)
+    ears.fragment(5, 1)
+    ears.reader.unmatch(GUID)
+    ears.reader.unmatch(GUID)
+    ears.sample(1)
+
+    assert (ears.budget.used_bytes, ears.numbers(), ears.reader.deadline) == (0, [], math.inf)
