@@ -14,6 +14,7 @@ from tests.fuzz import (
     bag_indexes,
     bags,
     bus_answers,
+    cdr,
     cfg_results,
     cmake,
     definitions,
@@ -63,6 +64,7 @@ SUBJECTS = {
     "page_messages": Subject(lambda: page_messages.target, page_messages.WORDS, 200),
     "foxglove_requests": Subject(lambda: foxglove_requests.target, foxglove_requests.WORDS, 500),
     "rosbridge": Subject(lambda: rosbridge.target, rosbridge.WORDS, 500),
+    "cdr": Subject(lambda: cdr.target, (), 1000),
     "replies": Subject(replies.Replies, replies.WORDS, 500),
     "listings": Subject(listings.Listings, listings.WORDS, 40),
 }

@@ -1,0 +1,1 @@
+"""The gateway between ROS 1 and ROS 2."""
