@@ -99,6 +99,13 @@ class Catalog:
         """Add definitions, such as those in a bag, which take precedence."""
         self._messages.update(messages)
 
+    def add_derived(self, specs: Mapping[str, MessageSpec]) -> None:
+        """Add types of ROS 1 whose packages are unknown, with the fields that they have there."""
+        for spec in specs.values():
+            made = derived_message(spec)
+            if not self._is_carried_package(made.type) and not self.has_message(made.type):
+                self._messages[made.type] = made
+
     def add_service(self, service: Ros2Service) -> None:
         """Add a definition, which takes precedence."""
         self._services[service.type] = service
