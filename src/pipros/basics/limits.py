@@ -105,10 +105,11 @@ class Limits(NamedTuple):
         bridge_topics: topics that all these clients receive together.
         bridge_subscriptions: subscriptions of one client, and likewise what it advertises.
         bridge_queue_bytes: messages and answers that wait for one client.
-        bridge_message_bytes: a message from a client.
+        bridge_message_bytes: a message from a client, or from ROS 2 by Zenoh.
         bridge_stall_s: the time that a client may leave a full connection unread.
         bridge_client_rate: messages per second that a client may send; beyond, it is read more slowly.
         bridge_client_rate_bytes: likewise, bytes per second.
+        ros2_graph_bytes: the endpoints of other processes that a gateway to ROS 2 remembers.
         message_values: values in a new message.
         empty_elements: values in one message beyond the budget of eight values per byte.
         turtles: turtles in one turtlesim.
@@ -196,6 +197,7 @@ class Limits(NamedTuple):
     bridge_stall_s: float = 10.0
     bridge_client_rate: int = 10_000
     bridge_client_rate_bytes: int = 256 * _MIB
+    ros2_graph_bytes: int = 16 * _MIB
     message_values: int = 4 * 1024 * 1024
     empty_elements: int = 65_536
     turtles: int = 100
