@@ -203,6 +203,32 @@ def test_info_export_and_single_files(storage: StoragePlugin, capsys: pytest.Cap
         assert Path("tables/range.csv").read_text().splitlines()[1].endswith(",1,0.5,0.25,4.0,2.5")
 
 
+def test_what_does_not_fit_is_left_out_with_a_reason(capsys: pytest.CaptureFixture[str]) -> None:
+    solid: Any = load_message_class("shape_msgs/SolidPrimitive")
+    text: Any = load_message_class("std_msgs/String")
+    number: Any = load_message_class("std_msgs/Int8")
+    with Path("run.bag").open("w+b") as file:
+        bag = BagWriter(file)
+        writer = TopicWriter(bag)
+        for count in (3, 4):
+            writer.write("/solid", solid(dimensions=[1.0] * count), count, 0)
+        writer.write("/9", number(), 5, 0)
+        writer.write("/two", text(data="a"), 6, 0)
+        writer.write("/two", number(), 7, 0)
+        writer.write_raw("/broken", "a/B", "1" * 32, b"", 8, 0, {"message_definition": "nothing x y"})
+        bag.finish()
+
+    assert rosbag(["convert", "--ros2", "jazzy", "run.bag", "out"]) == 0
+
+    error = capsys.readouterr().err
+    assert "messages of /solid are left out: shape_msgs/SolidPrimitive: a field has a length of 4" in error
+    assert "/9 is left out: [/9] is not a name of ROS 2" in error
+    assert "messages of /two are left out: a topic has one type in ROS 2: std_msgs/msg/String, not" in error
+    assert "/broken is left out: " in error
+    with Reader("out") as reader:
+        assert {c.topic: c.msgcount for c in reader.connections} == {"/solid": 1, "/two": 1}
+
+
 def test_a_bag_without_messages() -> None:
     with Path("empty.bag").open("w+b") as file:
         BagWriter(file).finish()

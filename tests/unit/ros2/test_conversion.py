@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import struct
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -89,6 +90,7 @@ def test_strings_pass_as_bytes() -> None:
         ((5, -1), (4, 999_999_999), (4, 999_999_999)),
         ((-1, -500_000_000), (-2, 500_000_000), (-2, 500_000_000)),
         ((1, 5), (1, 5), (1, 5)),
+        ((7, -2_000_000_000), (5, 0), (5, 0)),
     ],
 )
 def test_negative_nanoseconds_of_durations_are_carried(ros1: Any, ros2: Any, back: Any) -> None:
@@ -99,6 +101,12 @@ def test_negative_nanoseconds_of_durations_are_carried(ros1: Any, ros2: Any, bac
     assert plan.ros2_type == "builtin_interfaces/msg/Duration"
     assert cdr == b"\0\1\0\0" + struct.pack("<iI", *ros2)
     assert plan.to_ros1(cdr) == struct.pack("<ii", *back)
+
+
+def test_large_nanoseconds_of_durations_are_carried() -> None:
+    plan = plans_of(Distribution.JAZZY).for_ros1("std_msgs/Duration")
+
+    assert plan.to_ros1(b"\0\1\0\0" + struct.pack("<iI", 1, 4_000_000_005)) == struct.pack("<ii", 5, 5)
 
 
 def test_times_beyond_the_range_of_the_other_side_are_clamped() -> None:
@@ -297,6 +305,15 @@ def test_aligned_elements_are_one_slice() -> None:
         plan.to_ros1(plan.to_cdr(b"\1" + U32.pack(0) + b"\2" + element))
         == b"\1" + U32.pack(0) + b"\2" + element
     )
+
+
+def test_deeply_nested_arrays_have_small_code() -> None:
+    names = [f"L{number}" for number in range(12)]
+    texts = {name: f"{inner}[] a\nint8 c" for name, inner in pairwise([*names, "Point"])}
+    plan = plan_between("L0[] x", "L0[] x", **texts, Point="float64 x")
+    message = U32.pack(1) * 13 + struct.pack("<d", 0.5) + bytes(range(12))
+
+    assert plan.to_ros1(plan.to_cdr(message)) == message
 
 
 def test_services_have_two_plans() -> None:

@@ -7,10 +7,13 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.errors import NotFound
+from pipros.msg.language.parse import parse_message
 from pipros.msg.language.spec import DefinitionError
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interfaces.catalog import Catalog, folders_of_environment, installed_definitions
+from pipros.ros2.interfaces.derive import derived_message
 from pipros.ros2.interfaces.parse import messages_from_text, parse_ros2_message, parse_ros2_service
+from pipros.ros2.interfaces.ros1_text import ros1_definition
 from pipros.ros2.interfaces.spec import NO_FIELDS, Form, Ros2Constant, Ros2Field, Ros2Type
 
 
@@ -85,6 +88,38 @@ def test_the_text_of_a_bag_holds_all_types() -> None:
     assert list(found) == ["a_msgs/msg/Outer", "a_msgs/msg/Inner"]
     with pytest.raises(DefinitionError, match="expected MSG"):
         messages_from_text("a_msgs/msg/Outer", f"int32 x\n{separator}\nint32 y")
+
+
+def test_a_type_of_ros2_has_a_definition_in_ros1() -> None:
+    text = """
+    uint8 HEX=0x1f
+    bool ON=true
+    string<=9 NAME="a b"
+    std_msgs/Header header
+    builtin_interfaces/Time[<=3] stamps
+    builtin_interfaces/Duration[2] waits
+    Inner inner
+    string<=5 word "x"
+    """
+
+    spec = ros1_definition(parse_ros2_message(text, "my_msgs/msg/Mine"))
+
+    assert spec.type == "my_msgs/Mine"
+    assert spec.text == (
+        "uint8 HEX=31\nbool ON=True\nstring NAME=a b\nHeader header\ntime[] stamps\nduration[2] waits\n"
+        "my_msgs/Inner inner\nstring word\n"
+    )
+    assert ros1_definition(parse_ros2_message("", "a/msg/B")).fields == ()
+    with pytest.raises(DefinitionError, match="ROS 1 has no wide strings: w"):
+        ros1_definition(parse_ros2_message("wstring w", "a/msg/B"))
+
+
+def test_constants_of_ros1_keep_their_values() -> None:
+    spec = parse_message('string QUOTED=say "hi"\nbool ON=True\nint8 LOW=-5\nint8 x', "a/B")
+
+    made = derived_message(spec)
+
+    assert made.text() == 'string QUOTED="say \\"hi\\""\nbool ON=true\nint8 LOW=-5\nint8 x\n'
 
 
 def test_folders_precede_carried_types(tmp_path: Path) -> None:

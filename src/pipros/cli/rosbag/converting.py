@@ -123,7 +123,7 @@ def _convert_to_ros2(source: Path, target: Path, options: Values) -> None:
             target, distribution, storage=storage, compression=compression, folders=folders, rules=rules
         ) as writer:
             _copy(bag, writer, source, is_quiet=options.quiet)
-        warn(writer.skipped)
+        warn(writer.skipped, writer.incomplete)
 
 
 def _copy(bag: BagReader, writer: MessageSink, source: Path, *, is_quiet: bool) -> None:

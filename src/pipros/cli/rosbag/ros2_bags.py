@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.bag.opening import is_mcap, open_bag
+from pipros.basics.printable import listed
 
 if TYPE_CHECKING:
     from pipros.bag.reader import BagReader
@@ -50,10 +51,12 @@ def opened(path: str | os.PathLike[str], msgs: Sequence[str]) -> BagReader:
     return bag
 
 
-def warn(skipped: Mapping[str, str]) -> None:
-    """Print why topics are left out."""
+def warn(skipped: Mapping[str, str], incomplete: Mapping[str, str] | None = None) -> None:
+    """Print why topics, and some messages of others, are left out."""
     for topic, reason in skipped.items():
-        print(f"WARNING: {topic} is left out: {reason}", file=sys.stderr)
+        print(f"WARNING: {listed(topic)} is left out: {listed(reason)}", file=sys.stderr)
+    for topic, reason in (incomplete or {}).items():
+        print(f"WARNING: messages of {listed(topic)} are left out: {listed(reason)}", file=sys.stderr)
 
 
 def _is_ros1(path: str | os.PathLike[str]) -> bool:

@@ -19,6 +19,7 @@ from pipros.ros2.distribution import Distribution
 
 MAGIC = b"SQLite format 3\0"
 
+_STEPS_PER_SIGNAL_CHECK = 100_000
 _TOPICS = "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, "
 _TOPICS += "serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL"
 _TABLES = (
@@ -41,6 +42,10 @@ def _translated(name: str) -> Iterator[None]:
     """Translate SQLite's errors into bag errors."""
     try:
         yield
+    except sqlite3.OperationalError as error:
+        if str(error) == "interrupted":
+            raise KeyboardInterrupt from None
+        raise BagFormatError(f"{name} is not a bag of ROS 2, or is damaged: {error}") from error
     except (sqlite3.Error, OverflowError, UnicodeDecodeError) as error:
         raise BagFormatError(f"{name} is not a bag of ROS 2, or is damaged: {error}") from error
 
@@ -57,6 +62,8 @@ class SqliteReader:
         uri = f"{path.absolute().as_uri()}?mode=ro&immutable=1"
         with _translated(self._name):
             self._database = sqlite3.connect(uri, uri=True)
+        # Python handles signals while this function runs. SQLite discards the exception, and reports its own.
+        self._database.set_progress_handler(lambda: 0, _STEPS_PER_SIGNAL_CHECK)
         try:
             with _translated(self._name):
                 self._database.execute("PRAGMA trusted_schema = OFF")

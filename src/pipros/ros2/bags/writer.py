@@ -45,7 +45,8 @@ class Ros2BagWriter:
     """Writer of one file of a bag, which takes messages of ROS 1 like `BagWriter`.
 
     Attributes:
-        skipped: why topics, or some of their messages, were left out, by topic.
+        skipped: why topics were left out, by topic.
+        incomplete: why messages of other topics were left out; the first reason.
     """
 
     def __init__(
@@ -66,6 +67,7 @@ class Ros2BagWriter:
         self._first_ns: int | None = None
         self._last_ns = 0
         self.skipped: dict[str, str] = {}
+        self.incomplete: dict[str, str] = {}
 
     def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection:
         """Add a connection. If its type cannot be converted, its messages are left out."""
@@ -74,7 +76,8 @@ class Ros2BagWriter:
         try:
             found = self._topic(connection)
         except PiprosError as error:
-            self.skipped.setdefault(topic, str(error))
+            reasons = self.incomplete if connection.topic in self._topics else self.skipped
+            reasons.setdefault(topic, str(error))
         self._of_connection.append(found)
         return connection
 
@@ -127,7 +130,7 @@ class Ros2BagWriter:
         try:
             cdr = plan.to_cdr(data)
         except ConversionError as error:
-            self.skipped.setdefault(connection.topic, f"some messages: {error}")
+            self.incomplete.setdefault(connection.topic, str(error))
             return
         self._storage.write(topic.id, time_ns, cdr)
         topic.count += 1

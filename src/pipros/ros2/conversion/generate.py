@@ -67,6 +67,7 @@ class _Converter(RunEmitter):
         self._fields = 0
         self._outer = ""
         self._smallest: dict[str, int] = {}
+        self._flat: dict[str, bool] = {}
 
     def whole(self, pair: Pair) -> None:
         self._outer = pair.ros1.type
@@ -327,7 +328,7 @@ class _Converter(RunEmitter):
         """Return size and alignment if elements are the same bytes on both sides, without padding."""
         if source.kind in (Kind.INTEGER, Kind.FLOAT):
             return source.size, source.size
-        if source.kind is not Kind.MESSAGE:
+        if not self._may_be_flat(_one(source)):
             return None
         before = self.lines, self.items, self.source, self.target
         self.lines, self.items = [], []
@@ -345,6 +346,21 @@ class _Converter(RunEmitter):
         if not made.is_plain or made.source_size != made.target_size or made.source_size % alignment:
             return None
         return made.source_size, alignment
+
+    def _may_be_flat(self, value: Value) -> bool:
+        """Return False for a type with strings, times or arrays other than fixed ones of numbers.
+
+        For those, a trial would be in vain, and trials within trials would multiply.
+        """
+        if value.kind is not Kind.MESSAGE or value.message is None:
+            return value.kind in (Kind.INTEGER, Kind.FLOAT) and value.form is not Form.SEQUENCE
+        if value.form is not Form.SINGLE:
+            return False
+        name = value.message.type
+        if name not in self._flat:
+            fields = self._values.of_fields(value.message).values()
+            self._flat[name] = all(self._may_be_flat(each) for each in fields)
+        return self._flat[name]
 
     # One side only ----------------------------------------------------------------------------------------
 
